@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from hydrofdi.api.run import Run, simulate
     from hydrofdi.api.schemas import schema
     from hydrofdi.api.sweep import sweep
-    from hydrofdi.api.table import Table
     from hydrofdi.config import load_experiment
     from hydrofdi.errors import HydrofdiError
+    from hydrofdi.report.table import Table
 
 __version__ = "0.1.0"
 
@@ -45,7 +45,7 @@ _HOMES = {
     "Inspection": "hydrofdi.api.inspecting",
     "Results": "hydrofdi.api.results",
     "Run": "hydrofdi.api.run",
-    "Table": "hydrofdi.api.table",
+    "Table": "hydrofdi.report.table",
     "calibrate": "hydrofdi.api.check",
     "check": "hydrofdi.api.check",
     "collect": "hydrofdi.api.folders",

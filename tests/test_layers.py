@@ -49,7 +49,6 @@ HOMES = {
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures/", "api/"),
     "pyarrow": (
         "report/forms/tidy.py",
-        "report/forms/measures.py",
         "report/table.py",
         "records/measured/",
         "records/written/",

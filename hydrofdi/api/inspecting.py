@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.arguments import refusal
 from hydrofdi.api.assumed_plant import plant_advice
-from hydrofdi.api.page import html_table
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, joined, sources_of
 from hydrofdi.errors import ReportError
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.overview import Overview, Range, look_at
+from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
@@ -98,16 +99,39 @@ class Inspection:
             "assumptions": list(self.assumptions),
         }
 
-    def _lines(self) -> list[tuple[str, ...]]:
-        """Channel, unit, lowest, mean and highest value."""
-        return [
-            (
-                channel.value,
-                found.shown_unit,
-                *(f"{found.shown(each):.4g}" for each in (found.least, found.mean, found.largest)),
-            )
-            for channel, found in self.overview.channels.items()
-        ]
+    @property
+    def channels(self) -> Table:
+        """A row for each channel: its range in the ``unit`` of the files, or in one that suits it."""
+        found = self.overview.channels
+        ranges = {
+            "min": [each.shown(each.least) for each in found.values()],
+            "mean": [each.shown(each.mean) for each in found.values()],
+            "max": [each.shown(each.largest) for each in found.values()],
+        }
+        return Table.of(
+            {
+                "channel": [channel.value for channel in found],
+                "unit": [each.shown_unit for each in found.values()],
+                **ranges,
+                "records": [each.n_record for each in found.values()],
+            },
+            n_lead=2,
+            title="Channels",
+        )
+
+    @property
+    def findings(self) -> Table:
+        """A row for each kind of remark: ``records`` that have it, and one as an ``example``."""
+        found = self.overview.findings
+        examples = [each.examples[0] for each in found.values()]
+        return Table.of(
+            {
+                "remark": [f"{kind}{' (rejected)' * each.is_rejection}" for kind, each in found.items()],
+                "records": [each.n_record for each in found.values()],
+                "example": [f"{record_id}: {text}" for record_id, text in examples],
+            },
+            title="Remarks",
+        )
 
     def _title(self) -> str:
         rates = ", ".join(f"{rate:g} Hz" for rate in self.overview.sampling_frequencies)
@@ -115,22 +139,13 @@ class Inspection:
         records = f"{counted(self.n_record, 'record')}{rejected}"
         return f"{self.overview.name}: {records} at {rates or 'no known rate'}"
 
-    def _remark_lines(self) -> list[str]:
-        return [
-            f"{kind} ({finding.n_record:,}): {finding.examples[0][1]}"
-            for kind, finding in self.overview.findings.items()
-        ]
-
     def __repr__(self) -> str:
-        lines = [f"  {name} [{unit}]: {least} … {most}" for name, unit, least, _, most in self._lines()]
-        return "\n".join([self._title(), *lines, *(f"  remark: {text}" for text in self._remark_lines())])
+        tables = [self.channels, self.findings] if self.overview.findings else [self.channels]
+        return "\n\n".join([self._title(), *map(repr, tables)])
 
     def _repr_html_(self) -> str:
-        from html import escape
-
-        header = ("channel", "unit", "min", "mean", "max")
-        remarks = "".join(f"<p>remark: {escape(text)}</p>" for text in self._remark_lines())
-        return html_table(self._lines(), header, caption=self._title()) + remarks
+        tables = replace(self.channels, title=self._title()), self.findings
+        return "".join(each._repr_html_() for each in tables if len(each))
 
 
 def inspect(
@@ -165,7 +180,10 @@ def inspect(
     >>> import hydrofdi, numpy
     >>> hydrofdi.inspect({"P1 [bar]": numpy.linspace(50.0, 51.0, 500)}, sampling_frequency="1 kHz")
     the mapping: 1 record at 1000 Hz
-      chamber_1_pressure [bar]: 50 … 51
+    <BLANKLINE>
+    Channels
+    channel             unit  min  mean  max  records
+    chamber_1_pressure  bar    50  50.5   51        1
     """
     said = Said(sampling_frequency, channel, unit, label, group)
     if not isinstance(record, str | None):

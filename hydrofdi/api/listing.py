@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from hydrofdi.api.arguments import refusal
-from hydrofdi.api.table import Table
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.description import Description, describe
 from hydrofdi.indicators.registry import shadows
+from hydrofdi.report.table import Table
 
 
 def list_indicators() -> Table:
@@ -29,15 +27,14 @@ def list_indicators() -> Table:
     True
     """
     described, _ = described_indicators()
-    columns: dict[str, list[Any]] = {
+    return Table.of({
         "name": [each.name for each in described],
         "summary": [each.summary for each in described],
         "channels": [" ".join(channel.symbol for channel in each.channels) for each in described],
         "outputs": [len(each.outputs) for each in described],
         "cost": [each.cost for each in described],
         "source": [each.source for each in described],
-    }
-    return Table("indicator", columns, {})
+    }, row="indicator")  # fmt: skip
 
 
 def describe_indicator(name: str) -> Description:

@@ -8,18 +8,17 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from hydrofdi.api.arguments import refusal
 from hydrofdi.api.assumed_plant import assumed_plants
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
-from hydrofdi.api.table import Table
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.plausibility import summaries
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import indicator_names
 from hydrofdi.indicators.selection import load_indicators, make_indicators
+from hydrofdi.report.forms.measures import measures_table
+from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import brief
 from hydrofdi.settings.yaml_source import plain
 
@@ -86,7 +85,11 @@ def measure(
     hydrofdi.errors.DataError: the array: no sampling frequency is given (sampling_frequency='1 kHz'), ...
     """
     said = Said(sampling_frequency, channel, unit, label, group)
-    return _table(measured_records(data, with_options(indicators, options), said))
+    measured = measured_records(data, with_options(indicators, options), said)
+    records = [*measured.records]
+    doubts = [doubt for record in records for doubt in record.doubts]
+    remarks = [*measured.remarks, *summaries(doubts, sum(record.has_numbers for record in records))]
+    return measures_table(measured.columns, records, remarks)
 
 
 @dataclass(frozen=True)
@@ -175,27 +178,3 @@ def indicators_of(given: Indicators) -> dict[str, Any]:
     if isinstance(given, str | PathLike):
         return load_indicators(fspath(given))
     return make_indicators(plain(given))
-
-
-def _table(measured: Measured) -> Table:
-    columns, records = measured.columns, [*measured.records]
-    texts = ("record_id", "source", "group", "label", "status")
-    content: dict[str, Any] = {name: [getattr(record, name) for record in records] for name in texts}
-    for column in columns:
-        nothing = np.full(tuple(column.output.dims.values()), np.nan)
-        held = [record.values.get(column.name, nothing) for record in records]
-        content[column.name] = np.array(held, dtype=float).reshape(len(records), *nothing.shape)
-    content["reasons"] = [_sentence(record) for record in records]
-    dims = {each.name: tuple(f"{each.label}.{dim}" for dim in each.output.dims) for each in columns}
-    doubts = [doubt for record in records for doubt in record.doubts]
-    return Table(
-        "record",
-        content,
-        {each.name: each.unit for each in columns if each.unit != "1"},
-        dims,
-        (*measured.remarks, *summaries(doubts, sum(record.has_numbers for record in records))),
-    )
-
-
-def _sentence(record: RecordMeasures) -> str:
-    return "; ".join(f"{label}: {reason}" for label, reason in record.reasons.items())

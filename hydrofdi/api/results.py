@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrofdi.api.figures import shown
-from hydrofdi.api.page import html_sentences, html_table
+from hydrofdi.api.page import html_sentences
 from hydrofdi.api.places import notebook_library, path_of
-from hydrofdi.api.table import Table
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts
+from hydrofdi.report.table import Table
 from hydrofdi.store.layout.names import STATUS, VERDICT
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ class Results:
     @cached_property
     def table(self) -> Table:
         """The numbers that ``hydrofdi report --format csv`` prints; units stand in the names."""
-        return Table("row", self._report.columns(), {})
+        return Table.of(self._report.columns())
 
     def to_pandas(self) -> pandas.DataFrame:
         """The `table` as a data frame.
@@ -161,9 +161,9 @@ class Results:
         return f"{counted(self.data.n_run, 'run')} in {self.folder}: {ends}{told}"
 
     def _repr_html_(self) -> str:
-        lines = [("runs", f"{self.data.n_run:,}"), *((name, f"{n:,}") for name, n in self._ends().items())]
+        ends = {"runs": self.data.n_run, **self._ends()}
         warned = () if self.summary is None else self.summary.warnings
-        page = html_table(lines, caption=str(self.folder))
+        page = Table.of({"": [*ends], "n": [*ends.values()]}, title=str(self.folder))._repr_html_()
         return page + html_sentences("Warnings", warned) if warned else page
 
 

@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 from functools import cached_property
-from html import escape
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.figures import shown
-from hydrofdi.api.page import html_table
 from hydrofdi.api.places import notebook_library, path_of
 from hydrofdi.api.single import SingleRun, simulate_nominal, write_single_run
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.report.run_summary import RunSummary, run_record, summarize_run
+from hydrofdi.report.table import Table
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.layout.names import TIME
 
@@ -171,13 +170,14 @@ class Run:
         write_single_run(path_of(path), self.experiment, self._single)
 
     def __repr__(self) -> str:
-        lines = [self.title]
-        lines += [f"  {name}: {value} {unit}".rstrip() for name, value, unit in self.summary.lines()]
-        return "\n".join([*lines, *(f"  warning: {warning}" for warning in self.warnings)])
+        return repr(self._table())
 
     def _repr_html_(self) -> str:
-        table = html_table(self.summary.lines(), caption=self.title)
-        return table + "".join(f"<p>warning: {escape(warning)}</p>" for warning in self.warnings)
+        return self._table()._repr_html_()
+
+    def _table(self) -> Table:
+        warnings = tuple(f"warning: {warning}" for warning in self.warnings)
+        return replace(self.summary.table, title=self.title, notes=warnings)
 
 
 def simulate(

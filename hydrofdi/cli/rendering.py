@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rich.table import Table
 from rich.text import Text
 
 from hydrofdi.cli.tables import print_table
@@ -19,15 +18,7 @@ _FEW_ROWS = 12
 
 def print_run(summary: RunSummary) -> None:
     """Print the features of one run."""
-    console = terminal()
-    console.print(Text(summary.title, style="bold"))
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column()
-    table.add_column(justify="right")
-    table.add_column()
-    for name, value, unit in summary.lines():
-        table.add_row(name, value, unit)
-    console.print(table)
+    print_table(terminal(), summary.table)
 
 
 def print_document(document: Document, file: Path, *, full: bool = False) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from rich.console import Console
@@ -11,8 +12,8 @@ from rich.text import Text
 from hydrofdi.cli.folding import Folded
 from hydrofdi.report.table import Column, Table
 
-_GAP, _SENTENCE = 2, 24
-"""Blanks between columns, and least width of a column of words that is folded."""
+_GAP, _HEADING, _SENTENCE = 2, 14, 24
+"""Blanks between columns, and widths: of a line of a heading, and of folded words."""
 
 
 def print_table(console: Console, table: Table, n_row: int | None = None) -> None:
@@ -20,7 +21,7 @@ def print_table(console: Console, table: Table, n_row: int | None = None) -> Non
     if table.title:
         console.print(Text(table.title, style="bold"))
     rows = [*table.texts(n_row)]
-    for places in _parts(table.shown, rows, table.n_lead, console.width):
+    for places in _parts(table.shown, rows, table.n_shown_lead, console.width):
         grid = Grid(box=None, pad_edge=False, padding=(0, _GAP, 0, 0))
         for place in places:
             column = table.shown[place]
@@ -44,9 +45,15 @@ def _cell(column: Column, text: str, is_strong: bool) -> Text | Folded:
 
 
 def _lines(column: Column) -> str:
-    """A heading with its unit in a line of its own, above the room for a mark."""
+    """A heading in lines, broken at blanks, dots and underscores; its unit in the last, room for a mark."""
     room = " " if column.strong and not column.is_text else ""
-    return column.heading.replace(" [", f"{room}\n[") + room
+    name, bracket, unit = column.heading.partition(" [")
+    lines = [""]
+    for piece in re.findall(r"[^._ ]*[._ ]|[^._ ]+", name):
+        if lines[-1] and len(lines[-1] + piece.rstrip()) > _HEADING:
+            lines.append("")
+        lines[-1] += piece
+    return "\n".join(f"{line.rstrip()}{room}" for line in [*lines, *([f"[{unit}"] if bracket else [])])
 
 
 def _parts(
@@ -55,6 +62,7 @@ def _parts(
     """Columns that fit beside each other; each part begins with those that say what a row is."""
     widths = [
         max(len(text) for text in [*_lines(column).split("\n"), *(row[place][0] for row in rows)])
+        + bool(column.strong)
         for place, column in enumerate(columns)
     ]
     widths = [min(width, _SENTENCE) if columns[at].is_text else width for at, width in enumerate(widths)]

@@ -15,7 +15,7 @@ from hydrofdi.config.parameters import RunParameters
 from hydrofdi.config.request import field_quantity, parameter_names, parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import four_digits, readable_unit, shown_quantity, typeset
+from hydrofdi.settings.readable import number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.units import convert
 
 _WRITTEN = {
@@ -71,7 +71,7 @@ class ShownParameter:
     def text(self, value: Any) -> str:
         """A value in SI without its unit, such as ``689``."""
         if _is_number(value) and (isinstance(value, float) or self.unit != self.own_unit):
-            return four_digits(self.number(value))
+            return number_text(self.number(value))
         return str(without_contents(value))
 
 
@@ -118,7 +118,7 @@ def shown_value(name: str, value: Any) -> str:
     n_own = 1 if kind == "lognormal" else len(arguments)
     parameter = shown_parameter(name, arguments[:n_own])
     texts = [parameter.text(argument) for argument in arguments[:n_own]]
-    texts += [four_digits(argument) for argument in arguments[n_own:]]
+    texts += [number_text(argument) for argument in arguments[n_own:]]
     written = _WRITTEN.get(kind, "")
     if not written or len(texts) != written.count("{}"):
         written = f"{' or '.join(texts)} {{unit}}"

@@ -10,6 +10,7 @@ from typing import Any
 from hydrofdi.config import RunSpec
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.table import Column, Table
 from hydrofdi.store import Columns
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
@@ -60,8 +61,20 @@ class RunSummary:
         )
         return f"EBM {shown_value('fluid.bulk_modulus', self.run.parameters.fluid.bulk_modulus)}, {leakage}"
 
-    def lines(self) -> Iterator[tuple[str, str, str]]:
-        """Name, value and unit of each feature."""
+    @property
+    def table(self) -> Table:
+        """Name, value and unit of each feature, for people."""
+        names, values, units = zip(*self._lines(), strict=True)
+        return Table(
+            (
+                Column("feature", names, is_text=True),
+                Column("value", values),
+                Column("unit", units, is_text=True),
+            ),
+            title=self.title,
+        )
+
+    def _lines(self) -> Iterator[tuple[str, str, str]]:
         yield "run", self.run_id, ""
         yield "status", self.status, ""
         yield "verdict", self.verdict, ""

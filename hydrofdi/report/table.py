@@ -4,34 +4,31 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from html import escape
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError, UnknownNameError
 from hydrofdi.report.forms.separated import csv_lines
+from hydrofdi.settings.readable import number_text, readable_unit, typeset
 from hydrofdi.settings.suggestions import nearest
+from hydrofdi.units import convert
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-HOLE = "–"
-"""What people read in place of a value that is missing."""
-
 _SHOWN = 30
 """Rows that a notebook shows."""
 
-
-def plain(value: Any) -> str:
-    """A value as people read it: numbers with four digits, a dash if it is missing."""
-    if value is None or value != value:
-        return HOLE
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+_MOST_TEXT = 40
+"""Characters of a text in a row of plain text."""
 
 
 @dataclass(frozen=True)
@@ -42,31 +39,34 @@ class Column:
     ----------
     name : str
         Identifier for programs, and the heading if there is no `title`.
-    values : sequence
+    values : sequence or ndarray
         One for each row; None or NaN if one is missing. With `dims`, an array of shape (n_row, …), which only
         programs see.
     unit : str
         Unit of the values.
     title : str
         Heading for people, with a unit in brackets if the texts have another one.
-    text : callable
-        Value → what people read.
+    text : callable or sequence of str
+        Value → what people read; or the texts of all rows.
     is_text : bool
         Whether it contains words: left-aligned, and folded if it is too wide.
     strong : collection of int
         Rows whose value stands out.
     dims : tuple of str
         Names of the further dimensions of `values`.
+    is_shown : bool
+        Whether people see it, and not only programs.
     """
 
     name: str
-    values: Sequence[Any]
+    values: Sequence[Any] | NDArray[Any]
     unit: str = ""
     title: str = ""
-    text: Callable[[Any], str] = plain
+    text: Callable[[Any], str] | Sequence[str] = number_text
     is_text: bool = False
     strong: Sequence[int] = ()
     dims: tuple[str, ...] = ()
+    is_shown: bool = True
 
     @property
     def heading(self) -> str:
@@ -77,7 +77,57 @@ class Column:
     def listed(self) -> list[Any]:
         """The values as Python's own types; None if a number is missing."""
         values = self.values.tolist() if isinstance(self.values, np.ndarray) else self.values
-        return [None if isinstance(each, float) and not math.isfinite(each) else each for each in values]
+        return [_finite(each) for each in values]
+
+    @property
+    def array(self) -> NDArray[Any]:
+        """The values as an array: NaN if a number is missing, objects unless all are numbers or Booleans."""
+        if isinstance(self.values, np.ndarray):
+            return self.values
+        array = np.array([math.nan if each is None else each for each in self.values])
+        has_bool = any(isinstance(each, bool) for each in self.values)
+        if array.dtype.kind in "fiub" and (array.dtype.kind == "b") == has_bool:
+            return array
+        array = np.empty(len(self.values), dtype=object)
+        array[:] = list(self.values)
+        return array
+
+    def text_of(self, row: int) -> str:
+        """What people read in a row."""
+        return self.text(self.values[row]) if callable(self.text) else self.text[row]
+
+    @property
+    def flat(self) -> Iterator[Column]:
+        """A column for each number of a row: itself, or ``name.0``, ``name.1`` … with further dimensions."""
+        if not self.dims:
+            yield self
+            return
+        array = np.asarray(self.values)
+        for index in np.ndindex(array.shape[1:]):
+            name = ".".join([self.name, *map(str, index)])
+            yield replace(self, name=name, values=array[(slice(None), *index)], dims=())
+
+
+def quantity(
+    name: str,
+    values: Iterable[Any],
+    unit: str,
+    title: str = "",
+    *,
+    sizes: Sequence[float | None] = (),
+    is_shown: bool = True,
+) -> Column:
+    """A column of numbers in SI; people read them in a unit that suits the largest, or that of `sizes`."""
+    array = _numbers(values)
+    found = np.abs(_numbers(sizes) if sizes else array)
+    shown = readable_unit(unit, float(np.max(found, where=np.isfinite(found), initial=0.0)))
+    text = partial(number_text, scale=1.0 if shown == unit else convert(1.0, shown))
+    suffix = "" if shown in ("", "1") else f" [{typeset(shown)}]"
+    return Column(name, array, unit, (title or name) + suffix, text, is_shown=is_shown)
+
+
+def _numbers(values: Iterable[Any]) -> NDArray[np.float64]:
+    return np.array([math.nan if each is None else each for each in values], dtype=float)
 
 
 @dataclass(frozen=True, repr=False)
@@ -86,7 +136,7 @@ class Table:
 
     Attributes
     ----------
-    columns : tuple of Column
+    content : tuple of Column
     title : str
     key : str
         Identity within a report.
@@ -102,7 +152,7 @@ class Table:
         Whether a page shows it only on request.
     """
 
-    columns: tuple[Column, ...]
+    content: tuple[Column, ...]
     title: str = ""
     key: str = ""
     notes: tuple[str, ...] = ()
@@ -112,9 +162,25 @@ class Table:
     is_folded: bool = False
 
     def __len__(self) -> int:
-        return len(self.columns[0].values) if self.columns else 0
+        return len(self.content[0].values) if self.content else 0
 
-    def __getitem__(self, name: str) -> Sequence[Any]:
+    @classmethod
+    def of(cls, columns: Mapping[str, Sequence[Any]], **more: Any) -> Table:
+        """Columns by their names; those that contain texts are of words."""
+        are_words = {name: any(isinstance(each, str) for each in own) for name, own in columns.items()}
+        return cls(tuple(Column(name, own, is_text=are_words[name]) for name, own in columns.items()), **more)
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the columns."""
+        return [column.name for column in self.content]
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """The notes."""
+        return self.notes
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
         """Values of a column.
 
         Raises
@@ -123,12 +189,14 @@ class Table:
             There is no such column.
         """
         if name not in self:
-            names = [column.name for column in self.columns]
-            raise UnknownNameError(f"no column {name!r}{nearest(name, names)}")
-        return next(column.values for column in self.columns if column.name == name)
+            raise UnknownNameError(f"no column {name!r}{nearest(name, self.columns)}")
+        return next(column.array for column in self.content if column.name == name)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self.columns
 
     def __contains__(self, name: str) -> bool:
-        return any(column.name == name for column in self.columns)
+        return name in self.columns
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         """The rows, for programs."""
@@ -138,22 +206,31 @@ class Table:
     @property
     def units(self) -> dict[str, str]:
         """Column → unit; columns without one are not there."""
-        return {column.name: column.unit for column in self.columns if column.unit}
+        return {column.name: column.unit for column in self.content if column.unit not in ("", "1")}
 
     @property
     def shown(self) -> tuple[Column, ...]:
-        """The columns that people read."""
-        return tuple(column for column in self.columns if not column.dims)
+        """The columns that people read; those of words only if they have any."""
+        readable = (each for each in self.content if each.is_shown and not each.dims)
+        return tuple(
+            each for each in readable if not each.is_text or any(map(each.text_of, range(len(self))))
+        )
+
+    @property
+    def n_shown_lead(self) -> int:
+        """How many of them say what a row is."""
+        names = self.columns[: self.n_lead]
+        return sum(each.name in names for each in self.shown)
 
     def texts(self, n_row: int | None = None) -> Iterator[list[tuple[str, bool]]]:
         """The rows as people read them: texts, and whether each stands out."""
         shown = self.shown
         for row in range(len(self))[:n_row]:
-            yield [(column.text(column.values[row]), row in column.strong) for column in shown]
+            yield [(column.text_of(row), row in column.strong) for column in shown]
 
     def to_dict(self) -> dict[str, list[Any]]:
         """Column → values; None if a number is missing."""
-        return {column.name: column.listed for column in self.columns}
+        return {column.name: column.listed for column in self.content}
 
     def to_pandas(self) -> pandas.DataFrame:
         """A data frame, a column for each number.
@@ -163,13 +240,7 @@ class Table:
         ReportError
             pandas is not installed.
         """
-        flat: dict[str, Any] = {}
-        for column in self.columns:
-            values = np.asarray(column.values) if column.dims else column.values
-            for index in np.ndindex(np.shape(values)[1:]) if column.dims else ():
-                flat[".".join([column.name, *map(str, index)])] = np.asarray(values)[(slice(None), *index)]
-            if not column.dims:
-                flat[column.name] = values
+        flat = {each.name: each.array for column in self.content for each in column.flat}
         frame: pandas.DataFrame = library("pandas").DataFrame(flat)
         return frame
 
@@ -183,15 +254,19 @@ class Table:
         """
         units = {name: {"units": unit} for name, unit in self.units.items()}
         dataset: xarray.Dataset = library("xarray").Dataset({
-            column.name: ((self.row, *column.dims), np.asarray(column.values), units.get(column.name, {}))
-            for column in self.columns
+            column.name: ((self.row, *column.dims), column.array, units.get(column.name, {}))
+            for column in self.content
         })  # fmt: skip
         return dataset
 
-    def to_csv(self) -> str:
+    def to_csv(self, *, header: bool = True) -> str:
         """A line for each row; numbers in their shortest exact form, an empty field if one is missing."""
-        columns = self.to_dict()
-        return "".join(csv_lines([columns, *zip(*columns.values(), strict=True)]))
+        columns = self.flat()
+        return "".join(csv_lines([*([columns] if header else []), *zip(*columns.values(), strict=True)]))
+
+    def flat(self) -> dict[str, list[Any]]:
+        """Name → numbers, a column for each number of a row."""
+        return {each.name: each.listed for column in self.content for each in column.flat}
 
     def to_parquet(self) -> bytes:
         """The same as Parquet.
@@ -202,7 +277,7 @@ class Table:
             pyarrow is not installed.
         """
         sink = io.BytesIO()
-        library("pyarrow.parquet").write_table(library("pyarrow").table(self.to_dict()), sink)
+        library("pyarrow.parquet").write_table(library("pyarrow").table(self.flat()), sink)
         return sink.getvalue()
 
     def to_markdown(self) -> str:
@@ -227,20 +302,38 @@ class Table:
                 parts.append(f"<td{of}>{shown}</td>")
             parts.append("</tr>\n")
         notes = "".join(f'\n<p class="note">{escape(note)}</p>' for note in self.notes)
-        return f'<table id="{self.key}">{"".join(parts)}</tbody></table>{notes}'
+        key = f' id="{self.key}"' if self.key else ""
+        return f"<table{key}>{''.join(parts)}</tbody></table>{notes}"
 
     def _repr_html_(self) -> str:
-        return f"{self.to_html(_SHOWN)}<p>{self._more()}</p>"
+        more = f"<p>{more}</p>" if (more := self._more()) else ""
+        return self.to_html(_SHOWN).replace(' class="words"', ' style="text-align: left"') + more
 
     def __repr__(self) -> str:
         lines = [[column.heading for column in self.shown]]
-        lines += [[text for text, _ in row] for row in self.texts(_SHOWN)]
+        lines += [[_short(text) for text, _ in row] for row in self.texts(_SHOWN)]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        rows = ("  ".join(map(str.rjust, line, widths)) for line in lines)
-        return "\n".join([*rows, *([self._more()] if self._more() else []), *self.notes])
+        sides = [str.ljust if column.is_text else str.rjust for column in self.shown]
+        rows = (
+            "  ".join(side(text, width) for side, text, width in zip(sides, line, widths, strict=True))
+            for line in lines
+        )
+        return "\n".join(
+            [*filter(None, [self.title]), *map(str.rstrip, rows), *filter(None, [self._more()]), *self.notes]
+        )
 
     def _more(self) -> str:
         return f"the first {_SHOWN} of {len(self):,} rows" if len(self) > _SHOWN else ""
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _MOST_TEXT else f"{text[: _MOST_TEXT - 1]}…"
 
 
 def library(name: str) -> Any:

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
+from typing import Any
 
 from hydrofdi.units import convert
+
+HOLE = "–"
+"""What people read in place of a value that is missing."""
 
 _READABLE = {
     "Pa": (("MPa", 1e6), ("kPa", 1e3)),
@@ -38,13 +43,19 @@ def usual_unit(own: str) -> str:
 def shown_quantity(value: float, own: str) -> str:
     """A value in SI with a unit that suits it, such as ``8.6 MPa``."""
     unit = readable_unit(own, abs(value))
-    number = four_digits(convert(value, unit) if unit != own else value)
+    number = number_text(convert(value, unit) if unit != own else value)
     return number if unit == "1" else f"{number} {typeset(unit)}"
 
 
-def four_digits(value: float) -> str:
-    """A number with four digits, without an exponent where it is below a million."""
-    return f"{float(f'{value:.4g}'):g}"
+def number_text(value: Any, n_digit: int = 4, scale: float = 1.0) -> str:
+    """A value as people read it: four digits, no exponents up to 10 million, a dash if it is missing."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return HOLE
+    if not isinstance(value, float):
+        return str(value)
+    scaled = value * scale
+    is_whole = 10.0**n_digit - 0.5 <= abs(scaled) < 1e7
+    return f"{scaled:.0f}" if is_whole else f"{scaled:.{n_digit}g}"
 
 
 def typeset(unit: str) -> str:

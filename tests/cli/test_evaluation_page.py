@@ -40,7 +40,6 @@ def differing_units(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_page_says_how_many_faults_each_score_detects(rig: Path) -> None:
     page = run("evaluate", rig / "rig.yaml", *ASKED, check=0).stdout
-    assert "detected" in page
     row = next(line for line in page.splitlines() if line.strip().startswith("dwt.d1"))
     assert "48 of 48" in page
     assert re.search(r"\d+ of 48, \d+ % \[\d+, \d+\]", page)
@@ -136,6 +135,6 @@ def test_faults_without_a_number_do_not_vanish(tmp_path: Path) -> None:
     (tmp_path / "rig.yaml").write_text(GROUPED)
     page = run("evaluate", tmp_path / "rig.yaml", *ASKED, check=1).stdout
     assert "without" in page
-    assert "24 large" in page
+    assert re.search(r"large .* 24$", page, re.MULTILINE)
     done = run_json("evaluate", tmp_path / "rig.yaml", *ASKED, check=1)
     assert done["scores"][0]["without_number"] == {"large": 24}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.errors import UnknownNameError
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Column, Table, quantity
 
 
 @pytest.fixture
@@ -57,6 +57,7 @@ def test_html_escapes_texts(table):
 
 def test_data_frames_and_data_sets_have_all_numbers(table):
     assert [*table.to_pandas().columns] == ["record", "flow", "n", "rms.0", "rms.1"]
+    assert table.to_csv().splitlines()[0] == "record,flow,n,rms.0,rms.1"
     dataset = table.to_xarray()
     assert dataset["rms"].dims == ("record", "level")
     assert dataset["flow"].attrs == {"units": "m^3/s"}
@@ -67,6 +68,21 @@ def test_parquet_gives_the_numbers_back(table, tmp_path):
 
     (tmp_path / "t.parquet").write_bytes(table.to_parquet())
     assert parquet.read_table(tmp_path / "t.parquet")["flow"].to_pylist() == [1.25e-5, None]
+
+
+def test_a_quantity_is_read_in_a_unit_that_suits_its_largest_value_or_given_sizes():
+    assert quantity("p", [8.6e6, None], "Pa").heading == "p [MPa]"
+    small = quantity("p_error", [1.25e4], "Pa", sizes=[8.6e6])
+    assert (small.heading, small.text_of(0), small.listed) == ("p_error [MPa]", "0.0125", [1.25e4])
+
+
+def test_columns_are_arrays_and_the_table_lists_their_names(table):
+    assert table.columns == ["record", "flow", "n", "rms"]
+    assert table["n"].tolist()[0] == 3.0
+    assert np.isnan(table["n"][1])
+    mixed = Table.of({"alarm": [True, None], "fault": ["", ""]})
+    assert mixed["alarm"].tolist() == [True, None]
+    assert [each.name for each in mixed.shown] == ["alarm"]
 
 
 def test_an_unknown_column_is_an_error_of_the_user(table):

@@ -7,7 +7,7 @@ from typing import Any
 
 from hydrofdi.api.detectors.detector import Detector
 from hydrofdi.api.records.held import Names
-from hydrofdi.api.table import Table
+from hydrofdi.report.table import Table
 
 
 def detect(

@@ -10,7 +10,7 @@ from typing import Any
 
 from hydrofdi.api.arguments import refusal
 from hydrofdi.api.detectors.healthy_records import LeftOut
-from hydrofdi.api.detectors.judged import table_of
+from hydrofdi.api.detectors.judged import windows_table
 from hydrofdi.api.detectors.promise import sentences, training_record
 from hydrofdi.api.detectors.tally import Tally
 from hydrofdi.api.detectors.train_on import Training, write_detector
@@ -20,11 +20,11 @@ from hydrofdi.api.page import html_sentences
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, sources_of
-from hydrofdi.api.table import Table
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.reading import load_detector
 from hydrofdi.detectors.trained.wording import limits_text, percent, score_name
 from hydrofdi.errors import ConfigError
+from hydrofdi.report.table import Table
 
 
 class Detector:
@@ -164,7 +164,7 @@ class Detector:
             An argument is invalid, or the records cannot be read.
         """
         windows = self.windows(data, sampling_frequency=sampling_frequency, channel=channel, unit=unit)
-        return table_of(windows, self.file.unit)
+        return windows_table(self.file, [*windows])
 
     def windows(
         self,

@@ -1,70 +1,166 @@
-"""Judged windows as a table."""
+"""Judged windows as a table, and written as they come as CSV and JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
+from hydrofdi.api.detectors.tally import Tally
 from hydrofdi.api.detectors.windows import JudgedWindow
-from hydrofdi.api.table import Table
+from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.wording import limits_text, score_meaning, score_name
+from hydrofdi.monitor.line_record import line_record
+from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import HOLE, number_text
 
-_NAMES = (
-    "record_id",
-    "source",
-    "group",
-    "start",
-    "end",
-    "score",
-    "margin",
-    "beyond_limit",
-    "alarm",
-    "fault",
-    "reason",
-    "doubt",
-)
+_ROWS = 1_000
+"""Windows in memory while a table is written."""
 
 
-def table_of(windows: Iterable[JudgedWindow], unit: str) -> Table:
-    """A row for each window; the score in a unit."""
-    rows = [_row(window) for window in windows]
-    columns: dict[str, Any] = {name: [row[name] for row in rows] for name in _NAMES}
-    if None in columns["alarm"]:
-        columns["alarm"] = np.array(columns["alarm"], dtype=object)
-    units = {"start": "s", "end": "s", "score": unit}
+def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
+    """A row for each window, or record without any; people see alarms and scores beyond a limit in bold."""
+    limits, unit = file.limits, file.unit
+    rows = [_fields(window, unit) for window in windows]
+
+    def column(name: str, unit: str = "", **more: Any) -> Column:
+        return Column(name, [row.get(name) for row in rows], unit, **more)
+
+    def words(name: str, *, is_shown: bool = False, **more: Any) -> Column:
+        values = [row.get(name) or "" for row in rows]
+        return Column(name, values, is_text=True, is_shown=is_shown, **more)
+
+    low, high = (Column(name, [end] * len(rows), is_shown=False) for name, end in
+                 (("low", limits.low), ("high", limits.high)))  # fmt: skip
+    chart = f"chart, of {number_text(file.chart.limit, 3)}" if file.chart else ""
+    alarms, texts = [window.alarm for window in windows], [_verdict(window) for window in windows]
+    verdicts = Column("alarm", np.array(alarms, dtype=object), title="verdict", text=texts, is_text=True)
+    beyond = [row for row, window in enumerate(windows) if window.is_beyond or window.alarm]
+    numbers = quantity("score", [row.get("score") for row in rows], unit, sizes=[limits.low, limits.high])
     return Table(
-        "window", columns, units, remarks=[*_not_judged(rows), *_doubtful(rows)], always_shown=("alarm",)
+        (
+            words("record_id", title="record", is_shown=True),
+            words("source"),
+            words("group"),
+            column("number", is_shown=False),
+            column("start", "s", text=lambda at: HOLE if at is None else f"{at:.12g}"),
+            column("end", "s", is_shown=False),
+            replace(numbers, strong=beyond),
+            Column("unit", [unit] * len(rows), is_text=True, is_shown=False),
+            low,
+            high,
+            column("margin", title="margin [spreads]", text=_signed),
+            column("beyond_limit", is_shown=False),
+            column("chart_statistic", title=chart, is_shown=file.chart is not None),
+            verdicts,
+            words("fault"),
+            words("reason"),
+            words("doubt"),
+        ),
+        title=f"{score_name(file)}, {score_meaning(file)}: alarm {limits_text(file)}",
+        notes=(*_not_judged(rows), *_doubtful(rows)),
+        row="window",
     )
 
 
-def _not_judged(rows: Sequence[dict[str, Any]]) -> list[str]:
+def _not_judged(rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
     """How many windows beyond a limit were not judged, and why."""
     faults = [row["fault"] for row in rows if row["beyond_limit"] and row["alarm"] is None]
     were = "window beyond the limit was" if len(faults) == 1 else "windows beyond the limit were"
-    return [f"{len(faults):,} {were} not judged: {', '.join(sorted(set(faults)))}"] if faults else []
+    return (f"{len(faults):,} {were} not judged: {', '.join(sorted(set(faults)))}",) if faults else ()
 
 
-def _doubtful(rows: Sequence[dict[str, Any]]) -> list[str]:
+def _doubtful(rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
     """How many verdicts are doubtful, and the first reason."""
     doubts = [row["doubt"] for row in rows if row["doubt"]]
-    return [f"doubtful: {counted(len(doubts), 'window')}, such as {doubts[0]}"] if doubts else []
+    return (f"doubtful: {counted(len(doubts), 'window')}, such as {doubts[0]}",) if doubts else ()
 
 
-def _row(window: JudgedWindow) -> dict[str, Any]:
-    line, fault = window.line, window.fault
+def _signed(margin: float | None) -> str:
+    return HOLE if margin is None else f"{margin:+.2f}"
+
+
+def _verdict(window: JudgedWindow) -> str:
+    if window.fault is not None:
+        return f"not judged, {window.fault.kind}: {window.fault.text}"
+    doubt = f", doubtful: {window.doubt}" if window.doubt else ""
+    return ("ALARM" if window.alarm else "healthy") + doubt
+
+
+def csv_lines(tally: Tally) -> Iterator[str]:
+    """A line for each window, or record without any; an empty field where there is no number."""
+    windows, header = iter(tally), True
+    while (some := [*islice(windows, _ROWS)]) or header:
+        table = windows_table(tally.file, some)
+        names = {"start": "start_s", "end": "end_s"}
+        renamed = (replace(each, name=names.get(each.name, each.name)) for each in table.content)
+        yield replace(table, content=tuple(renamed)).to_csv(header=header)
+        header = False
+
+
+def json_parts(tally: Tally) -> Iterator[str]:
+    """Parts of one JSON object: the detector, an object for each window, and what they come to."""
+    yield f'{{"detector": {json.dumps(_detector(tally))},\n"windows": ['
+    between = "\n"
+    for window in tally:
+        yield between + json.dumps(_record(window, tally.file.unit), allow_nan=False)
+        between = ",\n"
+    yield f'\n],\n"summary": {json.dumps(_summary(tally), allow_nan=False)}}}\n'
+
+
+def _detector(tally: Tally) -> dict[str, Any]:
+    config, limits = tally.file.config, tally.file.limits
     return {
-        "record_id": window.record_id,
-        "source": window.source,
-        "group": window.group,
-        "start": None if line is None else line.start,
-        "end": None if line is None else line.end,
-        "score": None if line is None else line.verdict.score,
-        "margin": None if line is None else line.verdict.margin,
-        "beyond_limit": window.is_beyond,
+        "indicator": config.indicator,
+        "output": config.output,
+        "unit": tally.file.unit,
+        "low": limits.low,
+        "high": limits.high,
+        "false_alarm_rate": limits.false_alarm_rate,
+        "false_alarm_interval": list(limits.interval),
+    }
+
+
+def _record(window: JudgedWindow, unit: str) -> dict[str, Any]:
+    """Keys of the lines of a monitor behind those of the record."""
+    named = {"record_id": window.record_id, "source": window.source, "group": window.group or None}
+    if window.line is not None:
+        return {**named, **line_record(window.line, unit)}
+    fault = window.record_fault
+    return {**named, "line": "record", "fault": fault and {"kind": fault.kind, "text": fault.text}}
+
+
+def _fields(window: JudgedWindow, unit: str) -> dict[str, Any]:
+    record, fault = _record(window, unit), window.fault
+    return record | {
         "alarm": window.alarm,
+        "beyond_limit": window.is_beyond,
+        "chart_statistic": (record.get("chart") or {}).get("statistic"),
         "fault": "" if fault is None else fault.kind,
         "reason": "" if fault is None else fault.text,
         "doubt": window.doubt,
+    }
+
+
+def _summary(tally: Tally) -> dict[str, Any]:
+    rate = tally.rate
+    judged = tally.n_judged > 0
+    return {
+        "n_record": tally.n_record,
+        "n_record_not_judged": len(tally.unjudged),
+        "n_judged": tally.n_judged,
+        "n_alarm": tally.n_alarm,
+        "alarm_share": rate.value if judged else None,
+        "alarm_share_interval": [rate.low, rate.high] if tally.rests_on else None,
+        "confidence": rate.confidence,
+        "interval_rests_on": tally.rests_on,
+        "hours": tally.hours,
+        "not_judged": dict(sorted(tally.faults.items())),
+        "n_not_judged_beyond_limit": tally.n_beyond,
+        "n_doubtful": tally.n_doubtful,
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,11 @@ from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.detectors.tally import Tally
+    from hydrofdi.api.detectors.windows import JudgedWindow
+
+
+_SHOWN = 20
+"""Most windows that the terminal shows."""
 
 
 class Format(StrEnum):
@@ -54,15 +60,35 @@ def detect(
 
 def _write(form: Format, tally: Tally) -> None:
     if form is Format.table:
-        from hydrofdi.cli.monitor.detected_table import print_windows
-
-        print_windows(tally)
+        _print(tally)
         return
-    from hydrofdi.api.detectors.window_forms import csv_lines, json_parts
+    from hydrofdi.api.detectors.judged import csv_lines, json_parts
     from hydrofdi.cli.terminal import write_out
 
     for text in (csv_lines if form is Format.csv else json_parts)(tally):
         write_out(text)
+
+
+def _print(tally: Tally) -> None:
+    """Print the first windows, in order; of many, alarms first, then other scores beyond a limit."""
+    from hydrofdi.api.detectors.judged import windows_table
+    from hydrofdi.cli.tables import print_table
+    from hydrofdi.cli.terminal import terminal
+
+    alarms: list[tuple[int, JudgedWindow]] = []
+    beyond: list[tuple[int, JudgedWindow]] = []
+    others: list[tuple[int, JudgedWindow]] = []
+    n_row = 0
+    for n_row, window in enumerate(tally, start=1):
+        kept = alarms if window.alarm else beyond if window.is_beyond else others
+        if len(kept) < _SHOWN:
+            kept.append((n_row, window))
+    shown = sorted([*alarms, *beyond, *others][:_SHOWN], key=itemgetter(0))
+    console = terminal()
+    print_table(console, windows_table(tally.file, [window for _, window in shown]))
+    if n_row > len(shown):
+        first = f"{len(alarms)} of {counted(tally.n_alarm, 'alarm')} among them" if alarms else "no alarm"
+        console.print(f"… {len(shown)} of {counted(n_row, 'row')}, {first}; --format csv writes all")
 
 
 def _tell(tally: Tally) -> None:

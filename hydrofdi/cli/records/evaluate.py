@@ -10,8 +10,12 @@ import typer
 from hydrofdi.cli.options import Json
 from hydrofdi.settings.counting import counted
 
+_SHOWN = 20
+"""Most scores, and most pairs of healthy groups, that the terminal shows."""
+
 if TYPE_CHECKING:
     from hydrofdi.api.evaluate_records import Left
+    from hydrofdi.api.evaluation import Evaluation
 
 
 def evaluate(
@@ -61,7 +65,6 @@ def evaluate(
     another or have no number of any indicator, or an indicator fails.
     """
     from hydrofdi.api.evaluating import evaluate as evaluate_records
-    from hydrofdi.cli.records.evaluation_table import print_evaluation
     from hydrofdi.cli.terminal import print_json
 
     evaluation = evaluate_records(
@@ -75,8 +78,34 @@ def evaluate(
     if json:
         print_json(evaluation.to_dict())
     else:
-        print_evaluation(evaluation)
+        _print(evaluation)
     return _tell(evaluation.found.left)
+
+
+def _print(evaluation: Evaluation) -> None:
+    """Print the conclusion from healthy groups, the scores (best first), and what is not stated, and why."""
+    from rich.text import Text
+
+    from hydrofdi.cli.tables import print_table
+    from hydrofdi.cli.terminal import terminal
+
+    console, records, conclusion = terminal(), evaluation.detection.records, evaluation.conclusion
+    counts = ", ".join(f"{records.rows(each).size:,} {each.name}" for each in records.populations)
+    n_group = len(set(records.groups or ()))
+    console.print(f"Records: {counts}; {counted(n_group, 'group') if n_group else 'no groups'}")
+    if not evaluation.best:
+        console.print("no indicator could measure any record")
+        return
+    if conclusion:
+        console.print(Text(f"{conclusion[0].upper()}{conclusion[1:]}.", style="bold"))
+    console.print()
+    print_table(console, evaluation.table, _SHOWN * len(records.populations))
+    if len(evaluation.pairs):
+        console.print()
+        print_table(console, evaluation.pairs, _SHOWN)
+    console.print()
+    for sentence in evaluation.remarks:
+        console.print(f"- {sentence}")
 
 
 def _tell(left: Left) -> int:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from enum import StrEnum
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,6 +18,10 @@ from hydrofdi.settings.counting import counted
 if TYPE_CHECKING:
     from hydrofdi.indicators.plausibility import Doubt
     from hydrofdi.indicators.record_measures import Column, RecordMeasures
+
+
+_SHOWN = 20
+"""Most records that the terminal shows."""
 
 
 class Format(StrEnum):
@@ -110,9 +116,7 @@ class _Counted:
 
 def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _Counted) -> None:
     if form is Format.table:
-        from hydrofdi.cli.records.measures_table import print_measures
-
-        print_measures(columns, records)
+        _print(columns, records)
         return
     from hydrofdi.cli.terminal import write_out
     from hydrofdi.report.forms.measures import csv_lines, json_parts
@@ -125,6 +129,29 @@ def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _
     from hydrofdi.api.measuring import write_measures
 
     write_measures(out, form.value, columns, records)
+
+
+def _print(columns: Sequence[Column], records: _Counted) -> None:
+    """Print the first records, and how many there are."""
+    from hydrofdi.cli.tables import print_table
+    from hydrofdi.cli.terminal import terminal
+    from hydrofdi.report.forms.measures import measures_table
+
+    console, stream = terminal(), iter(records)
+    shown = [*islice(stream, _SHOWN)]
+    n_record = len(shown) + sum(1 for _ in stream)
+    reasons = Counter(item for record in shown for item in record.reasons.items())
+    notes = [f"{label}: not measured in {n} of {len(shown)}: {why}" for (label, why), n in reasons.items()]
+    print_table(console, measures_table(columns, shown, notes))
+    for column in columns:
+        if column.output.dims:
+            console.print(f"{column.name}: {counted(column.size, 'number')} for each record, in files")
+        elif " at " in column.output.long_name and column.output.unit == "m^3/s":
+            console.print(f"{column.name}: {column.output.long_name}", style="dim")
+    if n_record > len(shown):
+        console.print(f"… the first {len(shown)} of {counted(n_record, 'record')}; --out FILE.csv writes all")
+    elif n_record != 1:
+        console.print(counted(n_record, "record"))
 
 
 def _tell(tally: _Counted, out: Path | None, *, with_reason: bool) -> None:

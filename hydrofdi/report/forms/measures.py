@@ -5,16 +5,17 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import chain, islice
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hydrofdi.errors import ReportError
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
-from hydrofdi.report.forms import separated
 from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.table import Column as TableColumn
+from hydrofdi.report.table import Table, library, quantity
 
 _LEADING, _LAST = ("record_id", "source", "group", "label", "status"), "reasons"
 OWN = {
@@ -24,23 +25,53 @@ OWN = {
 }
 """Form → first and last bytes of its files."""
 
-_ROW_GROUP = 10_000
-"""Number of records in memory while Parquet is written."""
+_ROWS = 10_000
+"""Number of records in memory while a table is written."""
 
 
-def headers(columns: Sequence[Column]) -> list[str]:
-    """Headers of a table: names with their units; one for each number of an array."""
-    names = [
-        f"{column.name}{'.' * bool(index)}{'.'.join(map(str, index))}{_suffix(column.unit)}"
-        for column in columns
-        for index in np.ndindex(*column.output.dims.values())
+def measures_table(
+    columns: Sequence[Column], records: Sequence[RecordMeasures], notes: Sequence[str] = ()
+) -> Table:
+    """A row for each record; people read an error in the unit of its estimate."""
+    texts = {name: [getattr(record, name) for record in records] for name in _LEADING}
+    hidden = {"source", *(["status"] if {*texts["status"]} <= {"ok"} else [])}
+    lead = [
+        TableColumn(name, own, title=name.removesuffix("_id"), is_text=True, is_shown=name not in hidden)
+        for name, own in texts.items()
     ]
-    return [*_LEADING, *names, _LAST]
+    numbers: dict[str, TableColumn] = {}
+    for column in columns:
+        nothing = np.full(tuple(column.output.dims.values()), np.nan)
+        held = [record.values.get(column.name, nothing) for record in records]
+        values = np.array(held, dtype=float).reshape(len(records), *nothing.shape)
+        if column.output.dims:
+            dims = tuple(f"{column.label}.{dim}" for dim in column.output.dims)
+            numbers[column.name] = TableColumn(column.name, values, column.unit, dims=dims)
+            continue
+        estimate = numbers.get(column.name.removesuffix("_error"))
+        sizes = [] if estimate is None or estimate.unit != column.unit else estimate.array.tolist()
+        has_any = bool(np.isfinite(values).any())
+        numbers[column.name] = quantity(column.name, values, column.unit, sizes=sizes, is_shown=has_any)
+    why = ["; ".join(f"{label}: {reason}" for label, reason in each.reasons.items()) for each in records]
+    reasons = TableColumn("reasons", why, is_text=True, is_shown=False)
+    return Table((*lead, *numbers.values(), reasons), notes=tuple(notes), row="record", n_lead=len(lead))
+
+
+def _files(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> Iterator[Table]:
+    """Tables of as many records as memory holds at once: a column for each number, units in names."""
+    records = iter(records)
+    some = [*islice(records, _ROWS)]
+    while True:
+        flat = (each for column in measures_table(columns, some).content for each in column.flat)
+        yield Table(tuple(replace(each, name=each.name + _suffix(each.unit)) for each in flat))
+        if not (some := [*islice(records, _ROWS)]):
+            return
 
 
 def csv_lines(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> Iterator[str]:
     """Lines of CSV; an empty field where a number is missing."""
-    return separated.csv_lines(chain([headers(columns)], (_row(columns, record) for record in records)))
+    for position, table in enumerate(_files(columns, records)):
+        yield table.to_csv(header=position == 0)
 
 
 def json_parts(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> Iterator[str]:
@@ -64,27 +95,12 @@ def write_parquet(path: Path, columns: Sequence[Column], records: Iterable[Recor
     ReportError
         The extra is not installed.
     """
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        raise ReportError("Parquet needs the extra: pip install 'hydrofdi[parquet]'") from None
-    names = headers(columns)
-    texts = {*_LEADING, _LAST}
-    kinds = [(name, pyarrow.string() if name in texts else pyarrow.float64()) for name in names]
-    rows = (_row(columns, record) for record in records)
+    parquet, pyarrow = library("pyarrow.parquet"), library("pyarrow")
+    first, *_ = _files(columns, [])
+    kinds = [(each.name, pyarrow.string() if each.is_text else pyarrow.float64()) for each in first.content]
     with parquet.ParquetWriter(path, pyarrow.schema(kinds)) as writer:
-        while group := list(islice(rows, _ROW_GROUP)):
-            fields = dict(zip(names, zip(*group, strict=True), strict=True))
-            writer.write_table(pyarrow.table(fields, schema=writer.schema))
-
-
-def _row(columns: Sequence[Column], record: RecordMeasures) -> list[Any]:
-    row: list[Any] = [record.record_id, record.source, record.group, record.label, record.status]
-    for column in columns:
-        values = record.values.get(column.name)
-        row += [None] * column.size if values is None else map(finite, np.ravel(values).tolist())
-    return [*row, "; ".join(f"{label}: {reason}" for label, reason in record.reasons.items())]
+        for table in _files(columns, records):
+            writer.write_table(pyarrow.table(table.flat(), schema=writer.schema))
 
 
 def _record(columns: Sequence[Column], record: RecordMeasures) -> dict[str, Any]:
@@ -115,7 +131,7 @@ def _nested(values: Any) -> Any:
 
 def _suffix(unit: str) -> str:
     """A unit as the end of a header, such as ``_L_per_min``."""
-    if unit == "1":
+    if unit in ("", "1"):
         return ""
     words = f"per {unit[2:]}" if unit.startswith("1/") else unit.replace("/", " per ")
     return "_" + re.sub(r"[ *·]+", "_", re.sub(r"[\^()]", "", words))

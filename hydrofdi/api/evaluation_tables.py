@@ -1,0 +1,225 @@
+"""An evaluation of labelled records as tables, and as plain data for JSON; missing numbers are None."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from hydrofdi.api.evaluate_records import Evaluation
+from hydrofdi.api.healthy_control import stands_clear
+from hydrofdi.evaluation.auc import Area
+from hydrofdi.evaluation.groups import HealthyPair
+from hydrofdi.evaluation.populations import Population
+from hydrofdi.evaluation.rates import Rate
+from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.table import Column, Table
+from hydrofdi.settings.readable import HOLE, number_text
+from hydrofdi.studies.judgement import Judgement
+from hydrofdi.studies.parts import records_without_number
+from hydrofdi.units import convert
+
+
+def scores_table(evaluation: Evaluation) -> Table:
+    """A row for each score and population; ~ marks scores by which healthy groups differ as faults do."""
+    rows = [row for each in evaluation.detection.judgements for row in _rows(evaluation, each)]
+
+    def column(name: str, unit: str = "", title: str = "", **more: Any) -> Column:
+        texts = [row["texts"].get(name, HOLE) for row in rows]
+        is_shown = bool({*texts} - {HOLE})
+        text = texts if is_shown else number_text
+        return Column(name, [row[name] for row in rows], unit, title, text, is_shown=is_shown, **more)
+
+    firsts = [at for at, row in enumerate(rows) if at and row["score"] != rows[at - 1]["score"]]
+    return Table(
+        (
+            column("score", is_text=True),
+            column("population", is_text=True),
+            column("kind", is_text=True),
+            column("unit", is_text=True),
+            *map(column, ("low", "high")),
+            column("alarms"),
+            *map(column, ("n", "rate", "rate_low", "rate_high")),
+            column("auc", title="AUC"),
+            *map(column, ("auc_low", "auc_high")),
+            column("q90_95", "m^3/s", "q90/95 [L/min]"),
+            column("without_number", title="without a number"),
+        ),
+        n_lead=2,
+        breaks=firsts if len(rows) > 2 * len(evaluation.detection.judgements) else (),
+    )
+
+
+def _rows(evaluation: Evaluation, judgement: Judgement) -> Iterator[dict[str, Any]]:
+    areas = {level.population: level.area for level in judgement.levels}
+    rates = {**judgement.false_alarms, **{each.population: each.detected for each in judgement.levels}}
+    limits, smallest = judgement.threshold, judgement.smallest.get("q90_95")
+    missing = records_without_number(evaluation.detection.records, judgement.scored)
+    name, pairs = judgement.scored.name, evaluation.healthy_pairs[judgement.scored.name]
+    between = [pair.area.value for pair in pairs]
+    for population, rate in rates.items():
+        area, is_healthy = areas.get(population), population.kind == "healthy"
+        stated = None if population in judgement.counted else rate
+        texts = {
+            "score": f"~ {name}" if stands_clear(judgement, pairs) is False else name,
+            "population": population.name,
+        }
+        if rate is not None:
+            texts["alarms"] = _rate_text(rate, digits=int(is_healthy), is_stated=stated is not None)
+        if area is not None:
+            texts["auc"] = _area_text(area)
+        elif is_healthy and between:
+            texts["auc"] = f"{min(between):.2f} … {max(between):.2f}"
+        if smallest is not None and not is_healthy:
+            texts["q90_95"] = smallest.sentence(scale=convert(1.0, "L/min"))
+        if population.name in missing:
+            texts["without_number"] = str(missing[population.name])
+        yield {
+            "score": name,
+            "population": population.name,
+            "kind": population.kind.value,
+            "unit": judgement.scored.unit,
+            "low": limits and limits.low,
+            "high": limits and limits.high,
+            "alarms": rate and rate.count,
+            "n": rate and rate.total,
+            "rate": stated and stated.value,
+            "rate_low": stated and stated.low,
+            "rate_high": stated and stated.high,
+            "auc": area and area.value,
+            "auc_low": area and area.low,
+            "auc_high": area and area.high,
+            "q90_95": smallest and smallest.value,
+            "without_number": missing.get(population.name, 0),
+            "texts": texts,
+        }
+
+
+def pairs_table(evaluation: Evaluation) -> Table:
+    """Healthy groups against each other by the best score; in both orders only if alarms depend on it."""
+    best = evaluation.detection.judgements[0].scored.name
+    pairs = sorted(evaluation.healthy_pairs[best], key=lambda pair: -abs(pair.area.value - 0.5))
+    has_alarms = any(pair.rate is not None for pair in pairs)
+    if not has_alarms:
+        pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]
+    areas, rates = [pair.area for pair in pairs], [pair.rate for pair in pairs]
+    alarms = [f"{rate.count} of {rate.total}" if rate else HOLE for rate in rates]
+    titles = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
+    return Table(
+        (
+            Column("fit_group", [pair.fit_group for pair in pairs], title=titles[0], is_text=True),
+            Column("test_group", [pair.test_group for pair in pairs], title=titles[1], is_text=True),
+            Column("auc", [area.value for area in areas], title="AUC", text=[*map(_area_text, areas)]),
+            Column("auc_low", [area.low for area in areas], is_shown=False),
+            Column("auc_high", [area.high for area in areas], is_shown=False),
+            Column(
+                "alarms",
+                [rate and rate.count for rate in rates],
+                title="false alarms",
+                text=alarms,
+                is_shown=has_alarms,
+            ),
+            Column("n", [rate and rate.total for rate in rates], is_shown=False),
+        ),
+        title=f"Healthy groups against each other by {best}: none of them leaks",
+        n_lead=2,
+    )
+
+
+def _area_text(area: Area) -> str:
+    return f"{area.value:.2f} [{area.low:.2f}, {area.high:.2f}]"
+
+
+def _rate_text(rate: Rate, *, digits: int, is_stated: bool) -> str:
+    counts = f"{rate.count} of {rate.total}"
+    if not is_stated:
+        return counts
+    value, low, high = (f"{100.0 * share:.{digits}f}" for share in (rate.value, rate.low, rate.high))
+    return f"{counts}, {value} % [{low}, {high}]"
+
+
+def evaluation_record(evaluation: Evaluation) -> dict[str, Any]:
+    """What was judged, how, and what every score finds, the best first."""
+    detection = evaluation.detection
+    records, rules = detection.records, detection.rules
+    return {
+        "false_alarm_rate_set": rules.false_alarm_rate,
+        "confidence": rules.confidence,
+        "probability": rules.probability,
+        "records": evaluation.left.n_record,
+        "rejected": evaluation.left.n_rejected,
+        "repeated": evaluation.left.n_repeated,
+        "groups": None if records.groups is None else sorted(set(records.groups)),
+        "populations": [
+            {"label": each.name, "is_healthy": each.kind == "healthy", "n": records.rows(each).size}
+            for each in records.populations
+        ],
+        "conclusion": evaluation.conclusion or None,
+        "remarks": list(detection.remarks),
+        "scores": [_score_record(evaluation, each) for each in detection.judgements],
+    }
+
+
+def _score_record(evaluation: Evaluation, judgement: Judgement) -> dict[str, Any]:
+    scored, threshold = judgement.scored, judgement.threshold
+    bound = judgement.smallest.get("q90_95")
+    found = None if bound is None else bound.value
+    return {
+        "indicator": scored.name,
+        "channels": list(scored.channels),
+        "unit": scored.unit,
+        "direction": str(judgement.direction),
+        "threshold": None
+        if threshold is None
+        else {"low": finite(threshold.low), "high": finite(threshold.high), "n": threshold.n_healthy},
+        "false_alarms": [
+            _rate_record(judgement, each, rate) for each, rate in judgement.false_alarms.items()
+        ],
+        "auc": [
+            {"label": level.population.name} | _area_record(level.area)
+            for level in judgement.levels
+            if level.area is not None
+        ],
+        "detected": [
+            _rate_record(judgement, level.population, level.detected)
+            for level in judgement.levels
+            if level.detected is not None
+        ],
+        "q90_95_L_per_min": None if found is None else convert(found, "L/min"),
+        "stands_clear": stands_clear(judgement, evaluation.healthy_pairs[scored.name]),
+        "without_number": records_without_number(evaluation.detection.records, scored),
+        "healthy_against_healthy": [_pair_record(each) for each in evaluation.healthy_pairs[scored.name]],
+        "refusals": list(judgement.refusals),
+        "remarks": list(judgement.remarks),
+        "note": scored.note or None,
+    }
+
+
+def _area_record(area: Area) -> dict[str, Any]:
+    numbers = {"value": area.value, "low": area.low, "high": area.high}
+    return {name: finite(value) for name, value in numbers.items()} | {
+        "n_healthy": area.n_healthy,
+        "n": area.n_faulty,
+    }
+
+
+def _rate_record(judgement: Judgement, population: Population, rate: Rate) -> dict[str, Any]:
+    """Alarms of a population; a rate where there are enough records for one."""
+    needed = judgement.counted.get(population)
+    stated = [None if needed else finite(value) for value in (rate.value, rate.low, rate.high)]
+    return {
+        "label": population.name,
+        "alarms": rate.count,
+        "n": rate.total,
+        "not_measurable": rate.not_measurable,
+        **dict(zip(("rate", "low", "high"), stated, strict=True)),
+        "records_needed": needed,
+    }
+
+
+def _pair_record(pair: HealthyPair) -> dict[str, Any]:
+    alarms = None if pair.rate is None else pair.rate.count
+    return (
+        {"fit_group": pair.fit_group, "test_group": pair.test_group}
+        | _area_record(pair.area)
+        | {"alarms": alarms, "refusal": pair.refusal or None}
+    )

@@ -86,7 +86,7 @@ def test_every_command_has_help_and_stands_in_the_documentation():
     help_text = run("--help", check=0).stdout
     for code in ("0 done", "1 done, but runs failed", "2 an error", "3 a bug", "130 interrupted"):
         assert code in " ".join(help_text.replace("\n", " ").split())
-    commands = re.findall(r"^  ([a-z]+)  +\S", help_text.partition("Commands:")[2], re.MULTILINE)
+    commands = re.findall(r"^  ([a-z]+)  +\S", help_text.partition("Start:")[2], re.MULTILINE)
     assert len(commands) >= 10
     documentation = "".join(file.read_text() for file in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
     for command in commands:

@@ -18,6 +18,7 @@ import typer
 from typer.core import TyperGroup
 
 from hydrofdi import __version__
+from hydrofdi.cli.options import with_options
 from hydrofdi.cli.terminal import told_on_standard_error
 from hydrofdi.errors import (
     HydrofdiError,
@@ -43,6 +44,14 @@ DONE, RUNS_FAILED, USER_ERROR, FAULT, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141
 class _Commands(TyperGroup):
     """The commands. After an interruption, a message says what is stored; typer would omit it."""
 
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands in groups."""
+        room = formatter.width - 6 - max(map(len, self.commands))
+        for group, names in _GROUPS.items():
+            shown = [(name, self.commands[name].get_short_help_str(room)) for name in names]
+            with formatter.section(group):
+                formatter.write_dl(shown, col_max=max(map(len, self.commands)))
+
     def invoke(self, ctx: typer.Context) -> Any:  # type: ignore[override]
         """Run a command and return its exit code."""
         try:
@@ -55,20 +64,33 @@ class _Commands(TyperGroup):
             return _unread()
 
 
-_HOMES = {
-    "simulate": "simulate", "plan": "plan", "sweep": "sweep", "status": "experiment_folder",
-    "report": "report", "collect": "experiment_folder", "verify": "experiment_folder",
-    "why": "experiment_folder", "rerun": "experiment_folder", "schema": "schema", "check": "check",
-    "calibrate": "calibrate", "configs": "configs", "init": "init", "measure": "records.measure",
-    "indicators": "records.indicators", "inspect": "records.inspect", "evaluate": "records.evaluate",
-    "train": "monitor.train", "detect": "monitor.detect", "monitor": "monitor.monitor",
-    "replay": "monitor.replay", "export": "export",
+_GROUPS = {
+    "Start": {"init": "init", "configs": "configs", "check": "check", "simulate": "simulate"},
+    "Study": {
+        "plan": "plan", "sweep": "sweep", "report": "report", "status": "experiment_folder",
+        "collect": "experiment_folder", "calibrate": "calibrate",
+    },
+    "Records": {
+        "inspect": "records.inspect", "measure": "records.measure", "evaluate": "records.evaluate",
+        "export": "export",
+    },
+    "Live": {
+        "train": "monitor.train", "detect": "monitor.detect", "monitor": "monitor.monitor",
+        "replay": "monitor.replay",
+    },
+    "Look up": {"indicators": "records.indicators", "schema": "schema"},
+    "Audit": {"verify": "experiment_folder", "why": "experiment_folder", "rerun": "experiment_folder"},
 }  # fmt: skip
-"""Command → module below ``hydrofdi.cli``, in the order of the help."""
+"""Group of the help → command → module below ``hydrofdi.cli``."""
+
+_HOMES = {name: home for group in _GROUPS.values() for name, home in group.items()}
 
 
-def application(names: Iterable[str] = _HOMES) -> typer.Typer:
-    """The command line with some commands: to build the options of all takes longer than most commands."""
+def application(names: Iterable[str] = _HOMES, *, with_settings: bool = True) -> typer.Typer:
+    """The command line with some commands: to build the options of all takes longer than most commands.
+
+    Without settings, options that follow from a configuration are left out, as its model takes time to load.
+    """
     app = typer.Typer(
         name="hydrofdi",
         cls=_Commands,
@@ -81,7 +103,9 @@ def application(names: Iterable[str] = _HOMES) -> typer.Typer:
     )
     app.callback()(_root)
     for name in names:
-        app.command(name)(getattr(import_module(f"hydrofdi.cli.{_HOMES[name]}"), name))
+        module = import_module(f"hydrofdi.cli.{_HOMES[name]}")
+        options = module.options() if with_settings and hasattr(module, "options") else {}
+        app.command(name)(with_options(getattr(module, name), options))
     return app
 
 
@@ -106,7 +130,11 @@ def main() -> None:
         with warnings.catch_warnings(), told_on_standard_error():
             _show_warnings()
             arguments = sys.argv[1:] or ["--help"]
-            app = application(arguments[:1] if arguments[0] in _HOMES else _HOMES)
+            is_command = arguments[0] in _HOMES
+            is_completion = "_HYDROFDI_COMPLETE" in os.environ
+            app = application(
+                arguments[:1] if is_command else _HOMES, with_settings=is_command or is_completion
+            )
             code = app(arguments, standalone_mode=False) or DONE
         sys.stdout.flush()
     except HydrofdiError as error:

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from hydrofdi.cli.options import SamplingFrequency
 from hydrofdi.settings.counting import counted
-
-
-class Format(StrEnum):
-    """Formats of exported signals."""
-
-    csv = "csv"
-    parquet = "parquet"
-    mat = "mat"
 
 
 def export(
@@ -37,7 +28,8 @@ def export(
         ),
     ],
     form: Annotated[
-        Format | None, typer.Option("--format", help="Format of files in a folder [default: csv].")
+        Literal["csv", "parquet", "mat"] | None,
+        typer.Option("--format", help="Format of files in a folder [default: csv]."),
     ] = None,
     channels: Annotated[
         str | None,
@@ -73,7 +65,7 @@ def export(
     done = export_signals(
         sources,
         out,
-        format=None if form is None else form.value,
+        format=form,
         channels=channels,
         unit=unit,
         runs=runs,

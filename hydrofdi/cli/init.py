@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -13,26 +12,18 @@ _NAME = re.compile(r"^name: .*$", re.MULTILINE)
 _COMMANDS = re.compile(r"^#\n#   hydrofdi init .*\n", re.MULTILINE)
 
 
-class Template(StrEnum):
-    """Templates of a new configuration."""
-
-    ACTUATOR = "actuator"
-    PAPER = "paper"
-    ONLINE = "online"
-
-
 def init(
     name: Annotated[
         str, typer.Argument(help="Name of the experiment; writes NAME.yaml to this folder.")
     ] = "my-actuator",
     template: Annotated[
-        Template,
+        Literal["actuator", "paper", "online"],
         typer.Option(
             "--from",
             help="actuator: the smallest leak that is found on your actuator. online: the delay until a "
             "new leak is found. paper: the actuator and the sweep of the paper.",
         ),
-    ] = Template.ACTUATOR,
+    ] = "actuator",
 ) -> int:
     """Write a commented configuration for your own actuator.
 
@@ -46,7 +37,7 @@ def init(
     experiment = name.removesuffix(".yaml")
     _require_name(experiment)
     stated = experiment if isinstance(scalar(experiment), str) else f"'{experiment}'"
-    text = _NAME.sub(f"name: {stated}", ready_copy(f"templates/{template.value}"), count=1)
+    text = _NAME.sub(f"name: {stated}", ready_copy(f"templates/{template}"), count=1)
     file = Path(f"{experiment}.yaml")
     _write(file, _COMMANDS.sub("", text, count=1))
     write_out(

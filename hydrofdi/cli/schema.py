@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 
-class Kind(StrEnum):
-    """Kinds of files."""
-
-    EXPERIMENT = "experiment"
-    MEASURED = "measured"
-    MONITOR = "monitor"
-    DETECTOR = "detector"
-
-
 def schema(
-    kind: Annotated[Kind, typer.Argument(help="Kind of file that the schema describes.")] = Kind.EXPERIMENT,
+    kind: Annotated[
+        Literal["experiment", "measured", "monitor", "detector"],
+        typer.Argument(help="Kind of file that the schema describes."),
+    ] = "experiment",
 ) -> int:
     """Print the JSON Schema of a kind of file, for editors and programs.
 
@@ -28,5 +21,5 @@ def schema(
     from hydrofdi.api.schemas import schema as schema_of
     from hydrofdi.cli.terminal import print_json
 
-    print_json(schema_of(kind.value))
+    print_json(schema_of(kind))
     return 0

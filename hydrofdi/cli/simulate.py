@@ -19,9 +19,9 @@ def simulate(
         typer.Argument(help="Experiment file, or a ready one; without it, the default actuator."),
     ] = None,
     settings: Settings = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE.h5", help="Store the run in this file.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Store the run in this file.")] = None,
     figure: Annotated[
-        Path | None, typer.Option(metavar="FILE.png", help="Draw the signals (.png, .svg or .pdf).")
+        Path | None, typer.Option(metavar="FILE", help="Draw the signals (.png, .svg or .pdf).")
     ] = None,
     json: Json = False,
 ) -> int:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -14,14 +13,6 @@ from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.sweep import SweepSummary
-
-
-class EngineName(StrEnum):
-    """Places where runs are computed."""
-
-    local = "local"
-    in_process = "in-process"
-    dask = "dask"
 
 
 def sweep(
@@ -42,7 +33,9 @@ def sweep(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Show what would be done, like 'hydrofdi plan'.")
     ] = False,
-    engine: Annotated[EngineName, typer.Option(help="Where to compute the runs.")] = EngineName.local,
+    engine: Annotated[
+        Literal["local", "in-process", "dask"], typer.Option(help="Where to compute the runs.")
+    ] = "local",
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786.")
     ] = None,
@@ -74,7 +67,7 @@ def sweep(
             experiment,
             out=out,
             workers=workers,
-            engine=engine.value,
+            engine=engine,
             scheduler=scheduler,
             shared_directory=shared_directory,
             retry_failed=retry_failed,

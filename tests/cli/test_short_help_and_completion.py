@@ -6,7 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer.main
 from commands import run_hydrofdi
+
+from hydrofdi.api.detectors.training import setting_keys
+from hydrofdi.cli.app import application
 
 SCRIPT = Path(sys.executable).parent / "hydrofdi"
 
@@ -24,3 +28,14 @@ def test_the_shell_completes_commands():
     done = subprocess.run([SCRIPT], env=os.environ | asked, capture_output=True, text=True, timeout=60)
     assert done.stdout.split() == ["sweep"]
     assert not done.stderr
+
+
+def test_every_plain_setting_of_a_detector_is_an_option_of_train():
+    command = typer.main.get_command(application(["train"])).commands["train"]
+    options = {parameter.name for parameter in command.params}
+    assert setting_keys().keys() - options == {"options", "chart"}
+
+
+def test_commands_stand_in_groups():
+    shown = run_hydrofdi("--help").stdout
+    assert not {"Start:", "Study:", "Records:", "Live:", "Look up:", "Audit:"} - {*shown.splitlines()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from typing import Any, Literal
+from typing import Any
 
 from hydrofdi.api.arguments import names_of
 from hydrofdi.api.detectors.detector import Detector
@@ -13,7 +13,7 @@ from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
-from hydrofdi.detectors.trained.configuration import DetectorConfig
+from hydrofdi.detectors.trained.configuration import DetectorConfig, WindowConfig
 from hydrofdi.detectors.trained.training import stated_detector
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
@@ -23,16 +23,6 @@ def train(
     data: Any,
     indicator: Indicators | None = None,
     *,
-    options: Mapping[str, Any] | None = None,
-    output: str | None = None,
-    direction: Literal["rising", "falling", "both"] | None = None,
-    window: str | float | None = None,
-    every: str | float | None = None,
-    by: Literal["time", "cycle", "estimate"] | None = None,
-    false_alarm_rate: str | float | None = None,
-    confidence: str | float | None = None,
-    threshold: Literal["quantile", "tolerance"] | None = None,
-    accept: bool | None = None,
     healthy: str | int | Sequence[str | int] = (),
     config: str | PathLike[str] | Mapping[str, Any] | None = None,
     out: str | PathLike[str] | None = None,
@@ -42,6 +32,7 @@ def train(
     unit: Names = None,
     label: Texts = None,
     group: Texts = None,
+    **settings: Any,
 ) -> Detector:
     """Train a detector on healthy records, as ``hydrofdi train`` does.
 
@@ -56,25 +47,6 @@ def train(
         What is measured, ``"dwt"`` by default; a label, where `config` has several. Also in the forms that
         `hydrofdi.measure` takes, ``{"flow_balance": {"spool": "command"}}``; a YAML file or a mapping with
         other keys of a detector stands for `config`.
-    options : mapping, optional
-        Options of the indicator, such as ``{"spool": "command"}``.
-    output : str, optional
-        Which number of the indicator is the score, such as ``"d2"``.
-    direction : {"rising", "falling", "both"}, optional
-        Which departure raises an alarm; by default that of the output.
-    window, every : str or float, optional
-        Duration of a window, and time from the start of one to the next [s]; that of the records where left
-        out.
-    by : {"time", "cycle", "estimate"}, optional
-        Windows by time or by cycle of the drive, or each estimate of a recursive indicator.
-    false_alarm_rate : str or float, optional
-        Share of healthy windows that may raise an alarm; ``"1 %"`` by default.
-    confidence : str or float, optional
-        Confidence of the interval of the rate; ``"95 %"`` by default.
-    threshold : {"quantile", "tolerance"}, optional
-        Keep the rate on average, or with the confidence.
-    accept : bool, optional
-        Whether to train although estimates are physically impossible in most healthy windows.
     healthy : str, int, or sequence of them, optional
         Labels of healthy records.
     config : path or mapping, optional
@@ -86,6 +58,10 @@ def train(
         The command that the file states as its origin.
     sampling_frequency, channel, unit, label, group
         Of records in memory, as in `hydrofdi.measure`.
+    **settings
+        Keys of a detector: ``options`` of the indicator, ``output``, ``direction``, ``false_alarm_rate``,
+        ``confidence``, ``threshold``, ``accept``, ``chart``; and of its windows: ``window``, their duration,
+        ``every``, ``by``, ``edge``. `DetectorConfig` and ``hydrofdi train --help`` explain them.
 
     Returns
     -------
@@ -115,22 +91,14 @@ def train(
     """
     if indicator is not None and config is None and not _is_name(indicator):
         config, indicator = _config(indicator), None
-    given: dict[tuple[str, ...], tuple[str, Any]] = {
-        ("indicator",): ("indicator", indicator),
-        ("options",): ("options", None if options is None else plain(options)),
-        ("output",): ("output", output),
-        ("direction",): ("direction", direction),
-        ("false_alarm_rate",): ("false_alarm_rate", false_alarm_rate),
-        ("confidence",): ("confidence", confidence),
-        ("threshold",): ("threshold", threshold),
-        ("accept",): ("accept", accept),
-        ("window", "duration"): ("window", window),
-        ("window", "every"): ("every", every),
-        ("window", "by"): ("by", by),
-    }
+    keys, given = setting_keys(), {"indicator": indicator} | settings
     stated = stated_detector(
         config if config is None or isinstance(config, Mapping) else path_of(config),
-        {key: (name, value) for key, (name, value) in given.items() if value is not None},
+        {
+            keys.get(name, (name,)) if not isinstance(value, Mapping) else (name,): (name, plain(value))
+            for name, value in given.items()
+            if value is not None
+        },
     )
     if out is not None:
         require_place(path_of(out))
@@ -141,6 +109,15 @@ def train(
     if out is not None:
         detector.save(out)
     return detector
+
+
+def setting_keys() -> dict[str, tuple[str, ...]]:
+    """Keyword of `train`, and option of the command → key of `DetectorConfig`."""
+    keys: dict[str, tuple[str, ...]] = {
+        name: ("window", name) for name in WindowConfig.model_fields if name != "channel"
+    }
+    keys["window"] = keys.pop("duration")
+    return {name: (name,) for name in DetectorConfig.model_fields} | keys
 
 
 def _is_name(indicator: Indicators) -> bool:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -21,14 +20,6 @@ _SHOWN = 20
 """Most windows that the terminal shows."""
 
 
-class Format(StrEnum):
-    """Formats of judged windows."""
-
-    table = "table"
-    csv = "csv"
-    json = "json"
-
-
 def detect(
     detector: Annotated[
         Path, typer.Argument(metavar="DETECTOR", help="Detector file written by 'hydrofdi train'.")
@@ -41,7 +32,9 @@ def detect(
             " measured files, or one data file.",
         ),
     ],
-    form: Annotated[Format, typer.Option("--format", help="Output format.")] = Format.table,
+    form: Annotated[
+        Literal["table", "csv", "json"], typer.Option("--format", help="Output format.")
+    ] = "table",
     json: Json = False,
     fail_on_alarm: Annotated[bool, typer.Option("--fail-on-alarm", help="Exit code 1 on an alarm.")] = False,
     sampling_frequency: SamplingFrequency = None,
@@ -53,19 +46,19 @@ def detect(
     from hydrofdi.api.detectors.detector import Detector
 
     tally = Detector.load(detector).windows(sources, sampling_frequency=sampling_frequency)
-    _write(Format.json if json else form, tally)
+    _write("json" if json else form, tally)
     _tell(tally)
     return 1 if tally.unjudged or (fail_on_alarm and tally.n_alarm) else 0
 
 
-def _write(form: Format, tally: Tally) -> None:
-    if form is Format.table:
+def _write(form: str, tally: Tally) -> None:
+    if form == "table":
         _print(tally)
         return
     from hydrofdi.api.detectors.judged import csv_lines, json_parts
     from hydrofdi.cli.terminal import write_out
 
-    for text in (csv_lines if form is Format.csv else json_parts)(tally):
+    for text in (csv_lines if form == "csv" else json_parts)(tally):
         write_out(text)
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def monitor(
     detector: Annotated[
-        Path, typer.Argument(metavar="DETECTOR.json", help="Detector file written by 'hydrofdi train'.")
+        Path, typer.Argument(metavar="DETECTOR", help="Detector file written by 'hydrofdi train'.")
     ],
     source: Annotated[
         str,
@@ -33,9 +33,7 @@ def monitor(
     ],
     config: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE.yaml", help="YAML file with the channels and the connection of the source."
-        ),
+        typer.Option(metavar="FILE", help="YAML file with the channels and the connection of the source."),
     ] = None,
     state: Annotated[
         Path | None,

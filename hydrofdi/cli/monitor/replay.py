@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 import sys
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from hydrofdi.cli.options import SamplingFrequency, Settings
 from hydrofdi.settings.counting import counted
-
-
-class Form(StrEnum):
-    """Formats of samples."""
-
-    csv = "csv"
-    json = "json"
 
 
 def replay(
@@ -40,7 +32,8 @@ def replay(
         str, typer.Option(metavar="-|mqtt://HOST/TOPIC", help="Standard output, or a topic of a broker.")
     ] = "-",
     form: Annotated[
-        Form | None, typer.Option("--format", help="Format on standard output [default: csv].")
+        Literal["csv", "json"] | None,
+        typer.Option("--format", help="Format on standard output [default: csv]."),
     ] = None,
     record: Annotated[
         str, typer.Option(metavar="N|NAME", help="Replay only one record: its number, from 1, or its name.")
@@ -51,7 +44,7 @@ def replay(
     config: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE.yaml",
+            metavar="FILE",
             help="YAML file with the connection to the broker, as for 'hydrofdi monitor'.",
         ),
     ] = None,
@@ -76,7 +69,7 @@ def replay(
     )
     n_sample = 0
     try:
-        with sample_target(to, None if form is None else form.value, config, sys.stdout, tell) as send:
+        with sample_target(to, form, config, sys.stdout, tell) as send:
             for chunk in chunks:
                 send(chunk)
                 n_sample += chunk.n_time

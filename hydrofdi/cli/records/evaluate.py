@@ -40,7 +40,7 @@ def evaluate(
         ),
     ] = None,
     false_alarm_rate: Annotated[
-        str, typer.Option(metavar="RATE", help="False-alarm rate for which thresholds are set, e.g. 5%.")
+        str, typer.Option(metavar="SHARE", help="False-alarm rate for which thresholds are set, e.g. 5%.")
     ] = "1%",
     confidence: Annotated[
         str, typer.Option(metavar="SHARE", help="Confidence of intervals and bounds.")

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from enum import StrEnum
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -22,15 +21,6 @@ if TYPE_CHECKING:
 
 _SHOWN = 20
 """Most records that the terminal shows."""
-
-
-class Format(StrEnum):
-    """Formats of measured records."""
-
-    table = "table"
-    csv = "csv"
-    json = "json"
-    parquet = "parquet"
 
 
 def measure(
@@ -49,7 +39,10 @@ def measure(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write to a file; its suffix sets the format.")
     ] = None,
-    form: Annotated[Format | None, typer.Option("--format", help="Output format [default: table].")] = None,
+    form: Annotated[
+        Literal["table", "csv", "json", "parquet"] | None,
+        typer.Option("--format", help="Output format [default: table]."),
+    ] = None,
     sampling_frequency: SamplingFrequency = None,
     json: Json = False,
 ) -> int:
@@ -62,27 +55,27 @@ def measure(
     from hydrofdi.api.records.sources import Said
     from hydrofdi.cli.terminal import tell
 
-    chosen_form = _form(Format.json if json else form, out)
+    chosen_form = _form("json" if json else form, out)
     measured = measured_records(sources, indicators, Said(sampling_frequency))
     for remark in measured.remarks:
         tell(f"warning: {remark}")
     tally = _Counted(measured.records)
     _write(chosen_form, out, measured.columns, tally)
-    _tell(tally, out, with_reason=chosen_form is not Format.table)
+    _tell(tally, out, with_reason=chosen_form != "table")
     return 1 if tally.n_rejected or tally.n_empty or tally.faults else 0
 
 
-def _form(form: Format | None, out: Path | None) -> Format:
+def _form(form: str | None, out: Path | None) -> str:
     if out is None:
-        if form is Format.parquet:
+        if form == "parquet":
             raise ConfigError("--format parquet needs --out FILE")
-        return form or Format.table
+        return form or "table"
     if form is None:
         suffix = out.suffix.lower().lstrip(".")
-        if suffix not in {Format.csv, Format.json, Format.parquet}:
+        if suffix not in ("csv", "json", "parquet"):
             raise ConfigError(f"--out {out}: name it .csv, .json or .parquet, or give --format")
-        return Format(suffix)
-    if form is Format.table:
+        return suffix
+    if form == "table":
         raise ConfigError("--format table is for the terminal; files are csv, json or parquet")
     return form
 
@@ -114,21 +107,21 @@ class _Counted:
             yield record
 
 
-def _write(form: Format, out: Path | None, columns: Sequence[Column], records: _Counted) -> None:
-    if form is Format.table:
+def _write(form: str, out: Path | None, columns: Sequence[Column], records: _Counted) -> None:
+    if form == "table":
         _print(columns, records)
         return
     from hydrofdi.cli.terminal import write_out
     from hydrofdi.report.forms.measures import csv_lines, json_parts
 
-    lines = csv_lines if form is Format.csv else json_parts
+    lines = csv_lines if form == "csv" else json_parts
     if out is None:
         for line in lines(columns, records):
             write_out(line)
         return
     from hydrofdi.api.measuring import write_measures
 
-    write_measures(out, form.value, columns, records)
+    write_measures(out, form, columns, records)
 
 
 def _print(columns: Sequence[Column], records: _Counted) -> None:

@@ -24,13 +24,12 @@ from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.schema import experiment_schema
 from hydrofdi.config.study.online import ChartConfig
 from hydrofdi.detectors.charts import ChartOptions, chart_kind, chart_names
-from hydrofdi.detectors.trained.schema import detector_schema
-from hydrofdi.monitor.configuration import MonitorConfig, monitor_schema
+from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
-from hydrofdi.records.measured.description.schema import measured_schema
-from hydrofdi.settings.docstrings import field_texts
 from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.readable import readable_unit, typeset
+from hydrofdi.settings.schema import described_schema, field_texts
 from hydrofdi.units import convert, parse_quantity
 
 DOCS, CONFIGS = Path(__file__).parent, Path(__file__).parent.parent / "configs"
@@ -205,15 +204,19 @@ def _model(info: FieldInfo) -> Any:
     return next((part for part in candidates if isinstance(part, type) and issubclass(part, BaseModel)), None)
 
 
+def _schema(model: type[BaseModel], title: str) -> str:
+    return json.dumps(described_schema(model, title), indent=2) + "\n"
+
+
 if __name__ == "__main__":
     texts = {
         DOCS / "configuration.md": page(ExperimentConfig, INTRODUCTION),
         DOCS / "measured-configuration.md": page(MeasuredConfig, MEASURED_INTRODUCTION),
         DOCS / "monitoring-configuration.md": page(MonitorConfig, MONITOR_INTRODUCTION),
         CONFIGS / "schema.json": json.dumps(experiment_schema(), indent=2) + "\n",
-        CONFIGS / "measured-schema.json": json.dumps(measured_schema(), indent=2) + "\n",
-        CONFIGS / "monitor-schema.json": json.dumps(monitor_schema(), indent=2) + "\n",
-        CONFIGS / "detector-schema.json": json.dumps(detector_schema(), indent=2) + "\n",
+        CONFIGS / "measured-schema.json": _schema(MeasuredConfig, "hydrofdi measured files"),
+        CONFIGS / "monitor-schema.json": _schema(MonitorConfig, "hydrofdi monitor"),
+        CONFIGS / "detector-schema.json": _schema(DetectorFile, "hydrofdi detector"),
     }
     for file, text in texts.items():
         if "--check" not in sys.argv[1:]:

@@ -63,10 +63,7 @@ def _in_si(unit: Unit) -> str:
 
 
 def _spellings() -> str:
-    rows = [
-        (others, " or ".join(f"`{unit}`" for unit in units.split(" or ")))
-        for units, others in SPELLINGS.items()
-    ]
+    rows = [(", ".join(names.split()), f"`{unit}`") for unit, names in SPELLINGS.items()]
     return table(("spelling, in any case", "stands for"), rows)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.counting import brief
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 from hydrofdi.units import parse_quantity
 
 

@@ -15,7 +15,7 @@ from hydrofdi.api.records.sources import Said, Texts, has_held, sources_of
 from hydrofdi.config.study.scores import load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.record_measures import used_channels
-from hydrofdi.settings.mistakes import percent_hint
+from hydrofdi.settings.messages import percent_hint
 from hydrofdi.studies.rules import Rules
 
 

@@ -14,7 +14,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.report.detection.caveats import remarks_with_counts
 from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 from hydrofdi.studies.judgement import Detection
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from hydrofdi.api.places import path_of
 from hydrofdi.config import ExperimentConfig, load_experiment
 from hydrofdi.config.request import parameter_names
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 
 Experiment = str | PathLike[str] | Mapping[str, Any] | ExperimentConfig
 """A YAML file, what would stand in one, or an experiment that is loaded."""

@@ -13,7 +13,7 @@ from hydrofdi.records import RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.records.written.columns import Selection
 from hydrofdi.records.written.forms import OWN, WRITERS
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 from hydrofdi.store.files import require_own, whole_file
 
 _NAME = re.compile(rf"\d{{4,}}(-.*)?\.({'|'.join(WRITERS)})")

@@ -26,7 +26,6 @@ from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of
 from hydrofdi.quality.failures import remedy
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.file_kinds import FileKind, other_kind
 from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
@@ -417,7 +416,7 @@ def _computed(run: RunSpec, run_id: str) -> Columns:
 def _request(directory: Path) -> ExperimentConfig:
     if not directory.is_dir():
         what = "is a file, not a results folder" if directory.exists() else "no such folder"
-        raise StoreError(other_kind(directory, FileKind.RESULTS) or f"{directory}: {what}")
+        raise StoreError(f"{directory}: {what}")
     return read_request(directory)
 
 

@@ -26,7 +26,7 @@ from hydrofdi.errors import (
     ShadowedNameWarning,
     without_credentials,
 )
-from hydrofdi.settings.suggestions import similar
+from hydrofdi.settings.messages import similar
 
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""

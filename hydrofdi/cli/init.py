@@ -53,7 +53,7 @@ def _require_name(name: str) -> None:
 
     from hydrofdi.config import ExperimentConfig
     from hydrofdi.errors import ConfigError
-    from hydrofdi.settings.mistakes import describe_error
+    from hydrofdi.settings.messages import describe_error
 
     try:
         ExperimentConfig(name=name)

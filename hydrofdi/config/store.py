@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, WithJsonSchema
 
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.suggestions import nearest
 
 SIGNALS = (
     "input_voltage", "reference_position", "load_force", "spool_position", "piston_position",

@@ -8,7 +8,7 @@ from typing import Any
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators import Indicator, Output
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 
 
 @dataclass(frozen=True, eq=False)

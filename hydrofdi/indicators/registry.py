@@ -19,7 +19,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import catalogue, models
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.faults import made_soundly
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 
 GROUP = "hydrofdi.indicators"
 

@@ -13,7 +13,7 @@ from hydrofdi.indicators.choice import chosen_options
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
 from hydrofdi.settings.extending import read_extended
-from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, TypeVar
 
 from pydantic import Field
 
@@ -15,7 +15,6 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.checks import channel_mistakes
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.schema import described_schema
 from hydrofdi.settings.validation import read_yaml, validated
 
 Placed = TypeVar("Placed", bound=Section)
@@ -68,12 +67,3 @@ def _placed(section: Placed, folder: Path) -> Placed:
     paths = {name: folder / value for name, value in found.items() if isinstance(value, Path)}
     sections = {name: _placed(value, folder) for name, value in found.items() if isinstance(value, Section)}
     return section.model_copy(update=paths | sections)
-
-
-def monitor_schema() -> dict[str, Any]:
-    """The JSON Schema of a configuration; channels may also be plain texts."""
-    schema = described_schema(MonitorConfig, "hydrofdi monitor")
-    channels = schema["properties"]["channels"]
-    column = [channels["additionalProperties"], {"type": "string"}, {"type": "integer"}]
-    channels["additionalProperties"] = {"anyOf": column}
-    return schema

@@ -11,7 +11,7 @@ from zoneinfo import ZoneInfo, available_timezones
 import numpy as np
 
 from hydrofdi.records.batch import Array
-from hydrofdi.settings.suggestions import similar
+from hydrofdi.settings.messages import similar
 
 _POINTED = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):(.*)")
 """Day, month and year separated by dots, as in 31.01.2026 12:00."""

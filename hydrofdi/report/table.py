@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError, UnknownNameError
 from hydrofdi.report.forms.separated import csv_lines
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.readable import number_text, readable_unit, typeset
-from hydrofdi.settings.suggestions import nearest
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import Any
 from hydrofdi.errors import ConfigError
 from hydrofdi.scoring import catalogue
 from hydrofdi.scoring.contract import Score
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 
 
 def score_names() -> list[str]:

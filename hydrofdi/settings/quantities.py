@@ -6,11 +6,12 @@ import json
 import re
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
+from hydrofdi.settings.messages import out_of_range
 from hydrofdi.settings.readable import usual_unit
 from hydrofdi.units import parse_quantity
 
@@ -24,6 +25,9 @@ class Section(BaseModel):
     """A strict, frozen part of a configuration."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
+
+    short_forms: ClassVar[tuple[dict[str, Any], ...]] = ()
+    """JSON Schemas of what may stand in the place of the section."""
 
     @cached_property
     def stated_text(self) -> str:
@@ -62,8 +66,8 @@ class SI:
     usual: tuple[str, str] | None = None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Parse, then check the limits."""
-        number = core_schema.float_schema(gt=self.above, ge=self.least, le=self.most, allow_inf_nan=False)
+        """Parse and check the limits, then refuse what is not finite."""
+        number = core_schema.float_schema(allow_inf_nan=False)
         return core_schema.no_info_before_validator_function(self.parse, number)
 
     def __get_pydantic_json_schema__(
@@ -78,8 +82,18 @@ class SI:
         Raises
         ------
         ValueError
-            The value is neither a number nor a string with a number and a fitting unit.
+            The value is neither a number nor a string with a number and a fitting unit, or out of range.
         """
+        number = self._number(value)
+        if self.above is not None and number <= self.above:
+            raise ValueError(out_of_range("greater than", self.above, value, self.unit))
+        if self.least is not None and number < self.least:
+            raise ValueError(out_of_range("at least", self.least, value, self.unit))
+        if self.most is not None and number > self.most:
+            raise ValueError(out_of_range("at most", self.most, value, self.unit))
+        return number
+
+    def _number(self, value: Any) -> float:
         if isinstance(value, str):
             if self.unit != "1" and _BARE.fullmatch(value):
                 units = dict.fromkeys((usual_unit(self.unit), self.unit))

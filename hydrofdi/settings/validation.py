@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path as FilePath
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Any, TypeVar, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.settings.file_kinds import FileKind, other_kind
-from hydrofdi.settings.mistakes import describe_error
-from hydrofdi.settings.quantities import SI
+from hydrofdi.settings.messages import describe_error, foreign_file
 from hydrofdi.settings.ready import ready_hint
-from hydrofdi.settings.synonyms import meant
 from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
-
-_OUT_OF_RANGE = {"greater_than", "greater_than_equal", "less_than_equal"}
-"""Mistakes in numbers, which are shown as they are written."""
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -38,7 +32,7 @@ def read_yaml(file: FilePath, kind: str) -> Source:
     ConfigError
         The file cannot be read, is clearly of another kind, is not YAML, or contains no mapping.
     """
-    if kind in {*FileKind} and (mistaken := other_kind(file, FileKind(kind))):
+    if mistaken := foreign_file(file, kind):
         raise ConfigError(mistaken)
     source = parse_yaml(_read_text(file, kind), str(file))
     if source.mistakes and source.data is None:
@@ -66,42 +60,11 @@ def validated(model: type[Model], source: Source) -> Model:
 
 
 def _mistake(model: type[BaseModel], source: Source, error: Any) -> Mistake:
-    path, unit = _path(error), ""
-    if error["type"] in _OUT_OF_RANGE and isinstance(stated := _stated(source.data, path), str):
-        error, unit = {**error, "input": stated}, _unit_at(model, path)
-    message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model), unit)
-    if error["type"] in ("model_type", "model_attributes_type") and path:
-        message += _section_hint(path, _section_at(model, path), error["input"])
+    path = tuple(part for part in error["loc"] if part != "[key]")
+    message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model))
+    if error["type"] in ("model_type", "model_attributes_type") and (keys := known_keys(model, path)):
+        message += f"; its keys are {', '.join(keys)}"
     return source.mistake(path, message) if path else _placed(source, message)
-
-
-def _stated(data: Any, path: Path) -> Any:
-    """The value at a path as it is written, such as ``-21 MPa``; None if the path leads nowhere."""
-    for part in path:
-        try:
-            data = data[part]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return data
-
-
-def _section_hint(path: Path, section: Any, found: Any) -> str:
-    """The key that a value in the place of a section probably belongs to, or all keys of the section."""
-    if not _is_model(section):
-        return ""
-    keys = list(section.model_fields)
-    fitting = [key for key in keys if isinstance(found, str) and _takes(section, key, found)]
-    if likely := [key for key in meant(str(path[-1]), keys) if key in fitting or not fitting] or fitting:
-        return f"; write {dotted(path)}: {{{likely[0]}: {found}}}"
-    return f"; its keys are {', '.join(keys)}"
-
-
-def _takes(section: type[BaseModel], key: str, value: str) -> bool:
-    try:
-        section.model_validate({key: value})
-    except ValidationError as errors:
-        return all(error["loc"][:1] not in ((), (key,)) for error in errors.errors())
-    return True
 
 
 def _placed(source: Source, message: str) -> Mistake:
@@ -128,10 +91,6 @@ def _read_text(file: FilePath, kind: str) -> str:
         raise ConfigError(f"{file}: {error.strerror}") from None
 
 
-def _path(error: Any) -> Path:
-    return tuple(part for part in error["loc"] if part != "[key]")
-
-
 def _reading_order(mistake: Mistake) -> tuple[str, int]:
     file, _, line = mistake.origin.rpartition(":")
     return (file, int(line)) if line.isdigit() else (mistake.origin, 0)
@@ -153,17 +112,6 @@ def _section_at(model: Any, path: Path) -> Any:
             if field and get_origin(field.annotation) is dict:
                 next(parts, None)
     return model
-
-
-def _unit_at(model: Any, path: Path) -> str:
-    """The SI unit of the number at a path within a model; empty if it has none."""
-    section = _section_at(model, path[:-1])
-    field = section.model_fields.get(path[-1]) if _is_model(section) else None
-    if field is None:
-        return ""
-    within = (each for part in get_args(field.annotation) for each in getattr(part, "__metadata__", ()))
-    units = (each.unit for each in (*field.metadata, *within) if isinstance(each, SI))
-    return next((unit for unit in units if unit != "1"), "")
 
 
 def _dotted_keys(model: type[BaseModel]) -> list[str]:

@@ -15,7 +15,6 @@ import h5py
 
 from hydrofdi.errors import StoreError
 from hydrofdi.records.array_reader import open_hdf5
-from hydrofdi.settings.file_kinds import FileKind, other_kind
 
 LIBRARY_VERSIONS = ("v110", "v110")
 """HDF5 format versions of written files: from 1.10 on, all metadata have checksums, so a damaged file is
@@ -197,8 +196,7 @@ def open_for_reading(path: Path) -> Iterator[h5py.File]:
     except FileNotFoundError:
         raise StoreError(f"{path}: no such file") from None
     except OSError as error:
-        damaged = f"{path}: is not a readable HDF5 file: {reason(error)}"
-        raise StoreError(other_kind(path, FileKind.RESULTS) or damaged) from None
+        raise StoreError(f"{path}: is not a readable HDF5 file: {reason(error)}") from None
     with file:
         try:
             yield file

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.messages import describe_error
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.layout.names import (

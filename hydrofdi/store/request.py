@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import STORED
 from hydrofdi.errors import StoreError
-from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.messages import describe_error
 from hydrofdi.store.files import write_whole_text
 
 REQUEST_FILE = "experiment.json"

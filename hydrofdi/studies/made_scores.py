@@ -16,7 +16,7 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.records import Channel
 from hydrofdi.scoring import Score, cross_fitted_scores, make_score
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 from hydrofdi.studies.largest_change import LargestChange
 from hydrofdi.studies.paired import CHANGE
 from hydrofdi.studies.records import Scored, StudyRecords

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
-from hydrofdi.settings.suggestions import similar
+from hydrofdi.settings.messages import similar
 from hydrofdi.studies.records import Scored, StudyRecords
 
 SEED = 0

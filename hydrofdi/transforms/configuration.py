@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from hydrofdi.settings.messages import similar
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.suggestions import similar
 
 
 def _known_wavelet(name: str) -> str:

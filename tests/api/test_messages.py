@@ -33,7 +33,7 @@ def test_few_records_of_several_frames_are_told_with_each_name():
 @pytest.mark.parametrize(
     ("stated", "hint"),
     [
-        ({"window": "2 s"}, "write window: {duration: 2 s}"),
+        ({"window": "2 s"}, "found '2 s'; its keys are by, duration, every, channel, edge"),
         ({"window": 2}, "found 2; its keys are by, duration, every, channel, edge"),
     ],
 )

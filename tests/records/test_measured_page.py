@@ -8,7 +8,8 @@ import numpy as np
 
 from hydrofdi.records.measured import measured_source
 from hydrofdi.records.measured.column_names import NAMES
-from hydrofdi.records.measured.description.schema import measured_schema
+from hydrofdi.records.measured.description.configuration import MeasuredConfig
+from hydrofdi.settings.schema import described_schema
 from tests.commands import run
 from tests.conftest import REPOSITORY
 from tests.records.measuring import P1, SUPPLY, described
@@ -51,6 +52,6 @@ def test_the_page_lists_the_names_that_plain_files_are_read_by():
 
 def test_the_kept_schema_is_that_of_the_models():
     kept = json.loads((REPOSITORY / "configs" / "measured-schema.json").read_text())
-    assert kept == json.loads(json.dumps(measured_schema()))
+    assert kept == json.loads(json.dumps(described_schema(MeasuredConfig, "hydrofdi measured files")))
     assert kept == json.loads(run("schema", "measured", check=0).stdout)
     assert kept["properties"]["channels"]["propertyNames"]

@@ -12,7 +12,7 @@ from hydrofdi.indicators.record_measures import samples_digest
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.measured.held import HeldSource
 from hydrofdi.records.measured.source import MeasuredSource
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 from hydrofdi.store.records import StoredRecords
 
 STUDY_LABEL = "healthy (fit)"

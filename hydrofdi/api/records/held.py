@@ -18,7 +18,7 @@ from hydrofdi.records.measured.formats.table import split_title
 from hydrofdi.records.measured.held import HeldSource, HeldTable, held_source
 from hydrofdi.records.measured.sampling import counts_samples
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.suggestions import listed, nearest
+from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import parse_unit, similar_units
 
 Names = str | Mapping[str, str] | None

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.messages import describe_error
 
 _MOST_NAMED = 4
 

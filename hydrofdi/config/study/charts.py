@@ -11,8 +11,8 @@ from hydrofdi.detectors.charts import chart_kind, chart_names
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.labels import label_mistake
 from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.suggestions import nearest
 from hydrofdi.settings.yaml_source import Path, Source
 
 

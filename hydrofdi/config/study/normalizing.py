@@ -17,7 +17,7 @@ from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
 from hydrofdi.config.sweeps.values import nominal_value
 from hydrofdi.indicators.choice import chosen_options
 from hydrofdi.indicators.registry import sound_indicator
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.transforms.configuration import WaveletConfig
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.yaml_source import Path, Source
 

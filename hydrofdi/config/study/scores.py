@@ -13,9 +13,9 @@ from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.labels import label_mistake
 from hydrofdi.scoring.registry import score_kind, score_names
 from hydrofdi.settings.extending import read_extended
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.ready import located
-from hydrofdi.settings.suggestions import nearest
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path, Source
 

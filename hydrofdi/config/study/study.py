@@ -8,8 +8,8 @@ from pydantic import Field, WithJsonSchema, model_validator
 
 from hydrofdi.config.sweeps.sample import CorrelationConfig, Distribution
 from hydrofdi.config.sweeps.sweep import Axes
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.suggestions import nearest
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
 FitCount = Annotated[int, Field(strict=True, ge=0, le=1_000_000)]

@@ -16,8 +16,7 @@ from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.config.sweeps.values import difference, parameter_value, require_numbers
-from hydrofdi.settings.mistakes import describe_error
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.yaml_source import Path, Source, dotted
 from hydrofdi.units import parse_quantity
 

@@ -20,7 +20,7 @@ from hydrofdi.config.sweeps.sample import SampleConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.config.sweeps.unit_cube import correlated, unit_cube
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.messages import describe_error
 
 NOMINAL = -1
 """Index of a point that does not set the parameter."""

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, WithJsonSchema, model_validator
 
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.suggestions import nearest
 
 Kind = Literal[
     "uniform", "loguniform", "normal", "truncated_normal", "lognormal", "triangular", "integers", "choice"

@@ -17,8 +17,7 @@ from hydrofdi.config.sweeps.values import (
     parameter_value,
     require_numbers,
 )
-from hydrofdi.settings.mistakes import describe_error
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import parse_quantity
 

@@ -8,9 +8,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit, validate_parameter
-from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.quantities import SI
-from hydrofdi.settings.suggestions import nearest
 from hydrofdi.settings.yaml_source import Path, Source, dotted
 
 

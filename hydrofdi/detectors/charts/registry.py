@@ -10,7 +10,7 @@ from typing import Any
 from hydrofdi.detectors.charts import catalogue
 from hydrofdi.detectors.charts.contract import Chart
 from hydrofdi.errors import ConfigError
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 
 
 def chart_names() -> list[str]:

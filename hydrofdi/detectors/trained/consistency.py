@@ -14,7 +14,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.yaml_source import dotted
 

@@ -12,8 +12,7 @@ from pydantic import ValidationError
 from hydrofdi.detectors.trained.consistency import inconsistencies
 from hydrofdi.detectors.trained.file import SCHEMA, VERSION, DetectorFile
 from hydrofdi.errors import ConfigError, Mistake
-from hydrofdi.settings.file_kinds import FileKind, other_kind
-from hydrofdi.settings.mistakes import describe_error
+from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.validation import known_keys
 from hydrofdi.settings.yaml_source import dotted
 
@@ -45,8 +44,6 @@ def load_detector(path: Path) -> DetectorFile:
         The file cannot be read, is not a detector file, is inconsistent, or was made for another version of
         hydrofdi or of its indicator.
     """
-    if mistaken := other_kind(path, FileKind.DETECTOR):
-        raise ConfigError(mistaken)
     text = _read(path)
     try:
         data = json.loads(

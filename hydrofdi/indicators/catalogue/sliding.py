@@ -15,8 +15,8 @@ from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI
-from hydrofdi.settings.suggestions import nearest
 
 
 class SlidingOptions(RecursiveOptions):

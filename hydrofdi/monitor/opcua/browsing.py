@@ -9,7 +9,7 @@ from asyncua import ua
 from asyncua.client.client import Client
 from asyncua.ua.uaerrors import UaError
 
-from hydrofdi.settings.suggestions import similar
+from hydrofdi.settings.messages import similar
 
 _MOST = 2_000
 

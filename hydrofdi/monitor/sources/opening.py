@@ -9,8 +9,7 @@ from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import StreamSource
-from hydrofdi.settings.file_kinds import FileKind, other_kind
-from hydrofdi.settings.suggestions import similar
+from hydrofdi.settings.messages import foreign_file, similar
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/")
 _KINDS = "'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or opc.tcp://HOST:PORT"
@@ -96,7 +95,7 @@ def _text(
         raise ConfigError(
             f"{text}: is not a text stream; 'hydrofdi detect' judges it, 'hydrofdi replay' streams it"
         )
-    if text != "-" and (mistaken := other_kind(path, FileKind.DATA)):
+    if text != "-" and (mistaken := foreign_file(path, "a text stream")):
         raise ConfigError(mistaken)
     if without_credentials(text) != text and not path.exists():
         raise ConfigError(f"{text}: no such file; a source is {_KINDS}")

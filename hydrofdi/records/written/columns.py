@@ -10,7 +10,7 @@ from hydrofdi.records.batch import Array, RecordBatch
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_names import channel_named
 from hydrofdi.records.measured.column_units import known_unit, scaled
-from hydrofdi.settings.suggestions import listed, nearest
+from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import parse_unit, similar_units
 
 

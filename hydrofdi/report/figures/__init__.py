@@ -16,7 +16,7 @@ from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.signals import draw_signals
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes
-from hydrofdi.settings.suggestions import similar
+from hydrofdi.settings.messages import similar
 from hydrofdi.store.files import whole_file
 
 __all__ = [

@@ -209,7 +209,7 @@ def test_settings_come_from_a_file_and_options_win(hydrofdi, tmp_path):
     assert refused.returncode == 2
     lines = refused.stderr.splitlines()
     assert "hydrofdi: wrong.yaml:2: indicatr: unknown key; did you mean 'indicator'?" in lines
-    assert any(line.startswith("hydrofdi: --every: '1 bar' has the wrong unit") for line in lines)
+    assert any(line.startswith("hydrofdi: every: '1 bar' has the wrong unit") for line in lines)
     (tmp_path / "wrong.yaml").write_text("indicator: dwt\noutput: d9\nchart: {chart: cusm}\n")
     lines = hydrofdi("train", "run.csv", "--config", "wrong.yaml", "--out", "x.json").stderr.splitlines()
     assert "hydrofdi: wrong.yaml:3: chart.chart: there is no chart 'cusm'; did you mean 'cusum'?" in lines

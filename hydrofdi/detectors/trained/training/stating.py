@@ -15,8 +15,7 @@ from hydrofdi.errors import ConfigError, Mistake
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.settings.extending import extended, overlay, read_extended
-from hydrofdi.settings.mistakes import describe_error
-from hydrofdi.settings.suggestions import listed, nearest
+from hydrofdi.settings.messages import describe_error, listed, nearest
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source, dotted, plain

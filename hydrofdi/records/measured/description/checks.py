@@ -13,7 +13,7 @@ from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.ranges import plausible_range
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.naming import OWN_NAMES, fields_of, path_pattern
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.yaml_source import Source
 from hydrofdi.units import parse_unit
 

@@ -32,6 +32,8 @@ Column = Annotated[str, BeforeValidator(_as_text, json_schema_input_type=str | i
 class FormatConfig(Section):
     """Format of the files. By default, suffix and first lines show kind, delimiter, header and units."""
 
+    short_forms = ({"type": "string"},)
+
     kind: Literal["text", "hdf5", "mat", "parquet", "npz"] | None = None
     """Kind of file; by default from the suffix. ``.gz`` may follow every suffix."""
 
@@ -64,6 +66,8 @@ class FormatConfig(Section):
 
 class ChannelConfig(Section):
     """Source of a channel: sign × (gain × column + offset), in `unit`. A plain text means the column."""
+
+    short_forms = ({"type": "string"}, {"type": "integer"})
 
     column: Column
     """Name of the column, with or without its unit, or its number from 1; path of the dataset in HDF5 and

@@ -16,8 +16,7 @@ from hydrofdi.records.measured.formats.reading_apart import table_read_apart
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text import TextTable
 from hydrofdi.records.measured.rejection import damage_named
-from hydrofdi.settings.file_kinds import FileKind, other_kind
-from hydrofdi.settings.suggestions import nearest
+from hydrofdi.settings.messages import foreign_file, nearest
 
 _KINDS = {
     **dict.fromkeys((".csv", ".tsv", ".tab", ".txt", ".dat", ".asc"), "text"),
@@ -71,7 +70,7 @@ def kind_of(path: Path, place: str) -> str:
     suffix = Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix
     if suffix.lower() in _KINDS:
         return _KINDS[suffix.lower()]
-    if mistaken := other_kind(path, FileKind.DATA):
+    if mistaken := foreign_file(path, "a data file"):
         raise DataError(mistaken)
     hint = nearest(suffix, list(_KINDS)) if suffix else ""
     raise DataError(

@@ -1,0 +1,150 @@
+"""What messages say: what was found, what is allowed, and the nearest name that is known."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from hydrofdi.settings.counting import brief, counted
+
+_SYNONYMS = {
+    "ebm": "bulk_modulus", "beta": "bulk_modulus", "ki": "internal_coefficient", "leak": "internal_flow",
+    "fs": "sampling_frequency", "dt": "step", "ps": "pressure", "pt": "return_pressure",
+    "kp": "proportional_gain", "oil": "fluid",
+}  # fmt: skip
+_AREA = ("bore", "rod", "borediameter", "roddiameter", "pistondiameter", "a1", "a2")
+_MOST_LISTED, _MOST_CHOICES = 12, 6
+
+_LIMITS = {
+    "greater_than": ("greater than", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than_equal": ("at most", "le"),
+}
+_BEGINNINGS = {
+    b"\x89HDF\r\n\x1a\n": "an HDF5 file", b"\x89PNG": "a picture", b"\xff\xd8\xff": "a picture",
+    b"%PDF": "a PDF file", b"\xd0\xcf\x11\xe0": "a spreadsheet", b"PK": "a spreadsheet or an archive",
+}  # fmt: skip
+
+
+def nearest(name: str, known: Sequence[str], elsewhere: Sequence[str] = (), section: str = "") -> str:
+    """The end of a message on an unknown name: the known one that it probably means, or all if they are few.
+
+    Parameters
+    ----------
+    name : str
+        Dotted where the known names are.
+    known, elsewhere : sequence of str
+        What may stand there; dotted names of other sections.
+    section : str
+        Where an undotted name stands.
+    """
+    if _plain(_last(name)) in _AREA and any(_last(key) == "piston_area" for key in (*known, *elsewhere)):
+        return (
+            "; give 'actuator.piston_area': π/4 · (bore² − rod²), both chambers (a single rod: only records,"
+            " with piston_area_2 of indicators)"
+        )
+    same = [key for key in elsewhere if _last(key) in (name, _SYNONYMS.get(_plain(name)))]
+    moved = f"; did you mean {' or '.join(map(repr, same[:3]))}?" if same else ""
+    return similar(name, known) or moved or listed(known)
+
+
+def similar(name: object, known: Sequence[str]) -> str:
+    """A hint at the known name that is spelt alike or begins alike; empty if there is none."""
+    section, dot, word = str(name).rpartition(".")
+    own = [key for key in known if key.startswith(section + dot)] if dot else []
+    by_word = {_plain(_last(key)): key for key in reversed(own or known)}
+    asked = _plain(word)
+    if len(asked) < 2:
+        return ""
+    longer = [key for key in by_word if len(asked) > 2 and asked in key]
+    same_letter = [key for key in by_word if key[:1] == asked[0]]
+    alike = get_close_matches(asked, by_word, 1, 0.8) or get_close_matches(asked, same_letter, 1, 0.6)
+    meant = [asked, _plain(_SYNONYMS.get(asked, "")), *alike, *longer]
+    found = next((by_word[key] for key in meant if key in by_word), None)
+    return f"; did you mean {found!r}?" if found else ""
+
+
+def listed(known: Sequence[str]) -> str:
+    """All known names; empty if there are none, or too many to read."""
+    return f"; known: {', '.join(known)}" if 0 < len(known) <= _MOST_LISTED else ""
+
+
+def _last(name: str) -> str:
+    return name.rpartition(".")[2]
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[-_\s]", "", name.lower())
+
+
+def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[str] = ()) -> str:
+    """One sentence for an error of pydantic: what was found, and what is allowed."""
+    kind, found, context = error["type"], error["input"], error.get("ctx", {})
+    if kind in _LIMITS:
+        how, limit = _LIMITS[kind]
+        return out_of_range(how, context[limit], found)
+    match kind:
+        case "missing":
+            return "is missing"
+        case "extra_forbidden":
+            section, name = ("", *map(str, error["loc"]))[-2:]
+            return f"unknown key{nearest(name, known, elsewhere, section)}"
+        case "literal_error" | "enum":
+            choices = re.findall("'([^']*)'", context["expected"])
+            if len(choices) > _MOST_CHOICES:
+                return f"{brief(found)} is unknown{nearest(str(found), choices)}"
+            return f"must be {context['expected']}; found {brief(found)}{similar(found, choices)}"
+        case "model_type" | "model_attributes_type" | "dict_type":
+            return f"expected a section with 'key: value' pairs; found {brief(found)}"
+        case "string_type":
+            return f"expected a text; found {brief(found)}"
+        case "int_type" | "int_from_float" | "int_parsing":
+            return f"expected an integer; found {brief(found)}"
+        case "bool_type" | "bool_parsing":
+            return f"expected true or false; found {brief(found)}"
+        case "tuple_type" | "list_type":
+            return f"expected a list; found {brief(found)}"
+        case "finite_number":
+            return f"must be a finite number; found {found}"
+        case "too_short":
+            return f"needs {counted(context['min_length'], 'entry')} or more; found {len(found)}"
+        case "json_invalid":
+            return f"is not JSON: {context['error']}"
+        case "string_pattern_mismatch" if error["loc"][-1] == "name":
+            return f"letters, digits, '.', '_' and '-' only, at most 64; found {brief(found)}"
+        case "value_error":
+            message = str(context["error"])
+            return f"{message}; found {brief(found)}" if message.startswith("expected") else message
+    return f"{error['msg'][0].lower()}{error['msg'][1:]}; found {brief(found)}"
+
+
+def out_of_range(how: str, limit: float, found: Any, unit: str = "1") -> str:
+    """A number beyond its limit [in `unit`]; a share above its largest value is most often in percent."""
+    allowed = f"{limit:g} {unit}" if unit != "1" and limit else f"{limit:g}"
+    shown = f"{found:g}" if isinstance(found, float) else found
+    return f"must be {how} {allowed}; found {shown}{percent_hint(found, limit) if how == 'at most' else ''}"
+
+
+def percent_hint(found: Any, most: float) -> str:
+    """The end of a message on a share above its largest value, which is most often a number of percent."""
+    try:
+        number = float(found)
+    except (TypeError, ValueError):
+        return ""
+    return f"; write '{number:g} %' if it is in percent" if most <= 1.0 <= number < 100.0 else ""
+
+
+def foreign_file(path: Path, wanted: str) -> str:
+    """What is wrong with a picture, a spreadsheet or an HDF5 file in the place of a text; else empty."""
+    if not path.is_file():
+        return ""
+    try:
+        with open(path, "rb") as file:
+            head = file.read(8)
+    except OSError:
+        return ""
+    kind = next((kind for start, kind in _BEGINNINGS.items() if head.startswith(start)), "")
+    return f"{path}: is {kind}, not {wanted}" if kind else ""

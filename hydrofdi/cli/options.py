@@ -54,8 +54,8 @@ def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any
 
 def _option(name: str, model: Any, path: tuple[str, ...]) -> Any:
     """An option whose help, choices, unit and default are those of a field; None of sections and mappings."""
-    from hydrofdi.settings.docstrings import field_texts
     from hydrofdi.settings.quantities import SI
+    from hydrofdi.settings.schema import field_texts
     from hydrofdi.settings.yaml_source import scalar
 
     for part in path[:-1]:

@@ -8,16 +8,23 @@ from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.figures import shown
 from hydrofdi.api.places import notebook_library, path_of
-from hydrofdi.api.single import SingleRun, simulate_nominal, write_single_run
-from hydrofdi.config import ExperimentConfig
+from hydrofdi.api.stored import library_versions
+from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.shown_values import shown_in
+from hydrofdi.config.study.detection import DetectionConfig
+from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.report.run_summary import RunSummary, run_record, summarize_run
 from hydrofdi.report.table import Table
+from hydrofdi.simulation import record_identity, run_identity
+from hydrofdi.store import Columns, HeldResults, write_experiment
 from hydrofdi.store.files import require_replaceable
-from hydrofdi.store.layout.names import TIME
+from hydrofdi.store.layout.names import NO_BASELINE, TIME
 
 if TYPE_CHECKING:
     import pandas
@@ -34,16 +41,18 @@ class Run:
     ----------
     experiment : ExperimentConfig
         What was asked for, in SI.
+    spec : RunSpec
+    columns : dict
+        Name of a variable → its values with one row, in SI.
     """
 
-    def __init__(self, experiment: ExperimentConfig, single: SingleRun) -> None:
-        self.experiment = experiment
-        self._single = single
+    def __init__(self, experiment: ExperimentConfig, spec: RunSpec, columns: Columns) -> None:
+        self.experiment, self.spec, self.columns = experiment, spec, columns
 
     @cached_property
     def summary(self) -> RunSummary:
         """The features of the run in words and numbers, as the command prints them."""
-        return summarize_run(self._single.run, self._single.columns)
+        return summarize_run(self.spec, self.columns)
 
     @property
     def title(self) -> str:
@@ -76,7 +85,7 @@ class Run:
         """Name → number in SI, such as ``mean_internal_leakage_flow`` [m³/s] and ``dwt.d2`` [Pa]."""
         return {
             name: float(values[0])
-            for name, values in self._single.columns.items()
+            for name, values in self.columns.items()
             if values.shape == (1,) and values.dtype.kind == "f"
         }
 
@@ -88,17 +97,17 @@ class Run:
         from hydrofdi.config.plausibility import unusual_values
 
         doubts = unusual_values(self.experiment, with_sweep=False) + idle_parameters(self.experiment)
-        return (*doubts, *step_warnings(lambda *_: [self._single.run.request]), *self.saturation)
+        return (*doubts, *step_warnings(lambda *_: [self.spec.request]), *self.saturation)
 
     @property
     def saturation(self) -> list[str]:
         """A sentence if the controller is at its voltage limit for much of the record."""
         from hydrofdi.quality.saturation import saturation_warning
 
-        voltages = self._single.columns.get("input_voltage")
+        voltages = self.columns.get("input_voltage")
         if voltages is None or self.status != "ok":
             return []
-        sentence = saturation_warning(self._single.run.parameters, voltages[0])
+        sentence = saturation_warning(self.spec.parameters, voltages[0])
         return [sentence] if sentence else []
 
     def to_xarray(self) -> xarray.Dataset:
@@ -113,7 +122,7 @@ class Run:
 
         told = {"title": self.title, "run_id": self.run_id, "status": self.status}
         told |= {"verdict": self.verdict} | ({"message": self.message} if self.message else {})
-        return run_dataset(run_variables(self.experiment), self._single.columns, told)
+        return run_dataset(run_variables(self.experiment), self.columns, told)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Signals in SI, shape (n_time, n_signal), titles such as ``time [s]``, ``chamber_1_pressure [Pa]``.
@@ -138,7 +147,7 @@ class Run:
         from hydrofdi.api.records.held import records_of
         from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 
-        held = self._single.columns
+        held = self.columns
         columns = [
             Column(channel.value, held[signal][0], channel.unit)
             for channel, signal in SIGNAL_OF_CHANNEL.items()
@@ -156,10 +165,10 @@ class Run:
         """The signals over time; `Figure.savefig` writes them."""
         from hydrofdi.report.figures import draw_signals
 
-        return shown(draw_signals(self._single.columns, self.experiment.wavelet, self.title))
+        return shown(draw_signals(self.columns, self.experiment.wavelet, self.title))
 
     def write(self, path: str | PathLike[str]) -> None:
-        """Store the run as an experiment file (HDF5).
+        """Store the run as an experiment file (HDF5). A healthy one is its own baseline, others have none.
 
         Raises
         ------
@@ -167,7 +176,13 @@ class Run:
             The file cannot be written, or something else stands there.
         """
         require_replaceable(path_of(path))
-        write_single_run(path_of(path), self.experiment, self._single)
+        alone = _alone(self.experiment)
+        whole = expand_runs(alone)
+        fixed, matched = (
+            np.where(rows[:1] == 0, 0, NO_BASELINE) for rows in (whole.fixed_baseline, whole.matched_baseline)
+        )
+        table = RunTable(whole.runs[:1], {}, 1, fixed, matched, np.array([NO_BASELINE]))
+        write_experiment(path_of(path), alone, table, HeldResults(self.columns), library_versions())
 
     def __repr__(self) -> str:
         return repr(self._table())
@@ -228,7 +243,18 @@ def simulate(
     loaded = experiment_of(experiment, settings)
     if out is not None:
         require_replaceable(path_of(out))
-    run = Run(loaded, simulate_nominal(loaded))
+    spec = expand_runs(_alone(loaded)).runs[0]
+    (coefficient,) = leakage_coefficients([spec], InProcessEngine(), {})
+    job = Job.of(spec, run_identity(spec), coefficient, record_identity(spec))
+    run = Run(loaded, spec, compute_columns([job]))
     if out is not None:
         run.write(out)
     return run
+
+
+def _alone(experiment: ExperimentConfig) -> ExperimentConfig:
+    """An experiment without what it varies; the one run of a study keeps its signals."""
+    alone: dict[str, Any] = {"sweep": SweepConfig(), "ensemble": SweepConfig(), "study": None}
+    if experiment.study is not None and experiment.store.signals == "none":
+        alone["store"] = experiment.store.model_copy(update={"signals": "all"})
+    return experiment.model_copy(update=alone | {"detection": DetectionConfig()})

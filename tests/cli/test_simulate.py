@@ -6,7 +6,7 @@ import h5py
 import pytest
 
 import hydrofdi as package
-from hydrofdi.api.single import simulate_nominal
+from hydrofdi.api.run import simulate
 from hydrofdi.config import load_experiment
 from hydrofdi.report.run_summary import run_record, summarize_run
 from tests.commands import run_hydrofdi
@@ -101,8 +101,8 @@ def test_a_run_that_diverges_is_stored_with_a_sentence_and_exit_code_1(hydrofdi,
     ],
 )
 def test_odd_but_valid_parameters_end_in_a_run_or_in_a_failed_one(settings):
-    single = simulate_nominal(load_experiment(None, ["record.duration=2 s", *settings]))
-    record = run_record(summarize_run(single.run, single.columns))
+    single = simulate(load_experiment(None, ["record.duration=2 s", *settings]))
+    record = run_record(summarize_run(single.spec, single.columns))
     assert record["status"] in ("ok", "diverged", "stroke_exceeded")
     json.dumps(record, allow_nan=False)
 

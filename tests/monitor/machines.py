@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.single import simulate_nominal
+from hydrofdi.api.run import simulate
 from hydrofdi.config import load_experiment
 from tests.commands import run
 
@@ -58,7 +58,7 @@ def _lower(detector: Path) -> None:
 
 def _write(path: Path, *settings: str) -> None:
     common = (f"record.duration={END} s", "pressure_1_sensor.noise=20 kPa")
-    columns: Any = simulate_nominal(load_experiment(settings=[*common, *settings])).columns
+    columns: Any = simulate(load_experiment(settings=[*common, *settings])).columns
     data = np.column_stack([np.ravel(columns["time"]), np.ravel(columns["chamber_1_pressure"]) / 1e5])
     np.savetxt(
         path, data[data[:, 0] >= START], delimiter=",", header="time [s],P1 [bar]", comments="", fmt="%.9g"

@@ -16,7 +16,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from hydrofdi.api.single import simulate_nominal
+from hydrofdi.api.run import simulate
 from hydrofdi.config import load_experiment
 from tests.commands import COMMAND, run
 
@@ -30,7 +30,7 @@ _OF_ONE_LIFE = ("started", "resumed", "stopped")
 
 def pressure(*settings: str) -> np.ndarray:
     """P1 in closed loop [Pa], without the start of the motion."""
-    columns = simulate_nominal(load_experiment(CONFIG, [f"record.duration={RECORD} s", *settings])).columns
+    columns = simulate(load_experiment(CONFIG, [f"record.duration={RECORD} s", *settings])).columns
     after = np.ravel(columns["time"]) >= START
     return np.ravel(columns["chamber_1_pressure"])[after]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.api.detectors.train_on import train_on
+from hydrofdi.api.detectors.training import train_on
 from hydrofdi.api.records.opened import open_source
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment

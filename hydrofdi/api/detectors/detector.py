@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import chain
 from os import PathLike
 from pathlib import Path
@@ -13,7 +14,6 @@ from hydrofdi.api.detectors.healthy_records import LeftOut
 from hydrofdi.api.detectors.judged import windows_table
 from hydrofdi.api.detectors.promise import sentences, training_record
 from hydrofdi.api.detectors.tally import Tally
-from hydrofdi.api.detectors.train_on import Training, write_detector
 from hydrofdi.api.detectors.watching import watched
 from hydrofdi.api.detectors.windows import channels_read, detect
 from hydrofdi.api.page import html_sentences
@@ -21,10 +21,28 @@ from hydrofdi.api.places import path_of
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.detectors.trained.reading import load_detector
+from hydrofdi.detectors.trained.reading import detector_text, is_detector, load_detector
 from hydrofdi.detectors.trained.wording import limits_text, percent, score_name
-from hydrofdi.errors import ConfigError
+from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.report.table import Table
+from hydrofdi.store.files import require_regular, write_whole_text
+
+
+@dataclass(frozen=True)
+class Training:
+    """A trained detector and what was left out.
+
+    Attributes
+    ----------
+    file : DetectorFile
+    left_out : LeftOut
+    is_unlabelled : bool
+        Whether all records were taken as healthy because no source says which are.
+    """
+
+    file: DetectorFile
+    left_out: LeftOut
+    is_unlabelled: bool
 
 
 class Detector:
@@ -87,7 +105,9 @@ class Detector:
         StoreError
             The file cannot be written, or exists and is not a detector file.
         """
-        write_detector(path_of(path), self.file)
+        out = path_of(path)
+        require_place(out)
+        write_whole_text(out.resolve(), detector_text(self.file))
         self.path = path_of(path)
 
     @property
@@ -310,3 +330,18 @@ class Detector:
 
     def _repr_html_(self) -> str:
         return html_sentences(self.name, sentences(self.training))
+
+
+def require_place(out: Path) -> None:
+    """Check that a detector may be written at a path without harm to anything else.
+
+    Raises
+    ------
+    StoreError
+        Something else stands there, or there is no such folder.
+    """
+    if not out.resolve().parent.is_dir():
+        raise StoreError(f"{out}: there is no folder {out.resolve().parent}")
+    require_regular(out)
+    if out.exists() and not is_detector(out):
+        raise StoreError(f"{out}: already exists, is not a detector file and was not changed")

@@ -19,7 +19,7 @@ from hydrofdi.detectors.trained.wording import (
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.api.detectors.train_on import Training
+    from hydrofdi.api.detectors.detector import Training
     from hydrofdi.detectors.trained import DetectorFile
     from hydrofdi.detectors.trained.file import Limits
 

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from os import PathLike
 from typing import Any
 
+from hydrofdi import __version__
 from hydrofdi.api.arguments import names_of
-from hydrofdi.api.detectors.detector import Detector
-from hydrofdi.api.detectors.train_on import channels_needed, require_place, train_on
+from hydrofdi.api.assumed_plant import assumed_constants
+from hydrofdi.api.detectors.detector import Detector, Training, require_place
+from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
+from hydrofdi.detectors.trained import training
 from hydrofdi.detectors.trained.configuration import DetectorConfig, WindowConfig
+from hydrofdi.detectors.trained.file import Made
+from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.detectors.trained.training import stated_detector
+from hydrofdi.records import Channel, RecordSource
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
 
@@ -109,6 +116,28 @@ def train(
     if out is not None:
         detector.save(out)
     return detector
+
+
+def train_on(
+    sources: Sequence[RecordSource],
+    config: DetectorConfig,
+    *,
+    healthy: Sequence[str] = (),
+    command: str = "",
+) -> Training:
+    """Train a detector on the healthy records of sources with the channels of `channels_needed`."""
+    records = HealthyRecords(sources, healthy)
+    made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
+    file = training.train(records, config, [source.name for source in sources], made)
+    assumed = assumed_constants(sources, feature_of(config).indicator.options)
+    file = file.model_copy(update={"assumed": assumed})
+    return Training(file, records.left_out, records.is_unlabelled)
+
+
+def channels_needed(config: DetectorConfig) -> frozenset[Channel]:
+    """Channels that training looks at."""
+    indicator = feature_of(config).indicator
+    return indicator.channels | indicator.optional_channels | {config.window.channel}
 
 
 def setting_keys() -> dict[str, tuple[str, ...]]:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 from hydrofdi.api.arguments import refusal
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.description import Description, describe
 from hydrofdi.indicators.registry import shadows
+from hydrofdi.records import Channel
 from hydrofdi.report.table import Table
 
 
@@ -26,15 +30,21 @@ def list_indicators() -> Table:
     >>> "dwt" in table["name"].tolist()
     True
     """
-    described, _ = described_indicators()
-    return Table.of({
+    return indicators_table(described_indicators()[0])
+
+
+def indicators_table(described: Sequence[Description], *, with_sources: bool = True) -> Table:
+    """A row for each indicator."""
+    symbols = [" ".join(Channel(name).symbol for name in each.channels) for each in described]
+    columns: dict[str, list[Any]] = {
         "name": [each.name for each in described],
         "summary": [each.summary for each in described],
-        "channels": [" ".join(channel.symbol for channel in each.channels) for each in described],
+        "channels": symbols,
         "outputs": [len(each.outputs) for each in described],
         "cost": [each.cost for each in described],
-        "source": [each.source for each in described],
-    }, row="indicator")  # fmt: skip
+    }
+    sources = {"source": [each.source for each in described]} if with_sources else {}
+    return Table.of(columns | sources, row="indicator")
 
 
 def describe_indicator(name: str) -> Description:

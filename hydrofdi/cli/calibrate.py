@@ -30,14 +30,15 @@ def calibrate(
 
     from hydrofdi.api.check import calibrate as solve
     from hydrofdi.api.check import refuse_flow
+    from hydrofdi.api.check_tables import targets_table
     from hydrofdi.api.experiments import experiment_with
-    from hydrofdi.cli.assessment_rendering import print_targets
-    from hydrofdi.cli.terminal import print_json
+    from hydrofdi.cli.tables import print_table
+    from hydrofdi.cli.terminal import print_json, terminal
 
     refuse_flow(config)
     targets = solve(experiment_with(config, settings or ()), flows=flows or ())
     if json:
         print_json({"targets": [asdict(target) for target in targets]})
     else:
-        print_targets(targets)
+        print_table(terminal(), targets_table(targets))
     return 0

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hydrofdi.cli.options import Json, Settings
+from hydrofdi.settings.counting import counted
+from hydrofdi.units import convert
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from hydrofdi.api.check import Check
+    from hydrofdi.api.observability import Observability
 
 
 def check(
@@ -34,7 +43,6 @@ def check(
     """
     from hydrofdi.api.check import check as look
     from hydrofdi.api.experiments import experiment_with
-    from hydrofdi.cli.assessment_rendering import print_convergence, print_inspection
     from hydrofdi.cli.terminal import print_json
     from hydrofdi.config.shown_values import shown_in
 
@@ -44,7 +52,68 @@ def check(
         print_json(found.to_dict())
         return 0 if found else 1
     with shown_in(experiment.units):
-        print_inspection(found)
-    if found.convergence is not None:
-        print_convergence(found.convergence)
+        _print(found)
     return 0 if found else 1
+
+
+def _print(check: Check) -> None:
+    """Print step, modes, record, noise, what a record tells estimators, and warnings."""
+    from rich.text import Text
+
+    from hydrofdi.api.check_tables import convergence_table, modes_table, noise_table
+    from hydrofdi.cli.tables import print_table
+    from hydrofdi.cli.terminal import terminal
+
+    console, found = terminal(), check.inspection
+    limits = ", ".join(
+        f"{part} {convert(limit, 'ms'):.3g}"
+        for part, limit in sorted(found.step_limits.items(), key=lambda item: item[1])
+    )
+    console.print(Text("Step", style="bold"))
+    console.print(
+        f"{convert(found.step, 'ms'):g} ms, limited by {found.binding}; stable up to [ms]: {limits}\n"
+    )
+    console.print(Text("Hydraulic mode", style="bold"))
+    print_table(console, modes_table(found))
+    if found.n_left_out:
+        console.print(f"left out: {counted(found.n_left_out, 'further run')}")
+    console.print(Text("\nRecord", style="bold"))
+    shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
+    periods = f", {counted(found.n_period, 'period')}" if math.isfinite(found.n_period) else ""
+    console.print(f"{counted(found.n_sample, 'sample')}{periods}; coefficients at its ends: {shares}\n")
+    if found.noise:
+        print_table(console, noise_table(found))
+        console.print()
+    for estimator in found.observability:
+        _print_observability(console, estimator)
+        console.print()
+    for problem in found.problems:
+        console.print(Text(f"problem: {problem}", style="bold red"))
+    for warning in check.warnings:
+        console.print(f"warning: {warning}", soft_wrap=True)
+    if not found.problems and not check.warnings:
+        console.print("no warnings")
+    if check.convergence is not None:
+        console.print()
+        print_table(console, convergence_table(check.convergence))
+
+
+def _print_observability(console: Console, found: Observability) -> None:
+    """Print each unknown before and after a record, the least known direction, and collinear pairs."""
+    from hydrofdi.api.check_tables import unknowns_table
+    from hydrofdi.cli.tables import print_table
+
+    print_table(console, unknowns_table(found))
+    if not found.unknowns:
+        console.print("nothing: the estimate diverges; do its options fit the actuator?")
+        return
+    if not any(found.singular_values):
+        console.print("the record contains no information on them; does the valve open?")
+        return
+    values = ", ".join(f"{value:.2g}" for value in found.singular_values)
+    condition = f"{found.condition:.2g}" if math.isfinite(found.condition) else "infinite"
+    console.print(f"singular values of the Gramian: {values}; condition number {condition}")
+    left = f"{found.weakest_left:.0%} of the prior deviation remains"
+    console.print(f"least known: {found.weakest} (in prior deviations): {left}")
+    pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
+    console.print(f"collinear: {pairs}" if pairs else "no two unknowns are collinear")

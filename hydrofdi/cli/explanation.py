@@ -6,13 +6,15 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from rich.table import Table
 from rich.text import Text
 
+from hydrofdi.cli.tables import print_table
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.seeds import shown_seeds
 from hydrofdi.config.shown_values import shown_value
+from hydrofdi.report.table import Table
+from hydrofdi.settings.readable import HOLE
 
 if TYPE_CHECKING:
     from hydrofdi.api.folders import Explanation
@@ -35,14 +37,16 @@ def print_explanation(explanation: Explanation) -> None:
     for cause in explanation.causes:
         console.print(f"because   {cause}")
     if explanation.changes:
-        console.print(_pairs("changed since runs were stored", ("key", "before", "now"), explanation.changes))
+        print_table(
+            console, _pairs("changed since runs were stored", ("key", "before", "now"), explanation.changes)
+        )
     console.print(f"stored in {explanation.shard or 'nothing'}")
     for label, analysis in explanation.analysis.items():
         options = analysis["shown"] or "default options"
         console.print(Text(f"analysis  {label} {analysis['analysis_id']}: {options}"))
     if explanation.differences:
         title = "differs from the fixed baseline in"
-        console.print(_pairs(title, ("parameter", "baseline", "run"), explanation.differences))
+        print_table(console, _pairs(title, ("parameter", "baseline", "run"), explanation.differences))
     elif explanation.is_baseline:
         console.print("This run is the fixed baseline.")
     else:
@@ -66,21 +70,17 @@ def _print_provenance(made: Mapping[str, Any]) -> None:
     )
 
 
-def _pairs(title: str, headers: tuple[str, ...], pairs: Mapping[str, tuple[Any, Any]]) -> Table:
+def _pairs(title: str, headers: tuple[str, str, str], pairs: Mapping[str, tuple[Any, Any]]) -> Table:
     """A table of names, each with two values in readable units."""
-    grid = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    for header in headers:
-        grid.add_column(header, overflow="fold")
-    for name, (before, now) in pairs.items():
-        grid.add_row(name, _shown(name, before), _shown(name, now))
-    return grid
+    values = ([_shown(name, both[place]) for name, both in pairs.items()] for place in (0, 1))
+    return Table.of(dict(zip(headers, ([*pairs], *values), strict=True)), title=title)
 
 
 def _shown(name: str, value: Any) -> str:
     """A value, or the values of an axis, such as ``sweep.grid: fluid.bulk_modulus``."""
     parameter = name.rpartition(": ")[2]
     if value is None:
-        return "–"
+        return HOLE
     if parameter not in set(parameter_names()):
         return value if isinstance(value, str) else json.dumps(value)
     values = value if isinstance(value, list) else [value]

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
-from hydrofdi.cli.folding import Folded
 from hydrofdi.report.table import Column, Table
 
-_GAP, _HEADING, _SENTENCE = 2, 14, 24
+_GAP, _HEADING, _SENTENCE = 2, 10, 24
 """Blanks between columns, and widths: of a line of a heading, and of folded words."""
 
 
@@ -38,22 +39,19 @@ def print_table(console: Console, table: Table, n_row: int | None = None) -> Non
         console.print(Text(note, style="dim"))
 
 
-def _cell(column: Column, text: str, is_strong: bool) -> Text | Folded:
+def _cell(column: Column, text: str, is_strong: bool) -> Text | _Folded:
     """A text with a mark that also shows without bold type."""
     shown = text + ("*" if is_strong else " " if column.strong and not column.is_text else "")
-    return (Folded if column.is_text else Text)(shown, "bold" if is_strong else "")
+    return (_Folded if column.is_text else Text)(shown, "bold" if is_strong else "")
 
 
 def _lines(column: Column) -> str:
     """A heading in lines, broken at blanks, dots and underscores; its unit in the last, room for a mark."""
     room = " " if column.strong and not column.is_text else ""
     name, bracket, unit = column.heading.partition(" [")
-    lines = [""]
-    for piece in re.findall(r"[^._ ]*[._ ]|[^._ ]+", name):
-        if lines[-1] and len(lines[-1] + piece.rstrip()) > _HEADING:
-            lines.append("")
-        lines[-1] += piece
-    return "\n".join(f"{line.rstrip()}{room}" for line in [*lines, *([f"[{unit}"] if bracket else [])])
+    width = max([_HEADING, *map(len, _pieces(name.replace(" ", "_"), len(name)))])
+    lines = [*folded(name, width), *([f"[{unit}"] if bracket else [])]
+    return "\n".join(f"{line}{room}" for line in lines)
 
 
 def _parts(
@@ -74,3 +72,47 @@ def _parts(
             part = [*lead]
         part.append(place)
     yield part
+
+
+def folded(text: str, width: int) -> list[str]:
+    """A text in lines of at most `width`: broken at blanks, and long words after dots and underscores.
+
+    A part of a name is cut only if it is longer than a line. A mark of one character stays with the word
+    before it.
+    """
+    lines = [""]
+    for word in _words(text):
+        if lines[-1] and len(lines[-1]) + 1 + len(word) <= width:
+            lines[-1] += f" {word}"
+            continue
+        if lines[-1]:
+            lines.append("")
+        for piece in _pieces(word, width) if len(word) > width else [word]:
+            if lines[-1] and len(lines[-1]) + len(piece) > width:
+                lines.append("")
+            lines[-1] += piece
+    return lines
+
+
+def _words(text: str) -> list[str]:
+    return re.split(r"\s+(?!\S(?:\s|$))", text.strip())
+
+
+def _pieces(word: str, width: int) -> list[str]:
+    parts: list[str] = re.findall(r"[^._]*[._]|[^._]+", word)
+    return [part[start : start + width] for part in parts for start in range(0, len(part), width)]
+
+
+@dataclass(frozen=True)
+class _Folded:
+    """A table cell that is folded at the width of its column."""
+
+    text: str
+    style: str = ""
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        yield Text("\n".join(folded(self.text, options.max_width)), style=self.style)
+
+    def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
+        parts = (part for word in _words(self.text) for part in _pieces(word, options.max_width))
+        return Measurement(max(map(len, parts), default=0), len(self.text))

@@ -5,8 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from hydrofdi.cli.folding import folded
-from hydrofdi.cli.tables import print_table
+from hydrofdi.cli.tables import folded, print_table
 from hydrofdi.report.table import Column, Table
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from hydrofdi.cli.parted_table import PartedTable
+from hydrofdi.cli.tables import print_table
+from hydrofdi.report.table import Column, Table
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
 from tests.monitor.machines import make_machine
@@ -69,12 +70,13 @@ def test_no_number_is_cut_at_60_columns(monkeypatch, places, command) -> None:
 
 @pytest.mark.parametrize("width", [20, 40, 60, 200])
 def test_a_parted_table_shows_every_cell_whole_under_its_header(width) -> None:
-    table = PartedTable(["run", *(f"number {n}\n[unit]" for n in range(9))], left=(0,))
-    for run in range(3):
-        table.add_row(f"r{run}", *(f"{run}.{column}2345" for column in range(9)))
+    numbers = (
+        Column(f"number {n}", [f"{run}.{n}2345" for run in range(3)], title=f"number {n} [unit]")
+        for n in range(9)
+    )
     console = Console(width=width)
     with console.capture() as captured:
-        console.print(table)
+        print_table(console, Table((Column("run", ["r0", "r1", "r2"], is_text=True), *numbers)))
     text = captured.get()
     assert all(f"{run}.{column}2345" in text for run in range(3) for column in range(9))
     assert all(f"number {column}" in text for column in range(9))

@@ -19,14 +19,11 @@ from hydrofdi.config.request import RunRequest
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.execution import Job
 from hydrofdi.physics.hydraulic_mode import HydraulicMode
-from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.counting import counted
 from hydrofdi.store.layout.names import OBSTACLE
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
-
-REFERENCE_DROP = 8e6
-"""Pressure difference at which a leak is also stated, by default by indicators as well [Pa]."""
 
 FULL_STROKE = 0.9
 """Share of the stroke from which on the linearised mode, taken at the centre, is off by far."""

@@ -7,6 +7,9 @@ import numpy as np
 from hydrofdi.physics.equation import Quantity, equation
 from hydrofdi.physics.signed_root import signed_root
 
+REFERENCE_DROP = 8e6
+"""Pressure difference at which a leak is also stated, by default by indicators as well [Pa]."""
+
 EDGE_ROUNDING = 1e-9
 """Rounding tolerance of edges in periods: a time this close before an edge counts as the edge."""
 

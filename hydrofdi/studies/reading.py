@@ -15,6 +15,7 @@ from hydrofdi.config.study.table import StudyTable
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
+from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
 from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
@@ -165,7 +166,18 @@ def _records(data: ExperimentData, roles: StudyTable, design: int) -> StudyRecor
         None if roles.actuators is None else tuple(roles.actuators[row] for row in rows.tolist()),
         roles.designs[design],
         remarks,
+        _per_mean_flow(data, rows),
     )
+
+
+def _per_mean_flow(data: ExperimentData, rows: NDArray[np.intp]) -> float:
+    """Flow of leaks at the reference drop per mean flow; NaN without leaks, or with a law that is laminar."""
+    mean, coefficient = (
+        np.asarray(data.columns[name][rows], dtype=float) for name in (MEAN_LEAKAGE_FLOW, LEAKAGE_COEFFICIENT)
+    )
+    if data.experiment.leakage.law == "laminar" or not (leaks := mean > 0.0).any():
+        return float("nan")
+    return float(np.median(internal_leakage_flow(REFERENCE_DROP, coefficient[leaks]) / mean[leaks]))
 
 
 def _measured(data: ExperimentData) -> Iterator[Scored]:

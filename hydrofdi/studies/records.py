@@ -66,6 +66,9 @@ class StudyRecords:
         independent.
     design : mapping of str to object
         Settings common to all records, such as ``record.duration``: dotted parameter → value in SI.
+    per_mean_flow : float
+        Flow of the same leaks at `REFERENCE_DROP`, per mean leakage flow of the record: the median over the
+        faulty records [-]; NaN if unknown.
     remarks : tuple of str
         Remarks on all rates of these records, such as that the draws are dependent.
     """
@@ -77,6 +80,7 @@ class StudyRecords:
     groups: Sequence[str] | None = None
     design: Mapping[str, object] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    per_mean_flow: float = float("nan")
 
     def rows(self, population: Population) -> NDArray[np.intp]:
         """Rows of the records of a population."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from hydrofdi.evaluation.populations import Kind, Population
@@ -95,6 +96,10 @@ def ranking_note(detection: Detection) -> str:
     middle = chosen_levels(detection, 1)
     area = f" AUC: area under the ROC curve at {unit.text(middle[0].severity)}." if middle else ""
     rate, confidence = f"{100.0 * asked.false_alarm_rate:g} %", f"{100.0 * asked.confidence:g} %"
+    flow = (
+        f" Flows are means in this motion; at 8 MPa the same leak is {unit.per_mean_flow:.2g} times as much."
+    )
+    flow = "" if math.isnan(unit.per_mean_flow) else flow
     return (
         f"q90/95: upper bound with {confidence} confidence on the {unit.quantity} found with"
         f" {100.0 * asked.probability:g} % probability; q90 and q50: estimates without confidence."
@@ -104,5 +109,5 @@ def ranking_note(detection: Detection) -> str:
         f" False alarms: healthy test records, with {confidence} interval, at thresholds for {rate}."
         " ↑, ↓, ↕: alarm if it rises, falls, or either. !: exceeds its false-alarm rate, because the"
         " lower limit of its rate, on healthy test records or in a shift, is above what the threshold allows;"
-        f" ?: too few records to tell.{area} Cost: CPU time per record."
+        f" ?: too few records to tell.{area} Cost: CPU time per record.{flow}"
     )

@@ -41,6 +41,8 @@ class SeverityUnit:
         End of the keys of plain data.
     largest : float
         Largest nominal severity that is tested, in SI.
+    per_mean_flow : float
+        Flow of the same leak at 8 MPa, per mean flow in the record; NaN if unknown.
     """
 
     name: str
@@ -48,6 +50,7 @@ class SeverityUnit:
     key: str
     suffix: str
     largest: float
+    per_mean_flow: float = math.nan
 
     def value(self, severity: float) -> float:
         """A severity in SI, in this unit."""
@@ -56,6 +59,12 @@ class SeverityUnit:
     def text(self, severity: float) -> str:
         """A severity with three digits and its unit."""
         return f"{self.value(severity):.3g} {self.name}".rstrip()
+
+    def which_flow(self, number: str) -> str:
+        """Which flow a number is, and that of the same leak at 8 MPa; empty if it is none or unknown."""
+        if math.isnan(self.per_mean_flow):
+            return ""
+        return f" in this motion ({two_digits(float(number) * self.per_mean_flow)} at 8 MPa)"
 
     def found(self, severity: DetectableSeverity) -> str:
         """A severity that is found, or the largest nominal severity tested if none is, with two digits."""
@@ -74,7 +83,8 @@ def severity_unit_of(records: StudyRecords) -> SeverityUnit:
     levels = records.chosen(Kind.FAULT, is_fit=False)
     largest = max((level.severity for level in levels), default=math.inf)
     if own == "m^3/s":
-        return SeverityUnit("L/min", "leakage", "leakage_L_per_min", "_L_per_min", largest)
+        keys = ("leakage_L_per_min", "_L_per_min")
+        return SeverityUnit("L/min", "leakage", *keys, largest, records.per_mean_flow)
     return SeverityUnit("" if own == "1" else own, "severity", "severity", "", largest)
 
 
@@ -133,7 +143,7 @@ def found_sentence(found: DetectableSeverity | None, unit: SeverityUnit) -> str:
         return "cannot be judged"
     number = f"{unit.found(found)} {unit.name}".rstrip()
     words = {"below": f"finds {number} or less", "within": f"finds {number}"}
-    return words.get(found.place, f"detects no leak up to {number}")
+    return words.get(found.place, f"detects no leak up to {number}") + unit.which_flow(unit.found(found))
 
 
 def two_digits(value: float) -> str:

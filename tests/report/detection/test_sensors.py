@@ -52,6 +52,8 @@ def test_a_report_shows_the_sensors_and_says_which_have_no_noise(study):
     assert rows["P1"] == ["5 kPa", "1 kPa", "–"]
     assert rows["xv"][0] == rows["Ps"][0] == "none"
     assert made.record()["perfect_sensors"] == ["Ps", "xv"]
+    assert "at 8 MPa" in " ".join(blocks["answer"].paragraphs)
+    assert 0.5 < made.detections[0].records.per_mean_flow < 5.0
     assert any("Ps and xv are measured without noise here" in text for text in blocks["answer"].paragraphs)
 
 

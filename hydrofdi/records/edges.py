@@ -1,4 +1,4 @@
-"""Edges of a channel that drives cycles."""
+"""Edges of a channel that drives cycles, and its period."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.records.batch import Array
+from hydrofdi.records.batch import Array, RecordBatch
+from hydrofdi.records.channels import Channel
 
 BAND = 0.2
 """Width of the band around the middle as a share of the range: noise does not cause an edge."""
+_LEAST_STEPS, _UNEVEN, _ALIKE = 3, 0.05, 0.8
+"""Of a period: least distances between edges, their largest spread, and least correlation one period on."""
 Direction = Literal["rising", "falling", "both"]
 _WANTED = {"rising": (1,), "falling": (-1,), "both": (1, -1)}
 
@@ -38,3 +41,19 @@ def drive_edges(
         return decided, side
     changes = decided[1:][np.diff(sides[decided]) != 0]
     return changes[np.isin(sides[changes], _WANTED[direction])] - 1, int(sides[decided[-1]])
+
+
+def found_period(batch: RecordBatch, row: int = 0) -> float | None:
+    """Period of the drive of a record [s]: the one that is known, or that of u; None if it has none.
+
+    The rising edges of u are even, and u repeats from one to the next; this period has three digits.
+    """
+    u = batch.channels.get(Channel.INPUT_VOLTAGE)
+    if batch.drive_period is not None or u is None or not np.isfinite(samples := u[row]).all():
+        return batch.drive_period
+    steps = np.diff(drive_edges(samples, (float(samples.min()), float(samples.max())), "rising")[0])
+    if steps.size < _LEAST_STEPS or np.ptp(steps) > max(2.0, _UNEVEN * steps.mean()):
+        return None
+    lag = round(float(steps.mean()))
+    is_repeated = np.corrcoef(samples[:-lag], samples[lag:])[0, 1] > _ALIKE
+    return float(f"{steps.mean() / batch.sampling_frequency:.3g}") if is_repeated else None

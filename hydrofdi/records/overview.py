@@ -10,6 +10,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch, Remark
 from hydrofdi.records.channels import Channel
+from hydrofdi.records.edges import found_period
 from hydrofdi.records.source import RecordSource
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert, parse_unit
@@ -102,7 +103,7 @@ class Overview:
     sampling_frequencies : counter of float
         [Hz] → number of records.
     drive_periods : counter of (float or None)
-        [s] → number of records; None if there is none, or it is unknown.
+        [s] → number of records, known or found in u; None if there is none.
     groups, labels : counter of str
     channels : dict of Channel to Range
     findings : dict of str to Finding
@@ -136,7 +137,7 @@ class Overview:
         if n_record:
             self.lengths[batch.n_time] += n_record
             self.sampling_frequencies[batch.sampling_frequency] += n_record
-            self.drive_periods[batch.drive_period] += n_record
+            self.drive_periods.update(found_period(batch, row) for row in range(n_record))
         self.groups.update(filter(None, batch.groups))
         self.labels.update(filter(None, batch.labels or ()))
         for channel, samples in batch.channels.items():

@@ -78,3 +78,17 @@ def test_constants_that_nobody_gave_are_asked_for_in_words_that_fit_every_form(h
     remarks = hydrofdi.measure(healthy, INDICATOR, sampling_frequency=RATE).remarks
     assert any("give them as options of flow_balance" in remark for remark in remarks)
     assert not any("YAML" in remark for remark in remarks)
+
+
+@pytest.mark.parametrize(("window", "is_warned"), [("0.5 s", True), ("2 s", False)])
+def test_windows_that_are_no_whole_periods_of_u_are_warned_of(window, is_warned):
+    time = np.arange(0.0, 100.0, 0.02)
+    square = np.sign(np.sin(np.pi * time + 0.1))
+    pressure = 5e6 + 3e5 * square + 1e5 * np.random.default_rng(0).normal(size=time.size)
+    signals = {"chamber_1_pressure": pressure, "input_voltage": square}
+    settings = {"output": "standard_deviation", "direction": "both", "false_alarm_rate": "10 %"}
+    detector = hydrofdi.train(
+        signals, "pressure_statistics", sampling_frequency="50 Hz", window=window, **settings
+    )
+    assert detector.file.basis.drive_period == 2.0
+    assert ("periods of the drive" in detector.summary) is is_warned

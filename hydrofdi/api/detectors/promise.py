@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 _HOUR = 3600.0
 _MOST_NAMED = 5
 
+_UNEVEN = 0.02
+"""Part of a period, as a share of the window, from which on windows differ."""
+
 _LEAST_SHARE = 1e-3
 """Fraction of the false-alarm rate below which the lower end of its interval says no more than 0."""
 
@@ -143,6 +146,13 @@ def _named(training: Training) -> str:
 
 def _doubts(training: Training) -> Iterator[str]:
     file, basis = training.file, training.file.basis
+    if basis.drive_period is not None and file.config.window.by == "time":
+        periods = (file.config.window.duration or 0.0) / basis.drive_period
+        if abs(periods - round(periods)) > _UNEVEN * periods:
+            yield (
+                f"Warning: a window lasts {periods:.3g} periods of the drive ({basis.drive_period:g} s), so"
+                " windows contain different parts of it; use a whole number of periods."
+            )
     if training.is_unlabelled:
         yield "No record has a label: all are assumed to be healthy."
     if basis.n_record == 1:

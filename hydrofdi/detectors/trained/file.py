@@ -52,6 +52,9 @@ class Basis(Section):
     impossible: dict[str, Count] = Field(default_factory=dict)
     """Output → number of healthy windows in which it is physically impossible."""
 
+    drive_period: float | None = Field(None, gt=0.0)
+    """Period of the drive of the first healthy record [s]; null if none is known or found."""
+
 
 class Scale(Section):
     """Median, spread and range of the healthy score, in the unit of the output."""

@@ -85,6 +85,8 @@ class Learned:
         Output → number of windows in which it is physically impossible.
     fits : dict of str to float
         Output that states how well the model explains a window → largest value.
+    drive_period : float or None
+        Period of the drive of the first record [s].
     """
 
     records: Sequence[LearnedRecord]
@@ -100,6 +102,7 @@ class Learned:
     positive: tuple[str, ...] = ()
     impossible: dict[str, int] = field(default_factory=dict)
     fits: dict[str, float] = field(default_factory=dict)
+    drive_period: float | None = None
 
     @cached_property
     def scores(self) -> Array:

@@ -21,6 +21,7 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
 from hydrofdi.indicators.plausibility import CAUSES
 from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.records.edges import found_period
 
 
 def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
@@ -85,6 +86,7 @@ def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
         ),
         impossible={name: count for name, count in sorted(scorer.n_impossible.items()) if count},
         fits={name: max(limit, scorer.fits.get(name, limit)) for name, limit in limits.items()},
+        drive_period=found_period(first),
     )
 
 

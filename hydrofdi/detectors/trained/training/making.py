@@ -99,4 +99,5 @@ def _basis(learned: Learned, sources: Sequence[str]) -> Basis:
         populations=dict(sorted(populations.items())),
         not_judged=dict(learned.not_judged),
         impossible=learned.impossible,
+        drive_period=learned.drive_period,
     )

@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from os import PathLike, fspath
 from typing import Any
 
-from hydrofdi.api import evaluate_records as evaluating
 from hydrofdi.api.arguments import names_of, number_of
-from hydrofdi.api.evaluation import Evaluation
+from hydrofdi.api.assumed_plant import assumed_plants
+from hydrofdi.api.detectors.healthy_records import labels_of_healthy
+from hydrofdi.api.evaluation import Evaluation, Left
+from hydrofdi.api.healthy_control import conclusion, ranked_by_control
 from hydrofdi.api.measuring import Indicators, indicators_of, with_options
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, has_held, sources_of
 from hydrofdi.config.study.scores import load_scores
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators.record_measures import used_channels
+from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
+from hydrofdi.evaluation.populations import Kind
+from hydrofdi.indicators.plausibility import summaries
+from hydrofdi.indicators.record_measures import measure_sources, used_channels
+from hydrofdi.records import RecordSource
+from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.settings.messages import percent_hint
+from hydrofdi.studies.detecting import detect
+from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.studies.made_scores import made_scores
+from hydrofdi.studies.measured import Labels, measured_study, require_known_severities
+from hydrofdi.studies.parts import part
 from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.usual_scores import usual_scores as usual_of
 
 
 def evaluate(
@@ -94,15 +109,20 @@ def evaluate(
         raise ConfigError(
             "label: state the condition of each record, such as label=['healthy', 'leaking', …]"
         )
-    found = evaluating.evaluate(
-        sources,
-        chosen,
-        tuple(names_of("healthy", healthy, "labels of healthy records")),
-        rules,
-        scores=scores,
-        with_usual_scores=usual_scores,
-    )
-    return Evaluation(found)
+    columns, measured = measure_sources(sources, chosen)
+    left = Left()
+    labels = _labels(sources, names_of("healthy", healthy, "labels of healthy records"))
+    study = measured_study(columns, left.count(measured), labels)
+    require_known_severities(labels, left.labels)
+    usual = usual_of(study.records, study.scores, tested_teach=True) if usual_scores else {}
+    made = made_scores(study.records, study.scores, usual | dict(scores), tested_teach=True)
+    detection = detect(study.records, [*study.scores, *made], rules)
+    n_measured = left.n_record - left.n_rejected - left.n_empty
+    remarks = *assumed_plants(sources, chosen), *summaries(left.doubts, n_measured)
+    detection = replace(detection, remarks=(*detection.remarks, *remarks))
+    pairs = {each.scored.name: _pairs(detection, each) for each in detection.judgements}
+    ranked = ranked_by_control(detection.judgements, pairs)
+    return Evaluation(replace(detection, judgements=ranked), pairs, left, conclusion(ranked, pairs))
 
 
 def _share(name: str, given: str | float, least: float, most: float) -> float:
@@ -111,3 +131,21 @@ def _share(name: str, given: str | float, least: float, most: float) -> float:
         allowed = f"must be above {least:g} and at most {most:.4g}"
         raise ConfigError(f"{name}: {allowed}; found {given!r}{percent_hint(given, most)}")
     return value
+
+
+def _labels(sources: Sequence[RecordSource], healthy: Sequence[str]) -> Labels:
+    described = [source.config for source in sources if isinstance(source, MeasuredSource)]
+    named = [label for source in sources for label in labels_of_healthy(source)]
+    severity = {label: value for config in described for label, value in config.severity.items()}
+    return Labels(tuple(dict.fromkeys([*named, *healthy])), severity)
+
+
+def _pairs(detection: Detection, judgement: Judgement) -> tuple[HealthyPair, ...]:
+    """Every healthy group against every other; larger scores are those that read higher."""
+    records, rules = detection.records, detection.rules
+    healthy = [population for population in records.populations if population.kind is Kind.HEALTHY]
+    own = part(records, judgement.scored, healthy)
+    if own.groups is None or len(set(own.groups)) < 2:
+        return ()
+    rule = partial(rules.set_threshold, direction=judgement.direction)
+    return healthy_against_healthy(own.scores, own.groups, rule, confidence=rules.confidence)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.api import evaluate_records as evaluating
 from hydrofdi.api.evaluation_tables import evaluation_record, pairs_table, scores_table
 from hydrofdi.api.figures import shown
 from hydrofdi.api.page import html_sentences
-from hydrofdi.errors import ReportError
+from hydrofdi.errors import ConfigError, ReportError
+from hydrofdi.evaluation.groups import HealthyPair
+from hydrofdi.indicators.plausibility import Doubt
+from hydrofdi.indicators.record_measures import RecordMeasures
 from hydrofdi.report.detection.caveats import remarks_with_counts
 from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
@@ -24,27 +28,94 @@ if TYPE_CHECKING:
     from hydrofdi.report.figures import Figure
 
 
+@dataclass
+class Left:
+    """Records that are not evaluated, and indicators that failed.
+
+    Attributes
+    ----------
+    n_record : int
+        All that were read.
+    n_rejected, n_repeated, n_unlabelled, n_empty : int
+        Rejected, repeats of another, without a label, without a number of any indicator.
+    first_rejection, first_repeat : str
+    faults : dict of str to None
+        What is wrong with indicators that failed.
+    labels : set of str
+        Of all records, the rejected ones as well.
+    doubts : list of Doubt
+        Of all records.
+    """
+
+    n_record: int = 0
+    n_rejected: int = 0
+    n_repeated: int = 0
+    n_unlabelled: int = 0
+    n_empty: int = 0
+    first_rejection: str = ""
+    first_repeat: str = ""
+    faults: dict[str, None] = field(default_factory=dict)
+    labels: set[str] = field(default_factory=set)
+    doubts: list[Doubt] = field(default_factory=list)
+    _seen: dict[bytes, RecordMeasures] = field(default_factory=dict)
+
+    def count(self, records: Iterator[RecordMeasures]) -> Iterator[RecordMeasures]:
+        """The records as they come, counted; without those that repeat the samples of another.
+
+        Raises
+        ------
+        ConfigError
+            Records with the same samples have different labels.
+        """
+        for record in records:
+            self.n_record += 1
+            self.labels |= {record.label} - {""}
+            self.faults |= dict.fromkeys(record.faults.values())
+            self.doubts += record.doubts
+            if record.is_rejected:
+                self.n_rejected += 1
+                self.first_rejection = self.first_rejection or f"{record.record_id}: {_reason(record)}"
+            elif record.has_numbers and self._is_repeat(record):
+                continue
+            else:
+                self.n_unlabelled += not record.label
+                self.n_empty += not record.has_numbers
+            yield record
+
+    def _is_repeat(self, record: RecordMeasures) -> bool:
+        first = self._seen.setdefault(record.digest, record)
+        if first is record:
+            return False
+        if record.label and first.label and record.label != first.label:
+            raise ConfigError(
+                f"{first.record_id} ({first.label}) and {record.record_id} ({record.label}) have the same"
+                " samples; one of the labels is wrong"
+            )
+        self.n_repeated += 1
+        self.first_repeat = self.first_repeat or f"{record.record_id} repeats {first.record_id}"
+        return True
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Evaluation:
     """Evaluation of indicators on labelled records, as `hydrofdi.evaluate` returns it.
 
     Attributes
     ----------
-    found : evaluate_records.Evaluation
-        Judgements, healthy groups against each other, and what was left out, in SI.
+    detection : Detection
+        Judgements and the records that they rest on; scores that stand clear of their healthy control come
+        first.
+    healthy_pairs : mapping of str to tuple of HealthyPair
+        Name of a score → every healthy group against every other; empty if there are no two.
+    left : Left
+    conclusion : str
+        Comparison of healthy groups over all scores; empty if there are fewer than two.
     """
 
-    def __init__(self, found: evaluating.Evaluation) -> None:
-        self.found = found
-
-    @property
-    def detection(self) -> Detection:
-        """Judgements, the best first, and the records that they rest on."""
-        return self.found.detection
-
-    @property
-    def conclusion(self) -> str:
-        """Comparison of healthy groups over all scores; empty if there are fewer than two."""
-        return self.found.conclusion
+    detection: Detection
+    healthy_pairs: Mapping[str, tuple[HealthyPair, ...]]
+    left: Left
+    conclusion: str
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
@@ -66,7 +137,7 @@ class Evaluation:
         with ``auc_low`` and ``auc_high``; ``q90_95``, the leak that is found nine times in ten [m³/s]; and
         how many records are ``without_number``.
         """
-        return scores_table(self.found)
+        return scores_table(self)
 
     @cached_property
     def pairs(self) -> Table:
@@ -76,7 +147,7 @@ class Evaluation:
         under the ROC curve, ``auc``, with ``auc_low`` and ``auc_high``. If no alarms are counted, both groups
         are listed once, and the second reads higher.
         """
-        return pairs_table(self.found)
+        return pairs_table(self)
 
     def to_pandas(self) -> pandas.DataFrame:
         """The `table` as a data frame."""
@@ -88,7 +159,7 @@ class Evaluation:
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi evaluate --json`` prints."""
-        return evaluation_record(self.found)
+        return evaluation_record(self)
 
     def plot(self, figure: str = "densities") -> Figure:
         """The best scores of all records with the limits, or another figure of a study by its name.
@@ -115,7 +186,7 @@ class Evaluation:
 
     def _sentences(self) -> list[str]:
         first = f"best score: {self.best}" if self.best else "no indicator could measure any record"
-        left = self.found.left
+        left = self.left
         without = f"without a label, left out: {left.n_unlabelled:,} of {counted(left.n_record, 'record')}"
         unlabelled = [without] if left.n_unlabelled else []
         return [first, *filter(None, [self.conclusion]), *self.remarks, *unlabelled]
@@ -125,3 +196,7 @@ class Evaluation:
 
     def _repr_html_(self) -> str:
         return html_sentences("Evaluation", self._sentences()) + self.table._repr_html_()
+
+
+def _reason(record: RecordMeasures) -> str:
+    return next(iter(record.reasons.values()), record.status)

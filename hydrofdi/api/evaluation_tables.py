@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from hydrofdi.api.evaluate_records import Evaluation
 from hydrofdi.api.healthy_control import stands_clear
 from hydrofdi.evaluation.auc import Area
 from hydrofdi.evaluation.groups import HealthyPair
@@ -17,6 +16,9 @@ from hydrofdi.settings.readable import HOLE, number_text
 from hydrofdi.studies.judgement import Judgement
 from hydrofdi.studies.parts import records_without_number
 from hydrofdi.units import convert
+
+if TYPE_CHECKING:
+    from hydrofdi.api.evaluation import Evaluation
 
 
 def scores_table(evaluation: Evaluation) -> Table:

@@ -96,7 +96,7 @@ def test_a_missing_label_is_no_kind_of_fault():
     label = ["sound"] * 100 + ["leaking"] * 60 + [None] * 20 + [float("nan")] * 20
     found = hydrofdi.evaluate(NOISE, label=label, healthy="sound", false_alarm_rate="5 %", **RATE)
     assert not {"nan", "None"} & set(found.table["population"])
-    assert found.found.left.n_unlabelled == 40
+    assert found.left.n_unlabelled == 40
     assert "without a label, left out: 40 of 200 records" in repr(found)
 
 

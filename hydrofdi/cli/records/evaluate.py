@@ -14,8 +14,7 @@ _SHOWN = 20
 """Most scores, and most pairs of healthy groups, that the terminal shows."""
 
 if TYPE_CHECKING:
-    from hydrofdi.api.evaluate_records import Left
-    from hydrofdi.api.evaluation import Evaluation
+    from hydrofdi.api.evaluation import Evaluation, Left
 
 
 def evaluate(
@@ -79,7 +78,7 @@ def evaluate(
         print_json(evaluation.to_dict())
     else:
         _print(evaluation)
-    return _tell(evaluation.found.left)
+    return _tell(evaluation.left)
 
 
 def _print(evaluation: Evaluation) -> None:

@@ -39,41 +39,47 @@ class HydrofdiError(Exception):
 
 
 @dataclass(frozen=True)
-class Mistake:
-    """One thing that is wrong in a configuration.
+class Issue:
+    """Something that is wrong or doubtful: in a configuration, a record or a window.
 
     Attributes
     ----------
     message : str
         What was found, what is allowed, what to do.
-    key : str
-        Dotted key, ``""`` where the mistake has none.
+    where : str
+        Dotted key or channel; ``""`` if it concerns the whole.
     origin : str
         ``file:line`` or the command-line option that set the value; what it names is not repeated.
+    kind : str
+        One word, such as ``clipped`` or ``stuck``; ``""`` in a configuration.
+    is_unusable : bool
+        Whether no indicator that needs the channel can be measured.
     """
 
     message: str
-    key: str = ""
+    where: str = ""
     origin: str = ""
+    kind: str = ""
+    is_unusable: bool = False
 
     def __str__(self) -> str:
-        key = "" if self._origin_names_key else self.key
-        text = ": ".join(part for part in (self.origin, key, self.message) if part)
+        where = "" if self._origin_names_key else self.where
+        text = ": ".join(part for part in (self.origin, where, self.message) if part)
         return text.replace("\n", "\\n")
 
     @property
     def _origin_names_key(self) -> bool:
         """Whether the origin is an option or a keyword that names the key already."""
         keyword = self.origin.lstrip("-").replace("-", "_")
-        return f" {self.key}=" in self.origin or keyword in self.key.split(".")
+        return f" {self.where}=" in self.origin or keyword in self.where.split(".")
 
 
 class ConfigError(HydrofdiError, ValueError):
     """A configuration that cannot be used; carries all of its mistakes."""
 
-    def __init__(self, mistakes: Sequence[Mistake] | str) -> None:
+    def __init__(self, mistakes: Sequence[Issue] | str) -> None:
         if isinstance(mistakes, str):
-            mistakes = [Mistake(mistakes)]
+            mistakes = [Issue(mistakes)]
         self.mistakes = tuple(mistakes)
         super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
 

@@ -127,7 +127,7 @@ def test_a_draw_that_a_parameter_cannot_take_names_place_and_remedy():
     with pytest.raises(ConfigError) as caught:
         expand_runs(experiment)
     (mistake,) = caught.value.mistakes
-    assert mistake.key == "sweep.union[1].sample.over.actuator.mass"
+    assert mistake.where == "sweep.union[1].sample.over.actuator.mass"
     assert "must be greater than 0; found -" in mistake.message
     assert "truncated_normal: [mean, deviation, low, high] stays within limits" in mistake.message
 

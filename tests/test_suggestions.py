@@ -122,7 +122,7 @@ def test_number_out_of_range_is_shown_as_it_is_written(value, found):
     with pytest.raises(ConfigError) as error:
         load_experiment(settings=[f"supply.pressure={value}"])
     assert found in error.value.mistakes[0].message
-    assert error.value.mistakes[0].key == "supply.pressure"
+    assert error.value.mistakes[0].where == "supply.pressure"
 
 
 @pytest.mark.parametrize("command", ["sweep", "inspect"])

@@ -131,7 +131,7 @@ def test_a_condition_that_takes_text_for_a_number_is_a_mistake(tmp_path, conditi
     with pytest.raises(ConfigError) as refused:
         expand_runs(load(tmp_path, text))
     (mistake,) = refused.value.mistakes
-    assert mistake.key == "sweep.where"
+    assert mistake.where == "sweep.where"
     assert "\n" not in str(refused.value)
 
 

@@ -19,7 +19,7 @@ from hydrofdi.api.study_warnings import study_warnings
 from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.units import parse_quantity
 
 
@@ -189,11 +189,11 @@ def _in_si(flows: Sequence[str | float]) -> list[float]:
         try:
             values.append(parse_quantity(flow, "m^3/s") if isinstance(flow, str) else float(flow))
             if not values[-1] > 0.0:
-                mistakes.append(Mistake("must be above zero", origin=f"flow {flow}"))
+                mistakes.append(Issue("must be above zero", origin=f"flow {flow}"))
         except ValueError as error:
-            mistakes.append(Mistake(str(error), origin=f"flow {flow}"))
+            mistakes.append(Issue(str(error), origin=f"flow {flow}"))
     if not flows:
-        mistakes.append(Mistake("name at least one flow, e.g. flows=0.12 L/min"))
+        mistakes.append(Issue("name at least one flow, e.g. flows=0.12 L/min"))
     if mistakes:
         raise ConfigError(mistakes)
     return values

@@ -9,7 +9,7 @@ from typing import Any
 from hydrofdi.api.places import path_of
 from hydrofdi.config import ExperimentConfig, load_experiment
 from hydrofdi.config.request import parameter_names
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.messages import nearest
 
 Experiment = str | PathLike[str] | Mapping[str, Any] | ExperimentConfig
@@ -84,10 +84,10 @@ def dotted_keys(settings: Mapping[str, Any]) -> dict[str, Any]:
                 keywords = [dotted.replace(".", "__") for dotted in parameter_names()]
                 whole = [each for each in keywords if each.replace("__", "_") == key]
                 hint = nearest(key, whole or known) if len(key) > 1 else ""
-                mistakes.append(Mistake(f"unknown key{hint}", key))
+                mistakes.append(Issue(f"unknown key{hint}", key))
             case several:
                 choice = ", ".join(f"{section}__{key}" for section in several)
-                mistakes.append(Mistake(f"is a key of several sections; write one of {choice}", key))
+                mistakes.append(Issue(f"is a key of several sections; write one of {choice}", key))
     if mistakes:
         raise ConfigError(mistakes)
     return keys

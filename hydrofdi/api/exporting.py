@@ -120,7 +120,7 @@ def export(
     done = Exported()
     for each in exported(sources, target, chosen, wanted, overwrite=overwrite):
         if isinstance(each, RejectedRecord):
-            done.rejected[each.record_id] = each.remark.text
+            done.rejected[each.record_id] = each.remark.message
         else:
             done.files.append(each)
     if not done.files:

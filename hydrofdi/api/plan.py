@@ -26,7 +26,7 @@ from hydrofdi.config.idle_parameters import idle_parameters
 from hydrofdi.config.plausibility import distant_baseline, unusual_values
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import shown_bytes, shown_seconds
@@ -224,7 +224,7 @@ def plan_sweep(
             "signals with different durations or sampling frequencies cannot be stored in one data set;"
             " set store: {signals: none}"
         )
-        raise ConfigError([Mistake(message, "store.signals")])
+        raise ConfigError([Issue(message, "store.signals")])
     record_ids = record_identities(table.runs)
     run_ids = run_ids or identities_of_analyses(table.runs, record_ids)
     failures = {} if retry_failed else read_failures(directory)

@@ -127,7 +127,7 @@ def _chosen(source: RecordSource, record: str) -> Iterator[tuple[RecordBatch, in
     number = n_chosen = 0
     reason = ""
     for batch in source.batches():
-        reason = next((f"; {rejected.remark.text}" for rejected in batch.rejected), reason)
+        reason = next((f"; {rejected.remark.message}" for rejected in batch.rejected), reason)
         for row, record_id in enumerate(batch.record_ids):
             number += 1
             if record in ("", record_id, str(number)):

@@ -7,7 +7,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from hydrofdi.config.sections.csv_input import CsvError, held_text, read_csv_input
-from hydrofdi.errors import Mistake
+from hydrofdi.errors import Issue
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import Path, Source, dotted
 
@@ -39,11 +39,11 @@ def _same(text: str) -> str:
     return held_text(first.removeprefix("# ") if first.startswith("# ") else "text", text)
 
 
-def _mistake(source: Source, path: Path, value: str, line: int, message: str) -> Mistake:
+def _mistake(source: Source, path: Path, value: str, line: int, message: str) -> Issue:
     if not _is_path(value):
         return source.mistake(path, f"line {line}: {message}" if line else message)
     if line:
-        return Mistake(message, dotted(path), f"{value}:{line}")
+        return Issue(message, dotted(path), f"{value}:{line}")
     return source.mistake(path, f"{value}: {message}")
 
 

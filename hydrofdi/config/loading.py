@@ -14,7 +14,7 @@ from hydrofdi.config.request import parameter_names
 from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.config.written_units import note_written_units
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.counting import brief
 from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.validation import validated
@@ -92,7 +92,7 @@ def _read(file: str | FilePath | Mapping[str, Any] | None) -> Source:
 def _prepare(own: Source, file: FilePath) -> None:
     """Prepare each file of an experiment before it extends others."""
     if not own.data:
-        raise ConfigError([Mistake(_NOTHING, origin=str(file))])
+        raise ConfigError([Issue(_NOTHING, origin=str(file))])
     anchor_input_files(own, file.parent)
     note_written_units(own)
 
@@ -117,16 +117,14 @@ def _apply_setting(source: Source, text: str) -> None:
     key, equals, stated = text.partition("=")
     origin = f"settings {text}"
     if not equals or not key.strip():
-        source.mistakes.append(
-            Mistake("expected KEY=VALUE, like fluid.bulk_modulus='689 MPa'", origin=origin)
-        )
+        source.mistakes.append(Issue("expected KEY=VALUE, like fluid.bulk_modulus='689 MPa'", origin=origin))
         return
     if not stated.strip():
-        source.mistakes.append(Mistake("has no value after '='", key, origin))
+        source.mistakes.append(Issue("has no value after '='", key, origin))
         return
     value = parse_yaml(stated, origin)
     if value.mistakes:
-        source.mistakes.extend(Mistake(mistake.message, key.strip(), origin) for mistake in value.mistakes)
+        source.mistakes.extend(Issue(mistake.message, key.strip(), origin) for mistake in value.mistakes)
         return
     path = _setting_path(key.strip())
     origins = dict.fromkeys([path, *((*path, *inner) for inner in value.origins)], origin)
@@ -148,7 +146,7 @@ def _refuse_contradictory_settings(source: Source, keys: Set[str], origin: str) 
     for one, other in (INTERNAL_LEAKAGE_FORMS, tuple(f"baseline.{form}" for form in INTERNAL_LEAKAGE_FORMS)):
         if {one, other} <= keys:
             message = f"give {one.split('.')[-1]} or {other.split('.')[-1]}, not both"
-            source.mistakes.append(Mistake(message, one.rpartition(".")[0], origin))
+            source.mistakes.append(Issue(message, one.rpartition(".")[0], origin))
 
 
 def _setting_path(key: str) -> Path:

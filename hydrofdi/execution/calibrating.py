@@ -9,7 +9,7 @@ from typing import Literal
 
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.shown_values import shown_values, varied_parameters
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.execution.engine import Engine, TaskFailure
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation import Calibration, solve_leakage_coefficients
@@ -150,7 +150,7 @@ def _require_reachable(
     )
     more = len(sentences) - _SHOWN_MISTAKES
     shown = [*sentences[:_SHOWN_MISTAKES], f"and {more} more like these"] if more > 0 else sentences
-    raise ConfigError([Mistake(sentence, "leakage.internal_flow") for sentence in shown])
+    raise ConfigError([Issue(sentence, "leakage.internal_flow") for sentence in shown])
 
 
 def _unreachable_sentence(condition: RunParameters, varied: Sequence[str], most: float | None) -> str:

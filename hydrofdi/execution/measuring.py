@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.analysis import DWT, Analysis, Indicators
+from hydrofdi.errors import Issue
 from hydrofdi.execution.jobs import Job
 from hydrofdi.indicators.measuring import Measures, Seconds, measure
 from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.quality.pressure import pressure_features
-from hydrofdi.records import RecordBatch, Remark
+from hydrofdi.records import RecordBatch
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
@@ -138,7 +139,7 @@ def record_batch(jobs: Sequence[Job], records: Columns) -> RecordBatch:
         tuple(job.record_id for job in jobs),
         drive_period=_period(jobs[0]),
         remarks=tuple(
-            () if status == "ok" else (Remark(status, message, is_unusable=True),)
+            () if status == "ok" else (Issue(message, kind=status, is_unusable=True),)
             for status, message in zip(records[names.STATUS], records[names.MESSAGE], strict=True)
         ),
     )

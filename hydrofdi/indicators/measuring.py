@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.errors import Issue
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.faults import FaultyIndicatorError, gives_infinite, raised, require_sound_outputs
 from hydrofdi.indicators.nominal_actuator import NominalActuator
-from hydrofdi.records import Array, Channel, RecordBatch, Remark
+from hydrofdi.records import Array, Channel, RecordBatch
 
 Indicators = Mapping[str, Indicator[Any]]
 """Label → indicator."""
@@ -146,7 +147,7 @@ def _any_of(
 
 
 def _obstacles(
-    records: RecordBatch, remarks: Sequence[Sequence[Remark]], indicator: Indicator[Any]
+    records: RecordBatch, remarks: Sequence[Sequence[Issue]], indicator: Indicator[Any]
 ) -> list[str | None]:
     try:
         common = _common_obstacle(records, indicator)
@@ -179,12 +180,12 @@ def spool_remedy(missing: Collection[Channel], indicator: Indicator[Any]) -> str
     return f"; 'spool: command' under {indicator.name} computes it from the {Channel.INPUT_VOLTAGE}"
 
 
-def _own_obstacle(remarks: Sequence[Remark], indicator: Indicator[Any]) -> str | None:
+def _own_obstacle(remarks: Sequence[Issue], indicator: Indicator[Any]) -> str | None:
     return next(
         (
-            remark.text
+            remark.message
             for remark in remarks
-            if remark.is_unusable and (remark.channel is None or remark.channel in indicator.channels)
+            if remark.is_unusable and (not remark.where or remark.where in indicator.channels)
         ),
         None,
     )

@@ -158,7 +158,7 @@ def _require_same_units(
 def _record(
     batch: RecordBatch, measures: Measures, row: int, used: frozenset[Channel], doubts: tuple[Doubt, ...]
 ) -> RecordMeasures:
-    concerning = (each for each in batch.remarks[row] if each.channel is None or each.channel in used)
+    concerning = (each for each in batch.remarks[row] if not each.where or each.where in used)
     kinds = [*dict.fromkeys(remark.kind for remark in concerning), *(["doubtful"] if doubts else [])]
     return RecordMeasures(
         batch.record_ids[row],
@@ -185,6 +185,6 @@ def samples_digest(batch: RecordBatch, row: int) -> bytes:
 
 def _rejected(batch: RecordBatch, columns: Sequence[Column]) -> Iterator[RecordMeasures]:
     for record in batch.rejected:
-        reasons = dict.fromkeys((column.label for column in columns), record.remark.text)
+        reasons = dict.fromkeys((column.label for column in columns), record.remark.message)
         place = record.record_id, record.source, record.group, record.label
         yield RecordMeasures(*place, record.remark.kind, {}, reasons, is_rejected=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.choice import chosen_options
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
@@ -44,7 +44,7 @@ def load_indicators(text: str) -> dict[str, Indicator[Any]]:
         source = read_extended(Path(text), "a file of indicators")
         within: KeyPath = ("indicators",)
         if "indicators" not in source.data:
-            raise ConfigError([Mistake("has no 'indicators:'", origin=text)])
+            raise ConfigError([Issue("has no 'indicators:'", origin=text)])
         return make_indicators(source.data["indicators"], source, within)
     return make_indicators(text)
 

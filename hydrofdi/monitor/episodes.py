@@ -58,7 +58,7 @@ class Episodes:
             is_going_on = bool(count[row])
             span[row] = (span[row, 0] if is_going_on else start), end
             count[row], quiet[row] = count[row] + 1, 0
-            text = f"from {start:.10g} s on, windows are not judged: {verdict.fault.text}"
+            text = f"from {start:.10g} s on, windows are not judged: {verdict.fault.message}"
             events.append(Event(kind, text, start, is_silent=is_going_on))
         for row in np.flatnonzero(quiet >= self._patience).tolist():
             events.append(_over(row, count, span))

@@ -44,7 +44,7 @@ def _window(line: WindowLine, unit: str) -> dict[str, Any]:
         "alarm": verdict.alarm,
         "margin": _finite(verdict.margin),
         "beyond_limit": verdict.is_beyond,
-        "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.text},
+        "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.message},
         "doubt": verdict.doubt or None,
         "chart": chart and {
             "statistic": _finite(chart.statistic),

@@ -1,7 +1,8 @@
 """Records: sampled channels of an actuator, from any source. They do not contain its true parameters."""
 
-from hydrofdi.records.batch import Array, RecordBatch, RejectedRecord, Remark
+from hydrofdi.errors import Issue
+from hydrofdi.records.batch import Array, RecordBatch, RejectedRecord
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.source import RecordSource
 
-__all__ = ["Array", "Channel", "RecordBatch", "RecordSource", "RejectedRecord", "Remark"]
+__all__ = ["Array", "Channel", "Issue", "RecordBatch", "RecordSource", "RejectedRecord"]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.errors import Issue
 from hydrofdi.records.channels import Channel
 
 Array = NDArray[np.float64]
@@ -17,35 +18,13 @@ INFERRED_SAMPLING = "inferred_sampling"
 
 
 @dataclass(frozen=True)
-class Remark:
-    """A finding about one channel of a record, or about the whole record.
-
-    Attributes
-    ----------
-    kind : str
-        One word, such as ``clipped`` or ``stuck``.
-    text : str
-        The finding in words, with its number.
-    channel : Channel or None
-        None if it concerns the whole record.
-    is_unusable : bool
-        Whether no indicator that needs the channel can be measured.
-    """
-
-    kind: str
-    text: str
-    channel: Channel | None = None
-    is_unusable: bool = False
-
-
-@dataclass(frozen=True)
 class RejectedRecord:
     """A record that is not in a batch, and the reason."""
 
     record_id: str
     source: str
     group: str
-    remark: Remark
+    remark: Issue
     label: str = ""
 
 
@@ -73,7 +52,7 @@ class RecordBatch:
         Channels without a scale.
     normalized : frozenset of Channel
         Channels of `relative` that were divided by a reference of the same unit; the others are in counts.
-    remarks : tuple of tuple of Remark, length n_record
+    remarks : tuple of tuple of Issue, length n_record
         Findings about each record.
     rejected : tuple of RejectedRecord
         Records that were read with these, but cannot be measured.
@@ -92,7 +71,7 @@ class RecordBatch:
     drive_period: float | None = None
     relative: frozenset[Channel] = frozenset()
     normalized: frozenset[Channel] = frozenset()
-    remarks: tuple[tuple[Remark, ...], ...] = ()
+    remarks: tuple[tuple[Issue, ...], ...] = ()
     rejected: tuple[RejectedRecord, ...] = ()
     units: Mapping[Channel, frozenset[str]] = field(default_factory=dict)
     labels: tuple[str, ...] | None = field(default=None)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hydrofdi.errors import DataError
-from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch, Remark
+from hydrofdi.errors import DataError, Issue
+from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.edges import found_period
 from hydrofdi.records.source import RecordSource
@@ -82,11 +82,11 @@ class Finding:
     is_rejection: bool = False
     examples: list[tuple[str, str]] = field(default_factory=list)
 
-    def add(self, record_id: str, remark: Remark) -> None:
+    def add(self, record_id: str, remark: Issue) -> None:
         """Count a record."""
         self.n_record += 1
         if len(self.examples) < _EXAMPLES:
-            self.examples.append((record_id, remark.text))
+            self.examples.append((record_id, remark.message))
 
 
 @dataclass
@@ -191,4 +191,4 @@ def _row(batch: RecordBatch, record_id: str | None) -> int | None:
 def _refuse_rejected(source: RecordSource, batch: RecordBatch, record_id: str | None) -> None:
     for rejected in batch.rejected:
         if record_id is not None and rejected.record_id == record_id:
-            raise DataError(f"{source.name}: record {record_id} is rejected: {rejected.remark.text}")
+            raise DataError(f"{source.name}: record {record_id} is rejected: {rejected.remark.message}")

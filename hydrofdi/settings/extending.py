@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.ready import located, ready_hint
 from hydrofdi.settings.validation import read_yaml
 from hydrofdi.settings.yaml_source import Source
@@ -63,7 +63,7 @@ def read_extended(
     file = located(file)
     if file.resolve() in extending:
         chain = " → ".join(path.name for path in (*extending, file.resolve()))
-        raise ConfigError([Mistake(f"the files extend each other: {chain}", "extends", str(file))])
+        raise ConfigError([Issue(f"the files extend each other: {chain}", "extends", str(file))])
     return extended(read_yaml(file, kind), file, kind, prepare, merge, extending)
 
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.messages import describe_error, foreign_file
 from hydrofdi.settings.ready import ready_hint
 from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
@@ -59,7 +59,7 @@ def validated(model: type[Model], source: Source) -> Model:
     return valid
 
 
-def _mistake(model: type[BaseModel], source: Source, error: Any) -> Mistake:
+def _mistake(model: type[BaseModel], source: Source, error: Any) -> Issue:
     path = tuple(part for part in error["loc"] if part != "[key]")
     message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model))
     if error["type"] in ("model_type", "model_attributes_type") and (keys := known_keys(model, path)):
@@ -67,7 +67,7 @@ def _mistake(model: type[BaseModel], source: Source, error: Any) -> Mistake:
     return source.mistake(path, message) if path else _placed(source, message)
 
 
-def _placed(source: Source, message: str) -> Mistake:
+def _placed(source: Source, message: str) -> Issue:
     """A mistake between keys: at the first stated key, options first, with the places of the others."""
     named = dict.fromkeys(tuple(name.split(".")) for name in _KEY.findall(message))
     places = {path: source.origins[path] for path in named if path in source.origins}
@@ -75,7 +75,7 @@ def _placed(source: Source, message: str) -> Mistake:
         return source.mistake((), message)
     first, *others = sorted(places, key=lambda path: not places[path].startswith("settings "))
     elsewhere = ", ".join(f"{dotted(path)} is in {places[path]}" for path in others)
-    return Mistake(f"{message} ({elsewhere})" if elsewhere else message, origin=places[first])
+    return Issue(f"{message} ({elsewhere})" if elsewhere else message, origin=places[first])
 
 
 def _read_text(file: FilePath, kind: str) -> str:
@@ -91,7 +91,7 @@ def _read_text(file: FilePath, kind: str) -> str:
         raise ConfigError(f"{file}: {error.strerror}") from None
 
 
-def _reading_order(mistake: Mistake) -> tuple[str, int]:
+def _reading_order(mistake: Issue) -> tuple[str, int]:
     file, _, line = mistake.origin.rpartition(":")
     return (file, int(line)) if line.isdigit() else (mistake.origin, 0)
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml
 
-from hydrofdi.errors import Mistake
+from hydrofdi.errors import Issue
 
 Path = tuple[str | int, ...]
 
@@ -44,13 +44,13 @@ class Source:
         Dictionaries, lists and scalars.
     origins : dict
         Path of a part → ``file:line`` or the option that set it.
-    mistakes : list of Mistake
+    mistakes : list of Issue
         What is wrong with the text itself.
     """
 
     data: Any = None
     origins: dict[Path, str] = field(default_factory=dict)
-    mistakes: list[Mistake] = field(default_factory=list)
+    mistakes: list[Issue] = field(default_factory=list)
 
     def origin(self, path: Path) -> str:
         """Where the part at `path`, or the nearest part around it, came from."""
@@ -58,9 +58,9 @@ class Source:
             path = path[:-1]
         return self.origins.get(path, "")
 
-    def mistake(self, path: Path, message: str) -> Mistake:
+    def mistake(self, path: Path, message: str) -> Issue:
         """A mistake at `path`."""
-        return Mistake(message, dotted(path), self.origin(path))
+        return Issue(message, dotted(path), self.origin(path))
 
 
 def dotted(path: Path) -> str:
@@ -89,13 +89,13 @@ def parse_yaml(text: str, file: str) -> Source:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
         source.data = None if node is None else _construct(node, (), file, source)
     except RecursionError:
-        source.mistakes.append(Mistake("nested too deeply, or too large", origin=file))
+        source.mistakes.append(Issue("nested too deeply, or too large", origin=file))
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f":{mark.line + 1}" if mark else ""
-        source.mistakes.append(Mistake(f"not valid YAML: {error.problem}", origin=f"{file}{line}"))
+        source.mistakes.append(Issue(f"not valid YAML: {error.problem}", origin=f"{file}{line}"))
     except yaml.YAMLError as error:
-        source.mistakes.append(Mistake(f"not valid YAML: {error}".splitlines()[0], origin=file))
+        source.mistakes.append(Issue(f"not valid YAML: {error}".splitlines()[0], origin=file))
     return source
 
 
@@ -119,7 +119,7 @@ def _construct_mapping(node: yaml.MappingNode, path: Path, file: str, source: So
         if key in mapping:
             origin = f"{file}:{key_node.start_mark.line + 1}"
             first = source.origin(here).rpartition(":")[2]
-            source.mistakes.append(Mistake(f"key given twice, first in line {first}", dotted(here), origin))
+            source.mistakes.append(Issue(f"key given twice, first in line {first}", dotted(here), origin))
             continue
         mapping[key] = _construct(value_node, here, file, source)
         source.origins[here] = f"{file}:{key_node.start_mark.line + 1}"

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.errors import StoreError
-from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord, Remark
+from hydrofdi.errors import Issue, StoreError
+from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import (
     BULK_MODULUS,
@@ -172,7 +172,9 @@ class StoredRecords:
         columns = self.data.columns
         status, message = str(columns[STATUS][row]), str(columns[MESSAGE][row])
         label = self._label(row) if labels else ""
-        return RejectedRecord(self.record_ids[row], self.name, "", Remark(status, message or status), label)
+        return RejectedRecord(
+            self.record_ids[row], self.name, "", Issue(message or status, kind=status), label
+        )
 
     def _is_ok(self, row: int) -> bool:
         return bool(self.data.columns[STATUS][row] == "ok")
@@ -207,9 +209,9 @@ class StoredRecords:
         return [periods[value] for value in values]
 
 
-def _missing_value_remarks(channels: dict[Channel, Array], row: int) -> tuple[Remark, ...]:
+def _missing_value_remarks(channels: dict[Channel, Array], row: int) -> tuple[Issue, ...]:
     return tuple(
-        Remark("missing_values", f"{channel} is not stored completely", channel, is_unusable=True)
+        Issue(f"{channel} is not stored completely", channel, kind="missing_values", is_unusable=True)
         for channel, samples in channels.items()
         if not np.isfinite(samples[row]).all()
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
 from hydrofdi.settings.messages import similar
@@ -123,7 +123,7 @@ def require_known_severities(labels: Labels, found: Collection[str]) -> None:
     """
     names = ", ".join(repr(label) for label in sorted(found)[:10])
     mistakes = [
-        Mistake(f"no record has this label; found {names}{similar(label, [*found])}", f"severity.{label}")
+        Issue(f"no record has this label; found {names}{similar(label, [*found])}", f"severity.{label}")
         for label in labels.severity
         if label not in found
     ]

@@ -31,7 +31,7 @@ class Scored:
     cost : float or None
         CPU time per record [s]; None if it was not measured.
     note : str
-        Remark on the score, such as how it was trained.
+        Issue on the score, such as how it was trained.
     indicator : str
         Name of the indicator that measures it; empty if it combines several or is not measured here.
     """

@@ -4,9 +4,10 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 
+from hydrofdi.errors import Issue
 from hydrofdi.indicators import Indicator, Output, measure
 from hydrofdi.indicators.record_measures import measure_sources
-from hydrofdi.records import Channel, RecordBatch, RejectedRecord, Remark
+from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.records.measured import measured_source
 
 P1 = Channel.CHAMBER_1_PRESSURE
@@ -69,7 +70,7 @@ def test_an_indicator_sees_no_file_name_group_or_label(tmp_path):
 
 
 def test_what_is_rejected_or_remarked_is_not_handed_on_but_counts():
-    remark = Remark("gap", "Leak_2.csv has a gap", is_unusable=True)
+    remark = Issue("Leak_2.csv has a gap", kind="gap", is_unusable=True)
     records = RecordBatch(
         {P1: np.arange(20.0).reshape(2, 10)},
         100.0,

@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from hydrofdi.errors import ConfigError
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators import Indicator, Output, make_indicators, measure
 from hydrofdi.indicators.faults import made_soundly
-from hydrofdi.records import Channel, RecordBatch, Remark
+from hydrofdi.records import Channel, RecordBatch
 
 P1 = Channel.CHAMBER_1_PRESSURE
 
@@ -30,7 +30,7 @@ def swing(gives: Any) -> Swing:
     return type("Faulty", (Swing,), {"gives": staticmethod(gives)})()
 
 
-def records(remarks: tuple[tuple[Remark, ...], ...] = ()) -> RecordBatch:
+def records(remarks: tuple[tuple[Issue, ...], ...] = ()) -> RecordBatch:
     signal = np.random.default_rng(1).normal(size=(3, 512))
     return RecordBatch({P1: signal}, 500.0, ("a", "b", "c"), remarks=remarks)
 
@@ -43,7 +43,7 @@ def in_place(batch: RecordBatch) -> dict[str, Any]:
 
 @pytest.mark.parametrize("is_unusable", [False, True])
 def test_one_that_works_in_place_changes_no_signal_and_no_other_indicator(is_unusable: bool) -> None:
-    batch = records(((Remark("stuck", "stuck", is_unusable=is_unusable),), (), ()))
+    batch = records(((Issue("stuck", kind="stuck", is_unusable=is_unusable),), (), ()))
     before = batch[P1].copy()
     own = make_indicators(["pressure_statistics"])
     measured = measure(batch, {"swing": swing(in_place), **own})

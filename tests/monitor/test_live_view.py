@@ -14,11 +14,11 @@ from rich.console import Console
 from hydrofdi.cli.monitor.live_view import LiveView, duration_text, instant_text, screen_lines, summary_lines
 from hydrofdi.cli.monitor.watched import Watched
 from hydrofdi.detectors.trained.wording import count_text, plain
+from hydrofdi.errors import Issue
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.sources.malformed import malformed
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
-from hydrofdi.records.streams import WindowFault
 from tests.detectors.trained.made import detector
 from tests.monitor.streams import made_detector, part, stream
 
@@ -75,7 +75,7 @@ def test_the_last_windows_are_listed_with_their_verdicts():
 def test_a_window_that_is_not_judged_says_why_and_whether_its_score_is_beyond_the_limit():
     seen = watched()
     (last,) = list(seen.windows)[-1:]
-    fault = WindowFault("novel", "the pressure is higher than ever")
+    fault = Issue("the pressure is higher than ever", kind="novel")
     seen.take(None, [replace(last, verdict=replace(last.verdict, alarm=None, fault=fault))])
     assert ", beyond its limit; not judged, novel: the pressure is higher than ever" in text_of(seen, 120)
 

@@ -12,11 +12,11 @@ from prometheus_client.parser import text_string_to_metric_families
 import hydrofdi
 from hydrofdi.detectors.trained import Verdict
 from hydrofdi.detectors.trained.file import ChartLimit
-from hydrofdi.errors import ConfigError
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.monitor.lines import ChartReading, Condition, Event, EventKind, WindowLine
 from hydrofdi.monitor.sinks import metrics
 from hydrofdi.monitor.sinks.metrics import MetricsSink
-from hydrofdi.records.streams import Chunk, WindowFault
+from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.made import detector
 
 
@@ -42,7 +42,7 @@ def window(alarm, score=2.0, fault=None, condition=Condition.HEALTHY):
 
 
 def test_windows_are_counted_by_what_is_said_of_them(sink):
-    stuck = WindowFault("stuck", "P1 does not move")
+    stuck = Issue("P1 does not move", kind="stuck")
     sink.put(None, [window(False), window(False), window(True), window(None, None, stuck)])
     values = served(sink)
     assert values["hydrofdi_windows_judged_total", "false"] == 2
@@ -57,7 +57,7 @@ def test_windows_are_counted_by_what_is_said_of_them(sink):
 
 
 def test_scores_beyond_the_limit_that_are_no_alarm_are_counted(sink):
-    novel = WindowFault("novel", "P1 is unlike the healthy ones")
+    novel = Issue("P1 is unlike the healthy ones", kind="novel")
     verdicts = [Verdict(9.0, None, margin, novel) for margin in (-2.0, 1.0, -3.0)]
     sink.put(None, [WindowLine(0, 0.0, 1.0, each, None, Condition.UNKNOWN) for each in verdicts])
     values = served(sink)

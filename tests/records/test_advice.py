@@ -35,7 +35,7 @@ def test_another_spelling_agrees_with_its_unit_alone(tmp_path):
 
 def test_a_scale_that_the_header_may_contradict_is_remarked(tmp_path):
     batch = one(tmp_path, a_csv="P1 [torr]\n1\n2\n")
-    (text,) = [remark.text for remark in batch.remarks[0] if remark.kind == "unknown_unit"]
+    (text,) = [remark.message for remark in batch.remarks[0] if remark.kind == "unknown_unit"]
     assert "the header says 'torr', the description 'bar'" in text
 
 
@@ -63,7 +63,7 @@ def test_a_suggestion_names_the_column_of_time(tmp_path):
 def test_the_unit_decides_what_is_time(tmp_path):
     batch = plain(tmp_path, "T [bar],time [s],t [s],P1 [bar]\n5,0,7,1\n5,0.5,9,2\n")
     assert batch.sampling_frequency == 2.0
-    assert "columns not used: T [bar], t [s]" in [remark.text for remark in batch.remarks[0]]
+    assert "columns not used: T [bar], t [s]" in [remark.message for remark in batch.remarks[0]]
 
 
 def test_a_sampling_frequency_against_the_column_of_time_is_remarked(tmp_path):
@@ -93,7 +93,7 @@ def test_files_of_one_set_that_differ_are_remarked(tmp_path):
 
 def test_times_that_cannot_be_used_have_a_remedy_and_gaps_leave_the_rate(tmp_path):
     (batch,) = plain_batches(tmp_path, "time [s],P1 [bar]\n0,1\n0,2\n1,3\n")
-    assert "give 'sampling_frequency' in place of 'time'" in batch.rejected[0].remark.text
+    assert "give 'sampling_frequency' in place of 'time'" in batch.rejected[0].remark.message
     (batch,) = plain_batches(tmp_path, "time [s],P1 [bar]\n0,1\n1,2\n2,3\n9,4\n")
     assert batch.sampling_frequency == 1.0
 

@@ -202,7 +202,7 @@ def test_a_broken_file_gives_its_numbers_or_a_reason(impatient, kind, data):
     for changed in (bytes(content), bytes(content[:stop])):
         for batch in read_or_refused(changed, f"run.{kind}"):
             assert batch.n_record + len(batch.rejected) == 1
-            assert all(rejected.remark.text for rejected in batch.rejected)
+            assert all(rejected.remark.message for rejected in batch.rejected)
 
 
 @settings(max_examples=200)

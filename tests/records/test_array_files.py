@@ -136,7 +136,7 @@ def test_missing_integers_of_parquet_are_missing(tmp_path):
     write_parquet(tmp_path / "run.parquet", {"P1": [1, None, 3]})
     (remark,) = one(tmp_path, description("run.parquet")).remarks[0]
     assert (remark.kind, remark.is_unusable) == ("missing", True)
-    assert "1 of 3" in remark.text
+    assert "1 of 3" in remark.message
 
 
 def test_parquet_without_its_extra_says_what_to_install(tmp_path, monkeypatch):
@@ -177,7 +177,7 @@ def test_values_in_other_files_are_never_read(tmp_path, place, suffix):
             file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM")
     for column in ("P1", "own"):
         (rejected,) = one(tmp_path, description(f"run.{suffix}", column)).rejected
-        assert (rejected.remark.kind, "\n" in rejected.remark.text) == ("damaged", False)
+        assert (rejected.remark.kind, "\n" in rejected.remark.message) == ("damaged", False)
     with pytest.raises(StoreError):
         read_experiment(tmp_path / f"run.{suffix}")
 
@@ -194,7 +194,7 @@ channels:
     (batch,) = measured_source(file).batches()
     assert batch.n_record == 0
     assert batch.rejected[0].remark.kind == "wrong_length"
-    assert f"{P1} 5, {P2} 3" in batch.rejected[0].remark.text
+    assert f"{P1} 5, {P2} 3" in batch.rejected[0].remark.message
 
 
 @pytest.mark.parametrize("suffix", ["h5", "mat", "npz", "parquet", "csv.gz"])

@@ -70,7 +70,7 @@ def test_other_times_are_refused_with_a_remedy(tmp_path, text, sentence):
 
 def test_a_missing_date_rejects_the_record(tmp_path):
     (rejected,) = plain(tmp_path, text_of(FORMS[0]) + ";7\n").rejected
-    assert "1 sampling instants are missing" in rejected.remark.text
+    assert "1 sampling instants are missing" in rejected.remark.message
 
 
 def test_dates_need_no_unit_and_a_wrong_one_says_so(tmp_path):

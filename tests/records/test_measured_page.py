@@ -40,7 +40,7 @@ def test_the_example_of_the_page_reads_a_file_as_it_says(tmp_path):
 def test_the_page_names_every_remark():
     package = REPOSITORY / "hydrofdi" / "records" / "measured"
     sources = "".join(file.read_text(encoding="utf-8") for file in package.rglob("*.py"))
-    kinds = set(re.findall(r'Remark\("(\w+)"', sources)) | {"clipped", "saturated"}
+    kinds = set(re.findall(r'kind="(\w+)"', sources)) | {"clipped", "saturated"}
     assert len(kinds) > 10
     assert {kind for kind in kinds if f"`{kind}`" not in PAGE} == set()
 

@@ -65,7 +65,7 @@ def test_a_gap_makes_a_record_unusable_unless_it_is_resampled(tmp_path):
     ([-1e308, 0, 1e308, 1.7e308], "time goes from -1e+308 s to 1.7e+308 s"),
 ])  # fmt: skip
 def test_times_that_are_none_make_no_record(tmp_path, times, sentence):
-    assert one(tmp_path, TIMED, run_csv=timed(times)).rejected[0].remark.text.split(";")[0] == sentence
+    assert one(tmp_path, TIMED, run_csv=timed(times)).rejected[0].remark.message.split(";")[0] == sentence
 
 
 def test_time_of_another_dimension_and_two_samplings_are_refused(tmp_path):
@@ -138,7 +138,7 @@ def test_cycles_from_reversals_of_the_position(tmp_path):
 def test_cycles_that_are_too_short_and_files_without_any_are_listed(tmp_path):
     batch = one(tmp_path, DRIVEN + "cycles: {by: edges, length: 3 s}\n", run_csv=driven())
     assert [record.record_id for record in batch.rejected] == [f"run.csv#{n}" for n in range(1, 5)]
-    assert batch.rejected[0].remark.text == "the cycle lasts 2 s; the description requires 3 s"
+    assert batch.rejected[0].remark.message == "the cycle lasts 2 s; the description requires 3 s"
     still = csv_of(("P1", [1, 2, 3]), ("x", [1, 1, 1]), ("u", [0, 0, 0]))
     batch = one(tmp_path, DRIVEN + "cycles: {by: edges}\n", run_csv=still)
     assert batch.rejected[0].remark.kind == "no_cycle"
@@ -225,7 +225,7 @@ channels:
     np.testing.assert_allclose(batch[P1], [[0.0, 250e5, 125e5]])
     np.testing.assert_allclose(batch[POSITION], [[-3e-3, -4e-3, -6e-3]])
     (remark,) = [remark for remark in batch.remarks[0] if remark.kind == "out_of_range"]
-    assert "33.33%" in remark.text
+    assert "33.33%" in remark.message
 
 
 def test_defects_of_channels_are_remarked(tmp_path):
@@ -253,7 +253,7 @@ def test_a_square_wave_is_no_defect_and_a_resting_position_is_usable(tmp_path):
         ("P1", PRESSURE + RNG.normal(0, 1, 400)), ("x", np.full(400, 2.0)), ("u", np.arange(400) // 100 % 2)
     )
     batch = one(tmp_path, DRIVEN, run_csv=text)
-    assert {(remark.kind, remark.channel) for remark in batch.remarks[0]} == {("stuck", POSITION)}
+    assert {(remark.kind, remark.where) for remark in batch.remarks[0]} == {("stuck", POSITION)}
     assert not batch.remarks[0][0].is_unusable
     assert VOLTAGE in batch.channels
 
@@ -273,7 +273,7 @@ normalize: supply
     np.testing.assert_allclose(batch[P1], [[0.25, 0.3, 0.35]])
     assert [batch.unit(channel) for channel in (P1, POSITION)] == ["1", "counts"]
     (remark,) = batch.remarks[0]
-    assert remark.text == "pressures are divided by the supply pressure, 2e+07 Pa"
+    assert remark.message == "pressures are divided by the supply pressure, 2e+07 Pa"
     statistics = make_indicators(["pressure_statistics"])["pressure_statistics"]
     assert output_unit(statistics, statistics.outputs[0], batch) == "1"
     with pytest.raises(DataError, match="pressures in counts and in Pa cannot be divided by one another"):
@@ -318,7 +318,7 @@ def test_rejected_files_alone_come_in_a_batch_without_records(tmp_path):
     batch = one(tmp_path, run_csv="P1\n1\n", walk_csv="")
     assert (batch.n_record, len(batch.rejected)) == (0, 2)
     assert [record.remark.kind for record in batch.rejected] == ["short", "empty"]
-    assert batch.rejected[0].remark.text == "contains 1 sample"
+    assert batch.rejected[0].remark.message == "contains 1 sample"
 
 
 def test_units_are_those_of_the_first_source_that_has_records(tmp_path):

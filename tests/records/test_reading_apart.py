@@ -91,14 +91,14 @@ def test_a_file_that_crashes_its_library_is_rejected_and_the_next_is_read(tmp_pa
     batch = read(tmp_path, "mat")
     assert [rejected.record_id for rejected in batch.rejected] == ["1.mat"]
     assert batch.rejected[0].remark.kind == "damaged"
-    assert "as MAT" in batch.rejected[0].remark.text
+    assert "as MAT" in batch.rejected[0].remark.message
     np.testing.assert_array_equal(batch[P1], [BAR * 1e5])
 
 
 def test_a_file_that_hangs_its_library_is_rejected(tmp_path, hanging, impatient):
     write(tmp_path / "1.h5", {"P1": BAR})
     (rejected,) = read(tmp_path, "h5").rejected
-    assert rejected.remark.text == "reading it as HDF5 took longer than 1 s"
+    assert rejected.remark.message == "reading it as HDF5 took longer than 1 s"
 
 
 def test_the_file_after_one_that_hangs_is_read(tmp_path, hanging, monkeypatch):

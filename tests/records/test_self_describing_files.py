@@ -68,7 +68,7 @@ def test_columns_that_nobody_recognises_are_named_and_a_file_with_other_columns_
     (folder / "run 2.csv").write_text(_text().replace("P2 [bar]", "torque [Nm]"))
     (folder / "run 10.csv").write_text(_text(1))
     (batch,) = open_source(folder).batches()
-    assert batch.remarks[0][0].text == "columns not used: torque [Nm]"
+    assert batch.remarks[0][0].message == "columns not used: torque [Nm]"
     (folder / "run 10.csv").write_text(_text(1).replace("P1 [bar]", "pressure_sensor [bar]"))
     with pytest.raises(DataError, match=r"run 10.csv: has no column 'P1'"):
         list(open_source(folder).batches())

@@ -76,7 +76,7 @@ def test_a_slip_is_named_with_its_line(tmp_path, text, sentence):
     file = described(tmp_path, run_csv=text)
     try:
         (batch,) = measured_source(file).batches()
-        found = batch.rejected[0].remark.text
+        found = batch.rejected[0].remark.message
     except DataError as error:
         found = str(error)
     assert re.search(sentence, found), found
@@ -102,8 +102,8 @@ channels:
     text = "P1,P2\n1,5\n-9999,6\nNaN,7\n,8\ninf,9\n2,10\n"
     batch = one(tmp_path, description, run_csv=text)
     (remark,) = [remark for remark in batch.remarks[0] if remark.is_unusable]
-    assert (remark.kind, remark.channel) == ("missing", P1)
-    assert "4 of 6 samples" in remark.text
+    assert (remark.kind, remark.where) == ("missing", P1)
+    assert "4 of 6 samples" in remark.message
     np.testing.assert_array_equal(batch[P2], [np.arange(5.0, 11.0) * 1e5])
 
 
@@ -121,7 +121,7 @@ def test_a_last_line_that_was_cut_off_is_left_out_and_said(tmp_path):
 ])  # fmt: skip
 def test_rows_that_may_be_shifted_are_said(tmp_path, text, kind, sentence):
     remark = one(tmp_path, run_csv=text).remarks[0][0]
-    assert (remark.kind, remark.text) == (kind, sentence)
+    assert (remark.kind, remark.message) == (kind, sentence)
 
 
 TIMED = "time [s],P1 [bar],P2 [bar]\n0,84,20\n0.1,85,20\n0.2,86,20\n0.3,87,20\n0.4,88,20\n"
@@ -278,6 +278,6 @@ ROWS = "time [s],P1 [bar]\n0,84.25\n0.1,85.5\n0.2,86.125\n"
 def test_a_last_number_that_may_be_cut_off_is_said_to_be_doubtful(tmp_path, end, is_doubtful):
     (tmp_path / "run.csv").write_text(ROWS + end)
     (batch,) = plain_file_source(tmp_path / "run.csv").batches()
-    texts = [remark.text for remark in batch.remarks[0] if remark.kind == "unended"]
+    texts = [remark.message for remark in batch.remarks[0] if remark.kind == "unended"]
     assert texts == ["the last line has no line end; its last number may be cut off"] * is_doubtful
     assert batch.n_time == 4

@@ -22,7 +22,7 @@ channels: {chamber_1_pressure: {column: P1, unit: UNIT}, chamber_2_pressure: {co
 def _remarks(tmp_path, unit, level_1, level_2):
     text = csv_of(("P1", level_1 * (1 + SAMPLES)), ("P2", level_2 * (1 + SAMPLES)))
     batch = one(tmp_path, TWO_CHAMBERS.replace("UNIT", unit), run_csv=text)
-    return {remark.channel: remark.text for remark in batch.remarks[0] if remark.kind == "low_pressure"}
+    return {remark.where: remark.message for remark in batch.remarks[0] if remark.kind == "low_pressure"}
 
 
 @pytest.mark.parametrize(("level", "meant"), [(17, "MPa or bar"), (150, "bar"), (2500, "psi"), (17e3, "kPa")])
@@ -62,7 +62,7 @@ def test_channels_beyond_the_usual_sizes_are_remarked(signals, expected):
     samples = {name: size * (1 + SAMPLES) for name, size in signals.items()}
     (source,) = sources_of(samples, tuple(Channel), Said("1 kHz"))
     (batch,) = source.batches()
-    assert {remark.channel for remark in batch.remarks[0] if remark.kind == "unusual"} == expected
+    assert {remark.where for remark in batch.remarks[0] if remark.kind == "unusual"} == expected
     assert ("unusual" in hydrofdi.inspect(samples, sampling_frequency="1 kHz").remarks) == bool(expected)
 
 

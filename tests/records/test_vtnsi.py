@@ -72,7 +72,7 @@ def test_every_record_says_what_is_wrong_with_it(records):
         assert {"inferred_sampling", "clipped"} <= kinds(records, row)
         (clipped,) = [remark for remark in remarks if remark.kind == "clipped"]
         drives = P1 if records.groups[row].endswith("+") else P2
-        assert clipped.channel in {P1, P2} - {drives}, "the return side is clipped at zero"
+        assert clipped.where in {P1, P2} - {drives}, "the return side is clipped at zero"
     short = [row for row in range(70) if "short_stroke" in kinds(records, row)]
     assert [records.record_ids[row].split("/")[1:] for row in short] == [
         ["Act_5", "Base_000_80_594_9-11-2019-9-31-53 AM.txt.gz"]
@@ -87,11 +87,11 @@ def test_the_first_run_of_the_leaking_unit_is_an_outlier(records):
 def test_an_open_input_is_hum_and_saturated(tmp_path):
     mapped = ("  piston_position:", "  supply_pressure: {column: PG_3, unit: counts}\n  piston_position:")
     (batch,) = measured_source(description(tmp_path, mapped)).batches()
-    found = [{remark.kind for remark in remarks if remark.channel is SUPPLY} for remarks in batch.remarks]
+    found = [{remark.kind for remark in remarks if remark.where is SUPPLY} for remarks in batch.remarks]
     assert all(flags & {"hum", "clipped", "saturated"} for flags in found)
     leaking = [flags for flags, group in zip(found, batch.groups, strict=True) if "unit 4" in group]
     assert all("hum" in flags for flags in leaking)
-    flagged = {remark.channel for remarks in batch.remarks for remark in remarks if remark.kind == "hum"}
+    flagged = {remark.where for remarks in batch.remarks for remark in remarks if remark.kind == "hum"}
     assert flagged == {SUPPLY}
 
 

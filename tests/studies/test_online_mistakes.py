@@ -44,7 +44,7 @@ def mistakes(tmp_path, online, **more):
 )
 def test_a_mistaken_chart_is_told_at_its_place(tmp_path, chart, key, sentence):
     (mistake,) = mistakes(tmp_path, f"charts:\n  fast: {chart}")
-    assert mistake.key == f"detection.online.charts.fast.{key}"
+    assert mistake.where == f"detection.online.charts.fast.{key}"
     assert mistake.origin.endswith("study.yaml:10")
     assert sentence in mistake.message
 
@@ -60,7 +60,7 @@ def test_a_score_without_a_trace_is_told(tmp_path):
 def test_mistaken_times_between_false_alarms_are_told(tmp_path, every, key):
     charts = "charts: {a: {of: weak_rls.leakage, chart: cusum}}"
     (mistake,) = mistakes(tmp_path, f"false_alarm_every: {every}\n{charts}")
-    assert mistake.key == f"detection.online.false_alarm_every{key}"
+    assert mistake.where == f"detection.online.false_alarm_every{key}"
 
 
 def test_options_may_stand_beside_the_rule_and_one_time_is_a_list(tmp_path):

@@ -26,7 +26,7 @@ def mistakes(tmp_path, *settings, over="", levels="[0.1 L/min, 1 L/min]", more="
 @pytest.mark.parametrize("level", ["0.1 L/mn", "-1 L/min", "foo", "null", "[1]"])
 def test_a_mistaken_level_is_told_at_its_place(tmp_path, level):
     (mistake,) = mistakes(tmp_path, levels=f"[{level}, 1 L/min]")
-    assert mistake.key == "study.faults.over.leakage.internal_flow[0]"
+    assert mistake.where == "study.faults.over.leakage.internal_flow[0]"
     assert mistake.origin.endswith("study.yaml:5")
 
 

@@ -114,7 +114,7 @@ class HealthyRecords:
         left = self.left_out
         left.n_rejected += len(batch.rejected)
         for each in batch.rejected:
-            left.first_rejection = left.first_rejection or f"{each.record_id}: {each.remark.text}"
+            left.first_rejection = left.first_rejection or f"{each.record_id}: {each.remark.message}"
 
     def _distinct(self, batch: RecordBatch, seen: dict[bytes, str]) -> RecordBatch:
         rows, left = [], self.left_out

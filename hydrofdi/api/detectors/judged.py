@@ -87,7 +87,7 @@ def _signed(margin: float | None) -> str:
 
 def _verdict(window: JudgedWindow) -> str:
     if window.fault is not None:
-        return f"not judged, {window.fault.kind}: {window.fault.text}"
+        return f"not judged, {window.fault.kind}: {window.fault.message}"
     doubt = f", doubtful: {window.doubt}" if window.doubt else ""
     return ("ALARM" if window.alarm else "healthy") + doubt
 
@@ -132,7 +132,7 @@ def _record(window: JudgedWindow, unit: str) -> dict[str, Any]:
     if window.line is not None:
         return {**named, **line_record(window.line, unit)}
     fault = window.record_fault
-    return {**named, "line": "record", "fault": fault and {"kind": fault.kind, "text": fault.text}}
+    return {**named, "line": "record", "fault": fault and {"kind": fault.kind, "text": fault.message}}
 
 
 def _fields(window: JudgedWindow, unit: str) -> dict[str, Any]:
@@ -142,7 +142,7 @@ def _fields(window: JudgedWindow, unit: str) -> dict[str, Any]:
         "beyond_limit": window.is_beyond,
         "chart_statistic": (record.get("chart") or {}).get("statistic"),
         "fault": "" if fault is None else fault.kind,
-        "reason": "" if fault is None else fault.text,
+        "reason": "" if fault is None else fault.message,
         "doubt": window.doubt,
     }
 

@@ -59,7 +59,7 @@ class Tally:
         record = (window.source, window.record_id)
         if record not in self._records:
             self._records[record] = None
-            self.unjudged[record] = window.fault.text if window.fault else ""
+            self.unjudged[record] = window.fault.message if window.fault else ""
         if window.fault is not None:
             self.faults[window.fault.kind] += 1
             self.n_beyond += window.is_beyond

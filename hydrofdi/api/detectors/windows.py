@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.measuring import without_scale
+from hydrofdi.errors import Issue
 from hydrofdi.monitor.judged import judging_of
 from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.records.streams import Chunk, WindowFault
+from hydrofdi.records.streams import Chunk
 
 _RATE = 0.01
 """Share of the sampling frequency that a record may differ."""
@@ -29,7 +30,7 @@ class JudgedWindow:
     record_id, source, group : str
     line : WindowLine or None
         That of a monitor which is given the record as a stream; None if the record has no window.
-    record_fault : WindowFault or None
+    record_fault : Issue or None
         Why it has none.
     """
 
@@ -37,10 +38,10 @@ class JudgedWindow:
     source: str
     group: str
     line: WindowLine | None
-    record_fault: WindowFault | None = None
+    record_fault: Issue | None = None
 
     @property
-    def fault(self) -> WindowFault | None:
+    def fault(self) -> Issue | None:
         """Why nothing is judged."""
         return self.record_fault if self.line is None else self.line.verdict.fault
 
@@ -80,12 +81,12 @@ def detect(file: DetectorFile, source: RecordSource) -> Iterator[JudgedWindow]:
     watch, channels = Watch(file), channels_read(file)
     for batch in source.batches():
         for record in batch.rejected:
-            fault = WindowFault(record.remark.kind, record.remark.text)
+            fault = Issue(record.remark.message, kind=record.remark.kind)
             yield JudgedWindow(record.record_id, record.source, record.group, None, fault)
         for row in range(batch.n_record):
             named = batch.record_ids[row], batch.sources[row], batch.groups[row]
             fault_or_lines = _forbidden(file, channels, batch, row) or _lines(watch, batch, row)
-            if isinstance(fault_or_lines, WindowFault):
+            if isinstance(fault_or_lines, Issue):
                 yield JudgedWindow(*named, None, fault_or_lines)
             elif not fault_or_lines:
                 yield JudgedWindow(*named, None, _without_windows(file, batch))
@@ -101,28 +102,28 @@ def _lines(watch: Watch, records: RecordBatch, row: int) -> list[WindowLine]:
 
 def _forbidden(
     file: DetectorFile, channels: tuple[Channel, ...], records: RecordBatch, row: int
-) -> WindowFault | None:
+) -> Issue | None:
     """Why a record cannot be taken for a stream of the detector."""
     if missing := [channel for channel in channels if channel not in records.channels]:
-        unused = [remark.text for remark in records.remarks[row] if remark.kind == "unused"]
-        return WindowFault("missing_channel", "; ".join([f"has no {' and no '.join(missing)}", *unused]))
+        unused = [remark.message for remark in records.remarks[row] if remark.kind == "unused"]
+        return Issue("; ".join([f"has no {' and no '.join(missing)}", *unused]), kind="missing_channel")
     if abs(records.sampling_frequency / file.sampling_frequency - 1.0) > _RATE:
         rates = f"{records.sampling_frequency:.4g} Hz instead of {file.sampling_frequency:.4g} Hz"
-        return WindowFault("other_rate", f"is sampled at {rates}")
+        return Issue(f"is sampled at {rates}", kind="other_rate")
     if obstacle := without_scale(records, channels):
-        return WindowFault("no_scale", obstacle)
+        return Issue(obstacle, kind="no_scale")
     for remark in records.remarks[row]:
-        concerns = remark.channel in channels and remark.kind not in _SAID_OF_WINDOWS
-        if remark.is_unusable and (remark.channel is None or concerns):
-            return WindowFault(remark.kind, remark.text)
+        concerns = remark.where in channels and remark.kind not in _SAID_OF_WINDOWS
+        if remark.is_unusable and (not remark.where or concerns):
+            return Issue(remark.message, kind=remark.kind)
     return None
 
 
-def _without_windows(file: DetectorFile, records: RecordBatch) -> WindowFault:
+def _without_windows(file: DetectorFile, records: RecordBatch) -> Issue:
     lasts, window = f"lasts {records.duration:.4g} s", file.config.window
     if window.by == "estimate":
-        return WindowFault("short_record", f"{lasts}, and the first estimate comes later")
+        return Issue(f"{lasts}, and the first estimate comes later", kind="short_record")
     duration = f"{file.n_sample / file.sampling_frequency:.4g} s"
     if window.by == "cycle" and records.n_time >= file.n_sample:
-        return WindowFault("no_cycle", f"has no cycle: no {window.edge} edge of {window.channel} in time")
-    return WindowFault("short_record", f"{lasts}, and a window {duration}")
+        return Issue(f"has no cycle: no {window.edge} edge of {window.channel} in time", kind="no_cycle")
+    return Issue(f"{lasts}, and a window {duration}", kind="short_record")

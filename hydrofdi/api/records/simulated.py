@@ -9,8 +9,9 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
+from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
-from hydrofdi.records import Channel, RecordBatch, RejectedRecord, Remark
+from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.sensing import Measurement
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import shown_seconds
@@ -136,7 +137,7 @@ class _Simulated:
             labels=tuple(texts[row] for row in good) if labels else None,
             rejected=tuple(
                 RejectedRecord(
-                    self.record_ids[row], name, "", Remark(outcome.status, outcome.message), texts[row]
+                    self.record_ids[row], name, "", Issue(outcome.message, kind=outcome.status), texts[row]
                 )
                 for row, outcome in enumerate(outcomes)
                 if not outcome.is_ok

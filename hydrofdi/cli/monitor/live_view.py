@@ -182,7 +182,7 @@ def _reading(watched: Watched) -> str:
     score = "has no number" if verdict.score is None else score_text(verdict.score, file)
     if verdict.fault is not None:
         beyond = ", beyond its limit" if verdict.is_beyond else ""
-        return f"{name} {score}{beyond}; not judged, {verdict.fault.kind}: {verdict.fault.text}"
+        return f"{name} {score}{beyond}; not judged, {verdict.fault.kind}: {verdict.fault.message}"
     margin = "" if verdict.margin is None else f", margin {_signed(verdict.margin)} spreads"
     doubt = f"; doubtful: {verdict.doubt}" if verdict.doubt else ""
     return f"{name} {score}; alarm {limits_text(file)}{margin}{_chart(line)}{doubt}"

@@ -17,7 +17,7 @@ from hydrofdi.config.study.table import StudyTable, populations, study_table
 from hydrofdi.config.sweeps.distinct import distinct_rows
 from hydrofdi.config.sweeps.points import Column, Points, count_points, multiplied, sweep_points
 from hydrofdi.config.sweeps.sweep import SweepConfig
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.counting import counted
 
 MOST_RUNS = 1_000_000
@@ -103,7 +103,7 @@ def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
             f"draws {points.n_point - n_run:,} of {counted(points.n_point, 'record')}"
             " twice; let more of them vary"
         )
-        raise ConfigError([Mistake(message, "study.population")])
+        raise ConfigError([Issue(message, "study.population")])
     none = np.full(n_run, NO_RUN)
     axes = {name: _appearing(points.columns[name]) for name in points.columns}
     return RunTable(expansion.runs(rows), axes, n_run, none, none, none, table)
@@ -120,7 +120,7 @@ def _require_countable(n_point: int, key: str = "sweep") -> None:
     if n_point > MOST_RUNS:
         raise ConfigError(
             [
-                Mistake(
+                Issue(
                     f"{counted(n_point, 'run')} exceed the limit of {MOST_RUNS:,} per sweep, counted before"
                     f" 'where'; use fewer values, draw a sample, or split the sweep into several experiments",
                     key,
@@ -133,7 +133,7 @@ def _block_points(experiment: ExperimentConfig, section: str) -> Points:
     block: SweepConfig = getattr(experiment, section)
     points = sweep_points(block, experiment.nominal_parameters.value, section)
     if not points.n_point:
-        raise ConfigError([Mistake("no point satisfies 'where'", section)])
+        raise ConfigError([Issue("no point satisfies 'where'", section)])
     return points
 
 

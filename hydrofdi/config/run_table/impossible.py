@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.shown_values import shown_values
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.messages import describe_error
 
 _MOST_NAMED = 4
@@ -38,7 +38,7 @@ def impossible_point(
     named = dict(list(blamed.items())[:_MOST_NAMED])
     more = f" and {len(blamed) - len(named)} more" if len(blamed) > len(named) else ""
     place = f"in {where}, " if where else ""
-    return ConfigError([Mistake(f"{place}at {shown_values(named)}{more}: {reason}", key)])
+    return ConfigError([Issue(f"{place}at {shown_values(named)}{more}: {reason}", key)])
 
 
 def _blamed(nominal: RunRequest, values: Mapping[str, Any]) -> list[str]:

@@ -19,7 +19,7 @@ from hydrofdi.config.sweeps.distributions import is_unbounded, quantiles
 from hydrofdi.config.sweeps.sample import SampleConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.config.sweeps.unit_cube import correlated, unit_cube
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.messages import describe_error
 
 NOMINAL = -1
@@ -141,7 +141,7 @@ def _fulfilling(text: str, points: Points, nominal: Callable[[str], Any], path: 
     try:
         holds = [condition.holds(constants | points.values(point, names)) for point in first.tolist()]
     except (TypeError, ValueError, OverflowError) as error:
-        raise ConfigError([Mistake(f"condition {text!r}: {error}", path)]) from None
+        raise ConfigError([Issue(f"condition {text!r}: {error}", path)]) from None
     return points.at(np.flatnonzero(np.array(holds, dtype=bool)[inverse]))
 
 
@@ -183,6 +183,6 @@ def drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float6
             remedy = "; truncated_normal: [mean, deviation, low, high] stays within limits"
             reason = f"draws an invalid value: {describe_error(error.errors()[0])}"
             raise ConfigError(
-                [Mistake(reason + (remedy if is_unbounded(distribution) else ""), path)]
+                [Issue(reason + (remedy if is_unbounded(distribution) else ""), path)]
             ) from None
     return values

@@ -66,5 +66,5 @@ def difference(name: str, value: Any) -> float:
 
 def require_numbers(source: Source, path: Path) -> None:
     """Report that the ends must be numbers, unless another mistake in them is already reported."""
-    if not any(mistake.key.startswith(dotted(path[:-1])) for mistake in source.mistakes):
+    if not any(mistake.where.startswith(dotted(path[:-1])) for mistake in source.mistakes):
         source.mistakes.append(source.mistake(path, "its ends must be numbers"))

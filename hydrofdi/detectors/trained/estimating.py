@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.detectors.features import Feature
-from hydrofdi.errors import ConfigError
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.plausibility import Doubt, doubts_of
 from hydrofdi.indicators.recursive import RecursiveIndicator, instants
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.records.streams import Piece, State, WindowFault
+from hydrofdi.records.streams import Piece, State
 
 _INDICATOR = "indicator."
 
@@ -37,7 +37,7 @@ class Estimate:
         Time of the estimate, on the clock of the stream [s].
     score : float
         In the unit of the output; NaN if there is a fault.
-    fault : WindowFault or None
+    fault : Issue or None
         Reason of a restart of the indicator.
     doubts : tuple of Doubt
     fits : mapping of str to float
@@ -47,7 +47,7 @@ class Estimate:
     place: int
     time: float
     score: float
-    fault: WindowFault | None = None
+    fault: Issue | None = None
     doubts: tuple[Doubt, ...] = ()
     fits: Mapping[str, float] = field(default_factory=dict)
 
@@ -123,7 +123,7 @@ class Estimator:
     def _missing(self, piece: Piece, place: int, missing: NDArray[np.bool_]) -> Estimate:
         lost = [channel for channel, row in zip(self._channels, missing, strict=True) if row[place]]
         text = f"no sample of {' and '.join(lost)}; {self._anew}"
-        return Estimate(place, float(piece.time[place]), np.nan, WindowFault("missing", text))
+        return Estimate(place, float(piece.time[place]), np.nan, Issue(text, kind="missing"))
 
     def _advance(
         self, state: State, piece: Piece, first: int, stop: int
@@ -172,9 +172,9 @@ class Estimator:
         """Time between estimates [s]."""
         return self.indicator.samples_per_estimate(self.sampling_frequency) / self.sampling_frequency
 
-    def _lost(self, n_lost: int, is_given_up: bool) -> WindowFault:
+    def _lost(self, n_lost: int, is_given_up: bool) -> Issue:
         text = f"{self.indicator.name} has had no {self._score} for {n_lost * self.interval:.4g} s"
-        return WindowFault("no_number", f"{text}; {self._anew}" if is_given_up else text)
+        return Issue(f"{text}; {self._anew}" if is_given_up else text, kind="no_number")
 
     @property
     def _anew(self) -> str:

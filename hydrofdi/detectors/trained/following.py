@@ -13,9 +13,10 @@ from hydrofdi.detectors.trained.judging import verdict_of
 from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.detectors.trained.novelty import findings
 from hydrofdi.detectors.trained.verdict import Verdict
+from hydrofdi.errors import Issue
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import Array, RecordBatch
-from hydrofdi.records.streams import Piece, State, WindowFault
+from hydrofdi.records.streams import Piece, State
 from hydrofdi.records.streams.faults import fault_of
 
 _HELD = "held"
@@ -68,11 +69,11 @@ class Follower:
         times = np.array([each.time for each in found])
         return {**after, _HELD: rows[:, -self._n_look :].copy()}, times, verdicts
 
-    def _faults(self, rows: Array, stops: Sequence[int]) -> list[WindowFault | None]:
+    def _faults(self, rows: Array, stops: Sequence[int]) -> list[Issue | None]:
         """Fault of the samples before each of some places; None if there are too few samples to check."""
         channels, frequency = self.file.channels, self.file.sampling_frequency
         looks = [rows[:, max(0, stop - self._n_look) : stop] for stop in stops]
-        faults: list[WindowFault | None] = [None] * len(looks)
+        faults: list[Issue | None] = [None] * len(looks)
         whole = [place for place, look in enumerate(looks) if look.shape[1] == self._n_look]
         for place in whole:
             time, samples = looks[place][0], looks[place][1:]

@@ -11,10 +11,11 @@ from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records
 from hydrofdi.detectors.trained.novelty import findings, not_positive, wrong_side
 from hydrofdi.detectors.trained.verdict import Verdict
+from hydrofdi.errors import Issue
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.plausibility import Doubt
 from hydrofdi.records import Channel
-from hydrofdi.records.streams import Window, WindowFault
+from hydrofdi.records.streams import Window
 from hydrofdi.settings.counting import counted
 
 
@@ -55,15 +56,16 @@ class Judge:
                 verdicts[place] = verdict
         return verdicts
 
-    def _fault(self, window: Window) -> WindowFault | None:
+    def _fault(self, window: Window) -> Issue | None:
         missing = [channel for channel in self.channels if channel not in window.channels]
         if window.fault is not None:
             return window.fault
         if missing:
-            return WindowFault("missing_channel", f"has no {' and no '.join(missing)}")
+            return Issue(f"has no {' and no '.join(missing)}", kind="missing_channel")
         if window.time.size != self.file.n_sample:
-            return WindowFault(
-                "other_length", f"has {counted(window.time.size, 'sample')} instead of {self.file.n_sample}"
+            return Issue(
+                f"has {counted(window.time.size, 'sample')} instead of {self.file.n_sample}",
+                kind="other_length",
             )
         return None
 
@@ -82,7 +84,7 @@ class Judge:
 def verdict_of(
     file: DetectorFile,
     score: float,
-    fault: WindowFault | None = None,
+    fault: Issue | None = None,
     obstacle: str | None = None,
     doubts: Sequence[Doubt] = (),
 ) -> Verdict:
@@ -93,7 +95,7 @@ def verdict_of(
     file : DetectorFile
     score : float
         NaN if there is none.
-    fault : WindowFault, optional
+    fault : Issue, optional
         Why the window is not judged. For novel windows, score and margin are still given, and the fault
         states whether the score is beyond a limit.
     obstacle : str, optional
@@ -105,7 +107,7 @@ def verdict_of(
     if fault is not None and fault.kind != "novel":
         return Verdict(None, None, None, fault)
     if math.isnan(score):
-        reason = WindowFault("no_number", obstacle or "the indicator has no value")
+        reason = Issue(obstacle or "the indicator has no value", kind="no_number")
         return Verdict(None, None, None, fault or reason)
     limits = [(score - file.limits.low)] if file.limits.low is not None else []
     limits += [file.limits.high - score] if file.limits.high is not None else []
@@ -116,5 +118,5 @@ def verdict_of(
     if fault is None:
         return Verdict(score, distance < 0.0, margin, doubt="; ".join(doubt.text for doubt in doubts))
     if distance < 0.0:
-        fault = replace(fault, text=f"{fault.text}; the score is also beyond its limit")
+        fault = replace(fault, message=f"{fault.message}; the score is also beyond its limit")
     return Verdict(score, None, margin, fault)

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile
 from hydrofdi.detectors.trained.ranges import ChannelFacts, channel_facts
 from hydrofdi.detectors.trained.wording import readable, score_text
+from hydrofdi.errors import Issue
 from hydrofdi.indicators.plausibility import Doubt
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.records.streams import WindowFault
 
 _FAR = 10.0
 """Healthy spreads in the distance from which a score on the side without an alarm is novel."""
@@ -21,7 +21,7 @@ _QUANTITIES = {
 }
 
 
-def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> list[WindowFault | None]:
+def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> list[Issue | None]:
     """Fault of each window: stuck, clipped, novel, or None.
 
     Parameters
@@ -35,15 +35,15 @@ def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> li
     return [_finding(row, facts, ranges) for row in range(records.n_record)]
 
 
-def not_positive(file: DetectorFile, doubts: Sequence[Doubt]) -> WindowFault | None:
+def not_positive(file: DetectorFile, doubts: Sequence[Doubt]) -> Issue | None:
     """Why a window is novel: a quantity is not positive, but is so in all healthy windows."""
     for doubt in doubts:
         if doubt.is_not_positive and doubt.name in file.positive:
-            return WindowFault("novel", doubt.text)
+            return Issue(doubt.text, kind="novel")
     return None
 
 
-def wrong_side(file: DetectorFile, score: float) -> WindowFault | None:
+def wrong_side(file: DetectorFile, score: float) -> Issue | None:
     """Why a score is novel: a leak moves it to one side, and it is far out on the other.
 
     Far is twice as far from the healthy median as all healthy scores, and ten healthy spreads more.
@@ -57,22 +57,22 @@ def wrong_side(file: DetectorFile, score: float) -> WindowFault | None:
         width, distance, side = healthy.centre - lowest, -distance, "below"
     if distance <= 2.0 * width + _FAR * healthy.spread:
         return None
-    return WindowFault(
-        "novel",
+    return Issue(
         f"the score, {score_text(score, file)}, is far {side} all healthy scores"
         f" ({score_text(lowest, file)} to {score_text(highest, file)}):"
         " are two channels swapped, or is a sign wrong?",
+        kind="novel",
     )
 
 
 def _finding(
     row: int, facts: Mapping[Channel, ChannelFacts], ranges: Mapping[Channel, ChannelRange]
-) -> WindowFault | None:
+) -> Issue | None:
     for kind, found in (("stuck", _stuck), ("clipped", _clipped), ("novel", _novel)):
         texts = [text for channel in facts for text in found(row, channel, facts[channel], ranges[channel])]
         if texts:
             more = f" (and {len(texts) - 1} more)" if len(texts) > 1 else ""
-            return WindowFault(kind, texts[0] + more)
+            return Issue(texts[0] + more, kind=kind)
     return None
 
 

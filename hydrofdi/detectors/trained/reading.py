@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from hydrofdi.detectors.trained.consistency import inconsistencies
 from hydrofdi.detectors.trained.file import SCHEMA, VERSION, DetectorFile
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.validation import known_keys
 from hydrofdi.settings.yaml_source import dotted
@@ -59,7 +59,7 @@ def load_detector(path: Path) -> DetectorFile:
     except ValidationError as errors:
         raise ConfigError([_mistake(path, error) for error in errors.errors()]) from None
     if mistakes := [
-        Mistake(_shown(each.message), _shown(each.key), str(path)) for each in inconsistencies(file)
+        Issue(_shown(each.message), _shown(each.where), str(path)) for each in inconsistencies(file)
     ]:
         raise ConfigError(mistakes)
     return file
@@ -97,7 +97,7 @@ def _require_known_form(path: Path, data: Any) -> None:
     if type(version) is not int or version != VERSION:
         raise ConfigError(
             [
-                Mistake(
+                Issue(
                     f"this hydrofdi reads version {VERSION}, not {_shown(repr(version))};"
                     " train the detector again",
                     "version",
@@ -129,10 +129,10 @@ def _number(text: str) -> float:
     return value
 
 
-def _mistake(path: Path, error: Any) -> Mistake:
+def _mistake(path: Path, error: Any) -> Issue:
     place = tuple(part for part in error["loc"] if part != "[key]")
     text = describe_error(error, known_keys(DetectorFile, place[:-1]))
-    return Mistake(_shown(text), _shown(dotted(place)), str(path))
+    return Issue(_shown(text), _shown(dotted(place)), str(path))
 
 
 def _shown(text: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hydrofdi.records.streams import WindowFault
+from hydrofdi.errors import Issue
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Verdict:
         Whether the window raises an alarm; None if it is not judged.
     margin : float or None
         Distance to the nearest limit in healthy spreads, negative beyond it; None if there is no score.
-    fault : WindowFault or None
+    fault : Issue or None
         Why the window is not judged.
     doubt : str
         Why the verdict is doubtful, which it remains all the same; empty if it is not.
@@ -28,7 +28,7 @@ class Verdict:
     score: float | None
     alarm: bool | None
     margin: float | None
-    fault: WindowFault | None = None
+    fault: Issue | None = None
     doubt: str = ""
 
     @property

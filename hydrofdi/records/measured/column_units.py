@@ -6,8 +6,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Array, Remark
+from hydrofdi.errors import DataError, Issue
+from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.units import Unit, parse_unit, similar_units
@@ -74,13 +74,13 @@ def agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
     return header
 
 
-def unknown_header_unit(config: ChannelConfig, header: str) -> tuple[Remark, ...]:
+def unknown_header_unit(config: ChannelConfig, header: str) -> tuple[Issue, ...]:
     """A remark if the header's unit is not known, so that only the description states the scale."""
     is_checked = not header or is_unit(header) or len(_readings(config.unit, header)) == 1
     if is_checked or not config.unit or config.gain is not None or " " in header:
         return ()
     text = f"column {config.column!r}: the header says {header!r}, the description {config.unit!r}"
-    return (Remark("unknown_unit", text),)
+    return (Issue(text, kind="unknown_unit"),)
 
 
 def calibrated(values: Array, config: ChannelConfig) -> Array:

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrofdi.records.batch import RejectedRecord, Remark
+from hydrofdi.errors import Issue
+from hydrofdi.records.batch import RejectedRecord
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.ranges import plausible_range
@@ -45,7 +46,7 @@ class MeasuredRecord:
     recording: Recording
     stroke: float = 0.0
 
-    def remarked(self, remarks: tuple[Remark, ...]) -> MeasuredRecord:
+    def remarked(self, remarks: tuple[Issue, ...]) -> MeasuredRecord:
         """The record with more remarks."""
         if not remarks:
             return self

@@ -6,8 +6,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Remark
+from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_names import channel_of, time_columns, times_without_unit
 from hydrofdi.records.measured.column_units import unit_by_name
@@ -21,7 +20,7 @@ from hydrofdi.records.measured.suggesting import is_counter, refusal
 _MOST_SHOWN = 12
 
 
-def completed(config: MeasuredConfig, files: Sequence[Path]) -> tuple[MeasuredConfig, tuple[Remark, ...]]:
+def completed(config: MeasuredConfig, files: Sequence[Path]) -> tuple[MeasuredConfig, tuple[Issue, ...]]:
     """A description with the channels that the first readable file states, and a remark on unused columns.
 
     Parameters
@@ -46,7 +45,7 @@ def completed(config: MeasuredConfig, files: Sequence[Path]) -> tuple[MeasuredCo
     raise AssertionError("there are files")
 
 
-def _completed(config: MeasuredConfig, table: Table, file: Path) -> tuple[MeasuredConfig, tuple[Remark, ...]]:
+def _completed(config: MeasuredConfig, table: Table, file: Path) -> tuple[MeasuredConfig, tuple[Issue, ...]]:
     names = [split_title(title)[0] for title in table.titles]
 
     def column(title: str) -> str:
@@ -122,11 +121,11 @@ def _titles(table: Table, positions: Sequence[int]) -> list[str]:
     return [table.titles[position] for position in positions]
 
 
-def unused_in(table: Table, used: Collection[str]) -> tuple[Remark, ...]:
+def unused_in(table: Table, used: Collection[str]) -> tuple[Issue, ...]:
     """A remark that names the unused columns."""
     positions = {table.find(column) for column in used}
     left = [title for position, title in enumerate(table.titles) if position not in positions]
-    return (Remark("unused", f"columns not used: {_first(left)}"),) if left else ()
+    return (Issue(f"columns not used: {_first(left)}", kind="unused"),) if left else ()
 
 
 def _first(titles: Sequence[str]) -> str:

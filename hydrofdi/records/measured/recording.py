@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Array, Remark
+from hydrofdi.errors import DataError, Issue
+from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_names import time_columns
 from hydrofdi.records.measured.column_units import (
@@ -52,7 +52,7 @@ class Recording:
         Channels without a scale.
     normalized : frozenset of Channel
         Channels of `relative` that were divided by a reference pressure.
-    remarks : tuple of Remark
+    remarks : tuple of Issue
     values : dict of str to str
         Name that group and label may use → its value in this file.
     scaled_headers : dict of Channel to str
@@ -65,7 +65,7 @@ class Recording:
     sampling: Sampling
     relative: frozenset[Channel] = frozenset()
     normalized: frozenset[Channel] = frozenset()
-    remarks: tuple[Remark, ...] = ()
+    remarks: tuple[Issue, ...] = ()
     values: Mapping[str, str] = field(default_factory=dict)
     scaled_headers: Mapping[Channel, str] = field(default_factory=dict)
     units: Mapping[Channel, str] = field(default_factory=dict)
@@ -105,7 +105,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
         They have different lengths, or too few samples.
     """
     channels, units = {}, {}
-    doubts: list[Remark] = []
+    doubts: list[Issue] = []
     for channel, column in config.channels.items():
         channels[channel], units[channel] = _channel(table, channel, column)
         doubts += unknown_header_unit(column, table.unit(table.find(column.column)))
@@ -149,7 +149,7 @@ def samples_of(table: Table, config: MeasuredConfig) -> tuple[dict[Channel, Arra
     try:
         _common_length(channels, times)
     except RejectionError as rejection:
-        raise DataError(f"{table.place}: {rejection.remark.text}") from None
+        raise DataError(f"{table.place}: {rejection.remark.message}") from None
     return channels, times
 
 
@@ -178,7 +178,7 @@ def _times(table: Table, config: MeasuredConfig) -> Array:
     return in_si(values, unit, "s", where)
 
 
-def _contradicting_times(table: Table, frequency: float) -> tuple[Remark, ...]:
+def _contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:
     """A remark if median and mean step of a time column contradict the stated sampling frequency."""
     for position in time_columns(table):
         title = table.titles[position]
@@ -192,7 +192,7 @@ def _contradicting_times(table: Table, frequency: float) -> tuple[Remark, ...]:
             with np.errstate(divide="ignore"):
                 found = frequency / expected[0]
             text = f"column {title!r} says {found:g} Hz, the description {frequency:g} Hz"
-            return (Remark("sampling_differs", text),)
+            return (Issue(text, kind="sampling_differs"),)
     return ()
 
 

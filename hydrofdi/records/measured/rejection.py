@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Remark
+from hydrofdi.errors import DataError, Issue
 
 
 class RejectionError(Exception):
@@ -14,11 +13,11 @@ class RejectionError(Exception):
 
     Attributes
     ----------
-    remark : Remark
+    remark : Issue
     """
 
     def __init__(self, kind: str, text: str) -> None:
-        self.remark = Remark(kind, text, is_unusable=True)
+        self.remark = Issue(text, kind=kind, is_unusable=True)
         super().__init__(text)
 
 

@@ -7,7 +7,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Remark
+from hydrofdi.errors import Issue
+from hydrofdi.records.batch import INFERRED_SAMPLING, Array
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.rejection import RejectionError
 from hydrofdi.settings.counting import counted
@@ -43,17 +44,17 @@ def counts_samples(values: Array) -> bool:
     return values.size > 1 and bool(np.all(np.diff(values) == 1.0))
 
 
-def given_sampling(config: MeasuredConfig) -> tuple[Sampling, tuple[Remark, ...]]:
+def given_sampling(config: MeasuredConfig) -> tuple[Sampling, tuple[Issue, ...]]:
     """The sampling that a description states."""
     assert config.sampling_frequency is not None
     sampling = Sampling(config.sampling_frequency)
     if config.sampling_frequency_is == "given":
         return sampling, ()
     text = f"the sampling frequency of {sampling.frequency:g} Hz is inferred, not documented"
-    return sampling, (Remark(INFERRED_SAMPLING, text),)
+    return sampling, (Issue(text, kind=INFERRED_SAMPLING),)
 
 
-def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, tuple[Remark, ...]]:
+def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, tuple[Issue, ...]]:
     """The sampling of instants, and remarks on gaps and uneven steps.
 
     Parameters
@@ -86,23 +87,23 @@ def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, t
     return Sampling(frequency, float(times[0])), tuple(_unevenness(times, steps, config))
 
 
-def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Remark]:
+def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Issue]:
     typical = float(np.median(steps))
     gaps = int(np.count_nonzero(steps > _GAP * typical))
     asked = "" if config.resample is None else f"; interpolated at {config.resample:g} Hz"
     if gaps:
         longest = float(steps.max())
         text = f"{counted(gaps, 'gap')} in time, the longest {longest:.3g} s{asked}"
-        return [Remark("gap", text, is_unusable=config.resample is None)]
+        return [Issue(text, kind="gap", is_unusable=config.resample is None)]
     even = np.linspace(times[0], times[-1], times.size)
     deviation = float(np.max(np.abs(times - even))) / typical
     if deviation <= config.limits.uneven:
         return []
     text = f"sampling is uneven: up to {deviation:.0%} of a step from even{asked}"
-    return [Remark("uneven", text)]
+    return [Issue(text, kind="uneven")]
 
 
-def folding(sampling: Sampling, frequency: float) -> tuple[Remark, ...]:
+def folding(sampling: Sampling, frequency: float) -> tuple[Issue, ...]:
     """A remark if resampling reduces the sampling frequency."""
     if frequency > _FEWER * sampling.frequency:
         return ()
@@ -110,7 +111,7 @@ def folding(sampling: Sampling, frequency: float) -> tuple[Remark, ...]:
         f"resampled from {sampling.frequency:g} Hz to {frequency:g} Hz without a filter:"
         f" frequencies above {frequency / 2:g} Hz are aliased"
     )
-    return (Remark("folded", text),)
+    return (Issue(text, kind="folded"),)
 
 
 def resampled(

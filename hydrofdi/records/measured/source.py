@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hydrofdi.errors import ConfigError
-from hydrofdi.records.batch import RecordBatch, RejectedRecord, Remark
+from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.records.batch import RecordBatch, RejectedRecord
 from hydrofdi.records.measured.batching import MOST_SAMPLES, batched
 from hydrofdi.records.measured.description.checks import contradictions
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
@@ -33,7 +33,7 @@ class MeasuredSource:
         Base of record ids.
     config : MeasuredConfig
     files : sequence of path
-    remarks : tuple of Remark
+    remarks : tuple of Issue
         Remarks on every record.
     most_samples : int
         Most samples, over all channels, of a batch with more than one record.
@@ -43,7 +43,7 @@ class MeasuredSource:
     folder: Path
     config: MeasuredConfig
     files: Sequence[Path]
-    remarks: tuple[Remark, ...] = ()
+    remarks: tuple[Issue, ...] = ()
     most_samples: int = MOST_SAMPLES
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
@@ -103,7 +103,7 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
     if config.channels:
         _require_consistent(config, source)
     files = in_natural_order(_files(config, source, file.parent))
-    unused: tuple[Remark, ...] = ()
+    unused: tuple[Issue, ...] = ()
     if not config.channels:
         config, unused = completed(config, files)
         _require_consistent(config, source)

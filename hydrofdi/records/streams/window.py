@@ -5,24 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
-
-
-@dataclass(frozen=True)
-class WindowFault:
-    """The reason why a window cannot be judged.
-
-    Attributes
-    ----------
-    kind : str
-        One word: ``other_rate``, ``missing``, ``stuck``, ``clipped``, ``short_cycle``, ``novel``, …
-    text : str
-        The reason in words, with its number.
-    """
-
-    kind: str
-    text: str
 
 
 @dataclass(frozen=True)
@@ -37,11 +22,11 @@ class Window:
         Sampling instants as the source stated them [s].
     channels : mapping of Channel to ndarray, shape (n_time,)
         In SI.
-    fault : WindowFault or None
+    fault : Issue or None
         Why it cannot be judged; None if no fault is found so far.
     """
 
     number: int
     time: Array
     channels: Mapping[Channel, Array]
-    fault: WindowFault | None = None
+    fault: Issue | None = None

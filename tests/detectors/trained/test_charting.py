@@ -6,7 +6,7 @@ import pytest
 from hydrofdi.detectors.charts import make_chart
 from hydrofdi.detectors.trained import ChartConfig, ScoreChart, Verdict, chart_of
 from hydrofdi.detectors.trained.file import ChartLimit
-from hydrofdi.records.streams import WindowFault
+from hydrofdi.errors import Issue
 from tests.detectors.trained.made import detector
 
 SCORES = 10.0 + 2.0 * np.random.default_rng(5).standard_normal(60) + np.repeat([0.0, 3.0], 30)
@@ -45,8 +45,8 @@ def test_it_is_the_chart_of_standardised_scores(direction, scores):
 
 
 def test_what_is_not_judged_passes_it_by():
-    novel = Verdict(1e6, None, None, WindowFault("novel", "is novel"))
-    lost = Verdict(None, None, None, WindowFault("missing", "is missing"))
+    novel = Verdict(1e6, None, None, Issue("is novel", kind="novel"))
+    lost = Verdict(None, None, None, Issue("is missing", kind="missing"))
     mixed = [each for verdict in judged(SCORES) for each in (novel, verdict, lost)]
     found = readings(ScoreChart(charted()), mixed)
     assert found[1::3] == readings(ScoreChart(charted()), judged(SCORES))

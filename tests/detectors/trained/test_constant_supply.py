@@ -39,7 +39,7 @@ def test_it_is_judged_where_healthy_windows_were_alike(was_constant, is_constant
 
 def test_it_is_stuck_where_healthy_windows_changed():
     (fault,) = {verdict.fault for verdict in trained(False).judge(windows(2, True))}
-    assert (fault.kind, fault.text) == (
+    assert (fault.kind, fault.message) == (
         "stuck",
         "supply_pressure is constant, but varies in healthy windows",
     )

@@ -94,7 +94,7 @@ def test_missing_samples_are_said_once_and_the_estimates_begin_anew_behind_them(
     instants, verdicts = followed(follower_of(), piece(lost=range(400, 420)))
     (place,) = (place for place, verdict in enumerate(verdicts) if verdict.fault is not None)
     assert verdicts[place].fault.kind == "missing"
-    assert "chamber_1_pressure" in verdicts[place].fault.text
+    assert "chamber_1_pressure" in verdicts[place].fault.message
     assert instants[place] == 0.4
     assert instants[place + 1] == pytest.approx(0.42 + 0.2, abs=0.05)
     alone = followed(follower_of(), piece(420, begins_anew=True))[1]
@@ -114,7 +114,7 @@ def test_an_indicator_that_lost_its_score_for_good_begins_anew_and_says_so():
         return found
 
     found = estimates()
-    said = [(time, fault.text) for time, fault, _ in found if fault is not None]
+    said = [(time, fault.message) for time, fault, _ in found if fault is not None]
     assert said[0] == (pytest.approx(0.509), "sliding has had no d2 for 0.01 s")
     assert said[9] == (
         pytest.approx(0.599),
@@ -130,7 +130,7 @@ def test_an_indicator_without_a_score_yet_is_waited_for():
     _, verdicts = followed(follower_of("sliding", **options), piece())
     faults = [verdict.fault for verdict in verdicts if verdict.fault is not None]
     assert len(faults) == 69
-    assert not any("restarts" in fault.text for fault in faults)
+    assert not any("restarts" in fault.message for fault in faults)
     assert verdicts[-1].alarm is False
 
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.trained import Judge
-from hydrofdi.errors import ConfigError
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators import indicator_names
 from hydrofdi.records import Channel
-from hydrofdi.records.streams import WindowFault
 from tests.detectors.trained.made import detector, window
 
 HEALTHY = [window(number, seed) for number, seed in enumerate(range(20))]
@@ -57,19 +56,19 @@ def fault_of(*windows, **more):
 
 
 def test_faults_of_the_window_come_first():
-    stated = WindowFault("other_rate", "came at 500 Hz instead of 1000 Hz")
+    stated = Issue("came at 500 Hz instead of 1000 Hz", kind="other_rate")
     assert fault_of(window(n_sample=10, fault=stated, chamber_1_pressure=None)) is stated
 
 
 def test_a_missing_channel_is_named():
     fault = fault_of(window(chamber_1_pressure=None, chamber_2_pressure=None))
     assert fault.kind == "missing_channel"
-    assert "chamber_1_pressure" in fault.text
+    assert "chamber_1_pressure" in fault.message
 
 
 def test_another_length_is_said():
     fault = fault_of(window(n_sample=900))
-    assert (fault.kind, fault.text) == ("other_length", "has 900 samples instead of 1000")
+    assert (fault.kind, fault.message) == ("other_length", "has 900 samples instead of 1000")
 
 
 def test_clipped_samples_are_counted_in_the_unit_of_a_person():
@@ -77,8 +76,8 @@ def test_clipped_samples_are_counted_in_the_unit_of_a_person():
     fault = fault_of(window(chamber_1_pressure=held))
     share = np.mean(held == 10e6)
     assert fault.kind == "clipped"
-    assert f"{share:.1%}" in fault.text
-    assert "10 MPa" in fault.text
+    assert f"{share:.1%}" in fault.message
+    assert "10 MPa" in fault.message
 
 
 @pytest.mark.parametrize(
@@ -95,8 +94,8 @@ def test_clipped_samples_are_counted_in_the_unit_of_a_person():
 def test_what_healthy_windows_never_showed_is_novel_with_its_score_and_no_alarm(changed, said):
     fault = fault_of(window(chamber_1_pressure=changed(HEALTHY[0].channels[P1])), limits=(None, -1e9))
     assert fault.kind == "novel"
-    assert said in fault.text
-    assert "kPa" in fault.text or "MPa" in fault.text
+    assert said in fault.message
+    assert "kPa" in fault.message or "MPa" in fault.message
 
 
 @pytest.mark.parametrize(("limit", "is_beyond"), [(-1e9, True), (1e9, False)])
@@ -104,7 +103,7 @@ def test_a_novel_window_says_whether_its_score_is_beyond_the_limit(limit, is_bey
     novel = window(chamber_1_pressure=HEALTHY[0].channels[P1] + 20e6)
     (verdict,) = judged(detector(ranges=HEALTHY, limits=(None, limit)), novel)
     assert (verdict.alarm, verdict.is_beyond) == (None, is_beyond)
-    assert ("the score is also beyond its limit" in verdict.fault.text) is is_beyond
+    assert ("the score is also beyond its limit" in verdict.fault.message) is is_beyond
 
 
 def test_other_windows_of_the_same_kind_are_not_novel():
@@ -120,7 +119,7 @@ def test_an_indicator_without_a_number_says_why():
     (verdict,) = judged(file, still)
     assert verdict.score is None
     assert verdict.fault.kind == "no_number"
-    assert verdict.fault.text
+    assert verdict.fault.message
 
 
 def test_a_score_far_out_on_the_side_without_an_alarm_is_novel():
@@ -140,8 +139,8 @@ def test_a_score_far_out_on_the_side_without_an_alarm_is_novel():
             assert verdict.score == score
             if is_novel:
                 assert (verdict.alarm, verdict.is_beyond, verdict.fault.kind) == (None, False, "novel")
-                assert f"is far {side} all healthy scores (" in verdict.fault.text
-                assert "are two channels swapped, or is a sign wrong?" in verdict.fault.text
+                assert f"is far {side} all healthy scores (" in verdict.fault.message
+                assert "are two channels swapped, or is a sign wrong?" in verdict.fault.message
             else:
                 assert (verdict.alarm, verdict.fault) == (place < -3.0, None)
 

@@ -31,7 +31,7 @@ def test_a_mean_rate_that_differs_by_more_than_a_hundredth_is_said(factor, is_sa
     fault = _fault(time / factor, samples)
     assert (fault is not None) == is_said
     if fault:
-        assert (fault.kind, fault.text) == (
+        assert (fault.kind, fault.message) == (
             "other_rate",
             f"samples come at {100 * factor:g} Hz instead of 100 Hz",
         )
@@ -43,7 +43,7 @@ def test_missing_samples_of_a_needed_channel_are_said(value):
     samples[P2][[3, 299]] = value
     fault = _fault(time, samples)
     assert fault.kind == "missing"
-    assert fault.text == "2 of 300 samples of chamber_2_pressure are missing or not finite"
+    assert fault.message == "2 of 300 samples of chamber_2_pressure are missing or not finite"
 
 
 def test_a_channel_that_is_not_there_at_all_is_said():
@@ -51,7 +51,7 @@ def test_a_channel_that_is_not_there_at_all_is_said():
     del samples[X]
     assert _fault(time, samples).kind == "missing_channel"
     samples[X] = np.full(N, np.nan)
-    assert _fault(time, samples).text == "piston_position is missing"
+    assert _fault(time, samples).message == "piston_position is missing"
 
 
 @pytest.mark.parametrize("channel", [P1, P2, V])
@@ -59,14 +59,14 @@ def test_a_pressure_or_velocity_that_never_changes_is_stuck(channel):
     time, samples = _healthy()
     samples[channel][:] = samples[channel][0]
     fault = _fault(time, samples)
-    assert (fault.kind, fault.text) == ("stuck", f"{channel} never changes")
+    assert (fault.kind, fault.message) == ("stuck", f"{channel} never changes")
 
 
 def test_a_position_that_freezes_while_the_pressures_move_is_stuck():
     time, samples = _healthy()
     samples[X][100:250] = samples[X][100]
     fault = _fault(time, samples)
-    assert (fault.kind, fault.text) == (
+    assert (fault.kind, fault.message) == (
         "stuck",
         "piston_position does not change for 1.5 s while the pressures do",
     )

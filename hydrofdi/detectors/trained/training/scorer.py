@@ -10,9 +10,9 @@ import numpy as np
 
 from hydrofdi.detectors.trained.ranges import ChannelFacts
 from hydrofdi.detectors.trained.training.learned import LearnedRecord, ScoreLine
+from hydrofdi.errors import Issue
 from hydrofdi.indicators.plausibility import Doubt
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.records.streams import WindowFault
 
 
 class Scorer(ABC):
@@ -68,6 +68,6 @@ class Scorer(ABC):
         for name, value in fits.items():
             self.fits[name] = float(np.fmax(self.fits.get(name, value), value))
 
-    def _leave_out(self, fault: WindowFault) -> None:
+    def _leave_out(self, fault: Issue) -> None:
         self.not_judged[fault.kind] += 1
-        self._reasons[fault.text] += 1
+        self._reasons[fault.message] += 1

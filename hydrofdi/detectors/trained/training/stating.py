@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from hydrofdi.detectors.charts.registry import chart_kind, make_chart
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.measuring import feature_of
-from hydrofdi.errors import ConfigError, Mistake
+from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.settings.extending import extended, overlay, read_extended
@@ -111,7 +111,7 @@ def _mistakes_of(
     options: Mapping[str, Any],
     source: Source,
     within: KeyPath,
-) -> Iterator[Mistake]:
+) -> Iterator[Issue]:
     try:
         make(name, options)
     except ConfigError as faulty:
@@ -123,7 +123,7 @@ def _mistakes_of(
             yield source.mistake((*within, "options", *error["loc"]), describe_error(error, known))
 
 
-def _mistakes_of_score(config: DetectorConfig, source: Source) -> Iterator[Mistake]:
+def _mistakes_of_score(config: DetectorConfig, source: Source) -> Iterator[Issue]:
     try:
         feature = feature_of(config)
     except ConfigError as faulty:

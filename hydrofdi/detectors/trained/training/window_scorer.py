@@ -12,8 +12,9 @@ from hydrofdi.detectors.trained.ranges import channel_facts
 from hydrofdi.detectors.trained.training.cutting import windows_along
 from hydrofdi.detectors.trained.training.learned import LearnedRecord, ScoreLine
 from hydrofdi.detectors.trained.training.scorer import Scorer
+from hydrofdi.errors import Issue
 from hydrofdi.records import RecordBatch
-from hydrofdi.records.streams import Window, Windower, WindowFault
+from hydrofdi.records.streams import Window, Windower
 from hydrofdi.records.streams.sliding import TimeWindower
 
 _MOST_SAMPLES = 2**21
@@ -61,7 +62,7 @@ class WindowScorer(Scorer):
         ):
             line.scores[place] = float(score)
             if obstacle is not None and line.is_apart[place]:
-                self._leave_out(WindowFault("no_number", obstacle))
+                self._leave_out(Issue(obstacle, kind="no_number"))
         self._waiting = []
 
     def interval(self, records: Sequence[LearnedRecord]) -> float:

@@ -6,7 +6,7 @@ import codecs
 import re
 from collections.abc import Iterator, Mapping
 
-from hydrofdi.errors import Mistake
+from hydrofdi.errors import Issue
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.column_units import is_counts, known_unit, unit_remedy
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
@@ -18,7 +18,7 @@ from hydrofdi.settings.yaml_source import Source
 from hydrofdi.units import parse_unit
 
 
-def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     """Mistakes that concern more than one key, with their lines."""
     yield from _sampling(config, source)
     yield from channel_mistakes(config.channels, source)
@@ -39,7 +39,7 @@ def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
         yield source.mistake(("format", "delimiter"), f"{delimiter!r} is also the decimal sign")
 
 
-def channel_mistakes(channels: Mapping[Channel, ChannelConfig], source: Source) -> Iterator[Mistake]:
+def channel_mistakes(channels: Mapping[Channel, ChannelConfig], source: Source) -> Iterator[Issue]:
     """Mistakes in units, ranges and gains of columns, with their lines; channels that are given twice."""
     written: dict[Channel, str] = {}
     for name in source.data.get("channels") or ():
@@ -62,7 +62,7 @@ def channel_mistakes(channels: Mapping[Channel, ChannelConfig], source: Source) 
             yield source.mistake((*path, "gain"), "must not be zero")
 
 
-def _sampling(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+def _sampling(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     if config.time is None and config.sampling_frequency is None:
         message = "is missing; give 'sampling_frequency: 1 kHz', or 'time: {column: …, unit: s}'"
         yield source.mistake(("sampling_frequency",), message)
@@ -78,7 +78,7 @@ def _sampling(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
             )
 
 
-def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     needs = [
         (("segment",), config.segment is not None, Channel.PISTON_POSITION),
         (("limits", "shortest_stroke"), config.limits.shortest_stroke is not None, Channel.PISTON_POSITION),
@@ -101,7 +101,7 @@ def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Mistake
             yield source.mistake(path, f"needs the channel {channel}")
 
 
-def _labels(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+def _labels(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     for key in ("healthy", "severity"):
         if getattr(config, key) and not config.label:
             yield source.mistake((key,), "needs 'label', which states the condition of each record")
@@ -110,7 +110,7 @@ def _labels(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
             yield source.mistake(("severity", label), "is a healthy label and cannot have a severity")
 
 
-def _names(config: MeasuredConfig, source: Source) -> Iterator[Mistake]:
+def _names(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
     try:
         pattern = path_pattern(config.path)
     except re.error as error:

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from hydrofdi.records.batch import Array, RejectedRecord, Remark
+from hydrofdi.errors import Issue
+from hydrofdi.records.batch import Array, RejectedRecord
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.forming import MeasuredRecord
 
@@ -22,7 +23,7 @@ Key = tuple[str, Channel]
 
 def outliers(
     records: Iterable[MeasuredRecord | RejectedRecord], limit: float
-) -> dict[str, tuple[Remark, ...]]:
+) -> dict[str, tuple[Issue, ...]]:
     """Record id → remarks, for records that are further from the median of their group than others.
 
     The check compares the stroke, and the logarithm of the RMS of each pressure's changes from sample to
@@ -42,7 +43,7 @@ def outliers(
             for channel, number in _looked_at(record).items():
                 names[record.group, channel].append(record.record_id)
                 numbers[record.group, channel].append(number)
-    found: dict[str, tuple[Remark, ...]] = defaultdict(tuple)
+    found: dict[str, tuple[Issue, ...]] = defaultdict(tuple)
     for key, values in numbers.items():
         distances = _distances(np.array(values))
         for row in np.flatnonzero(distances > limit).tolist():
@@ -71,7 +72,7 @@ def _distances(values: Array) -> Array:
     return np.asarray(np.divide(away, spread, out=np.zeros(values.size), where=spread > 0.0))
 
 
-def _remark(channel: Channel, distance: float) -> Remark:
+def _remark(channel: Channel, distance: float) -> Issue:
     what = "the stroke is" if channel is Channel.PISTON_POSITION else f"the changes of {channel} are"
     text = f"{what} {distance:.1f} standard deviations from the median of its group"
-    return Remark("outlier", text, channel)
+    return Issue(text, channel, kind="outlier")

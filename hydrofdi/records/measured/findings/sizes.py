@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hydrofdi.records.batch import Remark
+from hydrofdi.errors import Issue
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.recording import Recording
 from hydrofdi.settings import usual
@@ -32,7 +32,7 @@ _MOST_RATIO = 5.0
 differ by about ten if one is in bar and read as MPa."""
 
 
-def unusual_sizes(recording: Recording) -> Iterator[Remark]:
+def unusual_sizes(recording: Recording) -> Iterator[Issue]:
     """Remarks on channels beyond the usual sizes, and on chamber pressures that are not alike."""
     yield from low_pressures(recording)
     channels = {
@@ -46,17 +46,17 @@ def unusual_sizes(recording: Recording) -> Iterator[Remark]:
         if largest > high or (0.0 < largest < low and not channel.is_pressure):
             text = f"{channel}: values up to {shown_quantity(largest, channel.unit)} are far"
             sides = "above" if largest > high else "below"
-            yield Remark("unusual", f"{text} {sides} the usual {' … '.join(_USUAL[channel])}", channel)
+            yield Issue(f"{text} {sides} the usual {' … '.join(_USUAL[channel])}", channel, kind="unusual")
     chambers = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE
     means = {channel: float(np.mean(channels[channel])) for channel in chambers if channel in channels}
     if len(means) == 2 and max(means.values()) > _MOST_RATIO * abs(min(means.values())):
         larger, smaller = sorted(means, key=means.__getitem__, reverse=True)
         shown = [shown_quantity(means[channel], "Pa") for channel in (larger, smaller)]
         text = f"{larger}: the mean is {shown[0]}, but {shown[1]} of {smaller}; is a unit or gain wrong?"
-        yield Remark("unusual", text, larger)
+        yield Issue(text, larger, kind="unusual")
 
 
-def low_pressures(recording: Recording) -> Iterator[Remark]:
+def low_pressures(recording: Recording) -> Iterator[Issue]:
     """Remarks on the chamber and supply pressures if none of them reaches 0.1 MPa."""
     highest = {
         channel: float(np.max(samples))
@@ -73,4 +73,4 @@ def low_pressures(recording: Recording) -> Iterator[Remark]:
         text = (
             f"{channel}: values up to {value:.4g} Pa; is the unit {unit}? Hydraulic pressures exceed 0.1 MPa"
         )
-        yield Remark("low_pressure", text, channel)
+        yield Issue(text, channel, kind="low_pressure")

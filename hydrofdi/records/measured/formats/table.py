@@ -6,8 +6,8 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Array, Remark
+from hydrofdi.errors import DataError, Issue
+from hydrofdi.records.batch import Array
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 _MOST_SHOWN = 12
@@ -60,13 +60,13 @@ class Table(ABC):
         The file, for messages.
     titles : sequence of str
         Header of each column, or its number.
-    remarks : tuple of Remark
+    remarks : tuple of Issue
         Findings while reading.
     """
 
     place: str
     titles: Sequence[str]
-    remarks: tuple[Remark, ...] = ()
+    remarks: tuple[Issue, ...] = ()
 
     @property
     def has_decimal_commas(self) -> bool:

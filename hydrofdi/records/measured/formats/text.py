@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Array, Remark
+from hydrofdi.errors import DataError, Issue
+from hydrofdi.records.batch import Array
 from hydrofdi.records.dates import is_dated
 from hydrofdi.records.measured.column_units import is_unit
 from hydrofdi.records.measured.description.sections import FormatConfig
@@ -170,24 +170,24 @@ class TextTable(Table):
                 " 'format: {header: false, skip: …}' and give columns by number"
             )
 
-    def _irregularities(self, is_ended: bool) -> Iterator[Remark]:
+    def _irregularities(self, is_ended: bool) -> Iterator[Issue]:
         cells, first = self._cells, self._first_row
         widths = cells.widths(first)
         kept = rows_to_keep(widths, len(self.titles), is_ended=is_ended)
         for _ in widths[kept:]:
             cells.leave_out_last()
         if widths[kept:]:
-            yield Remark("truncated", "the last line is incomplete and is ignored")
+            yield Issue("the last line is incomplete and is ignored", kind="truncated")
         elif not is_ended and self._may_be_cut():
-            yield Remark("unended", "the last line has no line end; its last number may be cut off")
+            yield Issue("the last line has no line end; its last number may be cut off", kind="unended")
         if n_between := cells.lines_between(first):
-            yield Remark("interrupted", f"blank lines or comments between rows: {n_between}")
+            yield Issue(f"blank lines or comments between rows: {n_between}", kind="interrupted")
         self._broken = broken_rows(widths[:kept], len(self.titles))
         for row in self._broken:
             cells.empty(first + row)
         if n_short := sum(width < len(self.titles) for width in widths[:kept]):
-            yield Remark(
-                "ragged", f"rows with fewer cells than there are column names: {n_short}{self._cut()}"
+            yield Issue(
+                f"rows with fewer cells than there are column names: {n_short}{self._cut()}", kind="ragged"
             )
 
     def _may_be_cut(self) -> bool:

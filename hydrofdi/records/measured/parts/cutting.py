@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
-from hydrofdi.records.batch import Remark
+from hydrofdi.errors import Issue
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import CyclesConfig, SegmentConfig, TrimConfig
 from hydrofdi.records.measured.parts.events import edges, reversals
@@ -113,13 +113,13 @@ def _spans(recording: Recording, cycles: CyclesConfig) -> list[tuple[int, int]]:
     return list(pairwise(found))
 
 
-def _left_out(recording: Recording, spans: list[tuple[int, int]]) -> tuple[Remark, ...]:
+def _left_out(recording: Recording, spans: list[tuple[int, int]]) -> tuple[Issue, ...]:
     before, after = spans[0][0], recording.n_time - spans[-1][1]
     if not before + after:
         return ()
     durations = [n / recording.sampling.frequency for n in (before, after)]
     text = f"{durations[0]:g} s before the first cycle and {durations[1]:g} s after the last are left out"
-    return (Remark("left_out", text),)
+    return (Issue(text, kind="left_out"),)
 
 
 def _segment_span(stroke: Stroke, segment: SegmentConfig, recording: Recording) -> tuple[int, int]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hydrofdi.errors import DataError
-from hydrofdi.records.batch import Remark
+from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.recording import Recording
 from hydrofdi.records.measured.rejection import RejectionError
@@ -56,5 +55,5 @@ def normalized(recording: Recording, kind: str, pressure: float) -> Recording:
         },
         relative=recording.relative | pressures,
         normalized=pressures,
-        remarks=(*recording.remarks, Remark("normalized", text)),
+        remarks=(*recording.remarks, Issue(text, kind="normalized")),
     )

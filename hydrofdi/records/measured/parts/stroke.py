@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.records.batch import Array, Remark
+from hydrofdi.errors import Issue
+from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.recording import Recording
 
@@ -56,10 +57,12 @@ def find_stroke(position: Array) -> Stroke | None:
     return Stroke(distance, int(np.argmax(progress > _MARGIN)), int(np.argmax(progress >= 1.0 - _MARGIN)))
 
 
-def short_stroke(recording: Recording, stroke: Stroke | None, shortest: float | None) -> tuple[Remark, ...]:
+def short_stroke(recording: Recording, stroke: Stroke | None, shortest: float | None) -> tuple[Issue, ...]:
     """A remark if a stroke is too short."""
     distance = 0.0 if stroke is None else abs(stroke.distance)
     if shortest is None or distance >= shortest:
         return ()
     unit = recording.unit(Channel.PISTON_POSITION)
-    return (Remark("short_stroke", f"the stroke is {distance:.4g} {unit}, less than {shortest:.4g} {unit}"),)
+    return (
+        Issue(f"the stroke is {distance:.4g} {unit}, less than {shortest:.4g} {unit}", kind="short_stroke"),
+    )

@@ -15,7 +15,7 @@ from hydrofdi.store.layout import names
 from tests.conftest import run_hydrofdi
 
 MUSEUM = Path(__file__).parent.parent / "museum"
-READABLE = ("format_3_physics_3",)
+READABLE = ("format_4_physics_3",)
 
 
 def reported(place, *arguments):
@@ -58,18 +58,18 @@ def test_a_folder_is_reported_from_its_file(version):
 
 def test_a_file_of_another_physics_names_it(tmp_path):
     file = tmp_path / "kept.h5"
-    shutil.copy(MUSEUM / "format_3_physics_3" / "kept" / "kept.h5", file)
+    shutil.copy(MUSEUM / "format_4_physics_3" / "kept" / "kept.h5", file)
     with h5py.File(file, "a") as held:
         held.attrs["physics_version"] = PHYSICS_VERSION - 1
-    assert f"Computed with version {PHYSICS_VERSION - 1} of the physics" in " ".join(reported(file).split())
+    assert f"Computed with version {PHYSICS_VERSION - 1} of the physics" in " ".join(reported(file, "--full").split())
 
 
 def test_shards_without_a_file_are_found_by_the_identities_of_their_own_physics(tmp_path):
     folder = tmp_path / "kept"
-    shutil.copytree(MUSEUM / "format_3_physics_3" / "kept", folder)
+    shutil.copytree(MUSEUM / "format_4_physics_3" / "kept", folder)
     (folder / "kept.h5").unlink()
     rows = json.loads(reported(folder, "--json"))["rows"]
-    assert_same_rows(rows, then("format_3_physics_3", "kept"))
+    assert_same_rows(rows, then("format_4_physics_3", "kept"))
 
 
 @pytest.mark.parametrize("version", READABLE)

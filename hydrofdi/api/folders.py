@@ -278,10 +278,10 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
     >>> hydrofdi.why(results.folder, 1).differences
     {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
     """
-    directory = path_of(folder)
+    wanted, directory = _name(run), path_of(folder)
     asked = None if experiment is None else experiment_of(experiment, {})
     plan = _stored_plan(directory) if asked is None else plan_sweep(asked, directory)
-    position = _find(plan, run)
+    position = _find(plan, wanted)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
     compared = plan.table.fixed_baseline[position]
     baseline = plan.experiment.nominal_parameters if compared == NO_RUN else plan.table.runs[compared].request
@@ -330,9 +330,9 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
     >>> hydrofdi.rerun(results.folder, 0).differing
     []
     """
-    directory = path_of(folder)
+    wanted, directory = _name(run), path_of(folder)
     plan = plan_sweep(_request(directory), directory)  # needs its indicators
-    position = _find(plan, run)
+    position = _find(plan, wanted)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
     stored = plan.index.runs.get(run_id)
     if stored is None:
@@ -426,10 +426,13 @@ def _stored_plan(directory: Path) -> SweepPlan:
     return plan_sweep(experiment, directory, run_ids=run_ids)
 
 
-def _find(plan: SweepPlan, run: str | int) -> int:
+def _name(run: str | int) -> str:
     if isinstance(run, bool) or not isinstance(run, str | Integral):
         raise refusal("run", "its row, or the beginning of its identity", run)
-    wanted = str(run)
+    return str(run)
+
+
+def _find(plan: SweepPlan, wanted: str) -> int:
     n_run = len(plan.run_ids)
     if wanted.isdigit() and int(wanted) < n_run:
         return int(wanted)

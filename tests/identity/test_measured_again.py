@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrofdi.api.folders import explain, verify
+from hydrofdi.api.folders import verify, why
 from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
@@ -77,7 +77,7 @@ def test_another_analysis_simulates_nothing_and_gives_the_bits_of_a_simulation(f
     assert (summary.completed, summary.measured, summary.failed) == (4, 4, 0)
     swept(other, tmp_path / "anew")
     assert_same_bits(contents(directory / "noisy.h5"), contents(tmp_path / "anew" / "noisy.h5"))
-    assert verify(directory) == []
+    assert verify(directory)
 
 
 def test_what_was_measured_before_is_stored_still(first, tmp_path):
@@ -91,12 +91,12 @@ def test_what_was_measured_before_is_stored_still(first, tmp_path):
 def test_why_tells_what_is_not_stored(first, tmp_path):
     directory = copied(first, tmp_path)
     (directory / "experiment.json").write_text(noisy(tmp_path, "all", *OTHER).model_dump_json())
-    again = explain(directory, "0")
+    again = why(directory, "0")
     assert again.reason == "another analysis of a stored record, measured from its stored signals"
     assert again.record_id != again.run_id
     other_plant = noisy(tmp_path, "all", "friction.viscous=60")
     (directory / "experiment.json").write_text(other_plant.model_dump_json())
-    assert explain(directory, "0").reason == "new"
+    assert why(directory, "0").reason == "new"
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,9 @@ def test_a_file_of_another_physics_names_it(tmp_path):
     shutil.copy(MUSEUM / "format_4_physics_3" / "kept" / "kept.h5", file)
     with h5py.File(file, "a") as held:
         held.attrs["physics_version"] = PHYSICS_VERSION - 1
-    assert f"Computed with version {PHYSICS_VERSION - 1} of the physics" in " ".join(reported(file, "--full").split())
+    assert f"Computed with version {PHYSICS_VERSION - 1} of the physics" in " ".join(
+        reported(file, "--full").split()
+    )
 
 
 def test_shards_without_a_file_are_found_by_the_identities_of_their_own_physics(tmp_path):

@@ -13,7 +13,7 @@ from typing import Any
 from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.inspection import Inspection, inspect_experiment
-from hydrofdi.api.page import html_sentences
+from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.selection import Convergence, LeakageTarget, calibrate_flows, converge, select_runs
 from hydrofdi.api.study_warnings import study_warnings
 from hydrofdi.config.idle_parameters import idle_parameters

@@ -12,11 +12,10 @@ import numpy as np
 from hydrofdi.api.inspection import Inspection
 from hydrofdi.api.observability import Observability
 from hydrofdi.api.selection import Convergence, LeakageTarget
-from hydrofdi.report.detection.wording import two_digits
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.report.wording import labels_text, shown_modulus
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.readable import HOLE, readable_unit, typeset
+from hydrofdi.settings.readable import HOLE, readable_unit, two_digits, typeset
 from hydrofdi.units import convert
 
 _MOST_ROWS = 24

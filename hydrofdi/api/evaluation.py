@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.evaluation_tables import evaluation_record, pairs_table, scores_table
-from hydrofdi.api.figures import shown
-from hydrofdi.api.page import html_sentences
+from hydrofdi.api.notebook import html_sentences, shown
 from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.indicators.plausibility import Doubt

@@ -61,7 +61,7 @@ class Inspection:
         ReportError
             No record can be drawn.
         """
-        from hydrofdi.api.figures import shown
+        from hydrofdi.api.notebook import shown
         from hydrofdi.report.figures.record import draw_record
 
         if self.overview.example is None:

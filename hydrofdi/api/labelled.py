@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.places import notebook_library
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.report.table import library
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable
 from hydrofdi.store.layout.outputs import output_variables
@@ -38,13 +38,13 @@ def run_dataset(
     ReportError
         xarray is not installed.
     """
-    library = notebook_library("xarray")
+    loaded = library("xarray")
     held = {each.name: each for each in variables if each.name in columns and not each.is_text}
     content = {
         name: (each.dimensions[1:], columns[name][0], {"units": each.units, "long_name": each.long_name})
         for name, each in held.items()
     }
-    dataset: xarray.Dataset = library.Dataset(content, attrs=dict(attributes))
+    dataset: xarray.Dataset = loaded.Dataset(content, attrs=dict(attributes))
     time = (names.TIME, columns[names.TIME], {"units": "s", "long_name": "time"})
     coordinates: dict[str, Any] = {names.TIME: time}
     if names.LEVEL in dataset.sizes:

@@ -1,13 +1,12 @@
-"""Paths and optional libraries."""
+"""Paths."""
 
 from __future__ import annotations
 
-from importlib import import_module
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.errors import ConfigError, ReportError
+from hydrofdi.errors import ConfigError
 from hydrofdi.settings.counting import brief
 
 
@@ -23,17 +22,3 @@ def path_of(place: Any) -> Path:
     if not isinstance(place, str | PathLike):
         raise ConfigError(f"expected a path, found {brief(place)}")
     return Path(place).expanduser()
-
-
-def notebook_library(name: str) -> Any:
-    """A library of the extra ``notebook``.
-
-    Raises
-    ------
-    ReportError
-        It is not installed.
-    """
-    try:
-        return import_module(name)
-    except ImportError:
-        raise ReportError(f"{name} is not installed: pip install 'hydrofdi[notebook]'") from None

@@ -9,13 +9,12 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hydrofdi.api.figures import shown
-from hydrofdi.api.page import html_sentences
-from hydrofdi.api.places import notebook_library, path_of
+from hydrofdi.api.notebook import html_sentences, shown
+from hydrofdi.api.places import path_of
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts
-from hydrofdi.report.table import Table
+from hydrofdi.report.table import Table, library
 from hydrofdi.store.layout.names import STATUS, VERDICT
 
 if TYPE_CHECKING:
@@ -89,11 +88,11 @@ class Results:
         """
         from hydrofdi.api.labelled import study_coordinates
 
-        library = notebook_library("xarray")
-        notebook_library("h5netcdf")
+        loaded = library("xarray")
+        library("h5netcdf")
         if not self.file.exists():
             raise StoreError(f"{self.folder}: the sweep is not finished; 'hydrofdi collect' builds the file")
-        dataset: xarray.Dataset = library.open_dataset(self.file, engine="h5netcdf")
+        dataset: xarray.Dataset = loaded.open_dataset(self.file, engine="h5netcdf")
         return dataset.assign_coords(study_coordinates(self.data))
 
     def to_xarray(self) -> xarray.Dataset:

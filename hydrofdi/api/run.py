@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrofdi.api.experiments import Experiment, experiment_of
-from hydrofdi.api.figures import shown
-from hydrofdi.api.places import notebook_library, path_of
+from hydrofdi.api.notebook import shown
+from hydrofdi.api.places import path_of
 from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.shown_values import shown_in
@@ -20,7 +20,7 @@ from hydrofdi.config.study.detection import DetectionConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.report.run_summary import RunSummary, run_record, summarize_run
-from hydrofdi.report.table import Table
+from hydrofdi.report.table import Table, library
 from hydrofdi.simulation import record_identity, run_identity
 from hydrofdi.store import Columns, HeldResults, write_experiment
 from hydrofdi.store.files import require_replaceable
@@ -138,7 +138,7 @@ class Run:
             for name, each in signals.items()
         }
         columns = {f"{name} [{units[name]}]": each.to_numpy() for name, each in signals.items()}
-        frame: pandas.DataFrame = notebook_library("pandas").DataFrame(columns)
+        frame: pandas.DataFrame = library("pandas").DataFrame(columns)
         return frame[["time [s]", *frame.columns.drop("time [s]")]]
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:

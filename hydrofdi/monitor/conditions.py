@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from hydrofdi.detectors.trained import ChartReading, Verdict
-from hydrofdi.detectors.trained.wording import plain
 from hydrofdi.monitor.lines import Condition, Event, EventKind
 from hydrofdi.records.streams import State
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import plain
 
 
 class Conditions:

@@ -1,4 +1,4 @@
-"""Units that a person reads numbers in: of quantities in SI, of files, and of time to wait."""
+"""Numbers, shares, quantities and times as a person reads them."""
 
 from __future__ import annotations
 
@@ -10,6 +10,12 @@ from hydrofdi.units import convert
 
 HOLE = "–"
 """What people read in place of a value that is missing."""
+
+_LEAST_PERCENT = 1e-4
+"""Percentage below which digits are meaningless [%]."""
+
+_LEAST_PLAIN, _MOST_PLAIN = 1e-9, 1e9
+"""Range of magnitudes written without an exponent."""
 
 _READABLE = {
     "Pa": (("MPa", 1e6), ("kPa", 1e3)),
@@ -79,3 +85,40 @@ def shown_seconds(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60} s"
     return f"{whole // 3600:,} h {whole // 60 % 60} min"
+
+
+def percent(share: float) -> str:
+    """A fraction as a percentage with three digits and the percent sign."""
+    return f"{percentage(share)} %"
+
+
+def percentage(share: float) -> str:
+    """The same without the percent sign, e.g. for the lower end of a range."""
+    value = 100.0 * share
+    return f"below {_LEAST_PERCENT:.4f}" if 0.0 < value < _LEAST_PERCENT else f"{value:.3g}"
+
+
+def plain(value: float, n_digit: int) -> str:
+    """A number with `n_digit` significant digits; only extreme values have an exponent."""
+    if not value or not _LEAST_PLAIN <= abs(value) < _MOST_PLAIN:
+        return f"{value:.{n_digit}g}"
+    import numpy as np
+
+    return np.format_float_positional(value, n_digit, unique=False, fractional=False, trim="-")
+
+
+def count_text(number: float) -> str:
+    """A mean count, rounded for reading."""
+    return f"{number:,.0f}" if number >= 9.95 else plain(number, 2)
+
+
+def time_text(seconds: float) -> str:
+    """A duration in seconds, minutes or hours."""
+    size, unit = (3600.0, "h") if seconds >= 3600.0 else (60.0, "min") if seconds >= 60.0 else (1.0, "s")
+    value = seconds / size
+    return f"{value:,.0f} {unit}" if value >= 999.5 else f"{value:.3g} {unit}"
+
+
+def two_digits(value: float) -> str:
+    """A number with two digits, never as a power of ten where it has up to six."""
+    return f"{float(f'{value:.2g}'):g}"

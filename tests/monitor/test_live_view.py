@@ -13,12 +13,12 @@ from rich.console import Console
 
 from hydrofdi.cli.monitor.live_view import LiveView, duration_text, instant_text, screen_lines, summary_lines
 from hydrofdi.cli.monitor.watched import Watched
-from hydrofdi.detectors.trained.wording import count_text, plain
 from hydrofdi.errors import Issue
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.sources.malformed import malformed
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
+from hydrofdi.settings.readable import count_text, plain
 from tests.detectors.trained.made import detector
 from tests.monitor.streams import made_detector, part, stream
 

@@ -16,15 +16,16 @@ from hydrofdi.api.detectors.promise import sentences, training_record
 from hydrofdi.api.detectors.tally import Tally
 from hydrofdi.api.detectors.watching import watched
 from hydrofdi.api.detectors.windows import channels_read, detect
-from hydrofdi.api.page import html_sentences
+from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.reading import detector_text, is_detector, load_detector
-from hydrofdi.detectors.trained.wording import limits_text, percent, score_name
+from hydrofdi.detectors.trained.wording import limits_text, score_name
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.report.table import Table
+from hydrofdi.settings.readable import percent
 from hydrofdi.store.files import require_regular, write_whole_text
 
 

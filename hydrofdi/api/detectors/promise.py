@@ -8,15 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.assumed_plant import assumption_text, constants_text
 from hydrofdi.detectors.trained.measuring import feature_of
-from hydrofdi.detectors.trained.wording import (
-    count_text,
-    limits_text,
-    percent,
-    plain,
-    score_meaning,
-    time_text,
-)
+from hydrofdi.detectors.trained.wording import limits_text, score_meaning
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import count_text, percent, plain, time_text
 
 if TYPE_CHECKING:
     from hydrofdi.api.detectors.detector import Training

@@ -86,7 +86,7 @@ def _print(tally: Tally) -> None:
 
 def _tell(tally: Tally) -> None:
     from hydrofdi.cli.terminal import tell
-    from hydrofdi.detectors.trained.wording import count_text, time_text
+    from hydrofdi.settings.readable import count_text, time_text
 
     windows, records = counted(tally.n_judged, tally.noun), counted(tally.n_record, "record")
     lasting = time_text(3600.0 * tally.hours)
@@ -107,7 +107,7 @@ def _tell(tally: Tally) -> None:
 
 def _share(tally: Tally) -> str:
     """Share of alarms among judged windows, with the interval if there is one."""
-    from hydrofdi.detectors.trained.wording import percent, percentage
+    from hydrofdi.settings.readable import percent, percentage
 
     rate, share = tally.rate, percent(tally.rate.value)
     if tally.rests_on:

@@ -15,10 +15,10 @@ from rich.text import Text
 from hydrofdi.api.monitoring.lines import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.cli.monitor.watched import Watched
 from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.detectors.trained.wording import limits_text, percent, percentage, plain, score_text
+from hydrofdi.detectors.trained.wording import limits_text, score_text
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.readable import readable_unit
+from hydrofdi.settings.readable import percent, percentage, plain, readable_unit
 from hydrofdi.units import convert
 
 _FRAMES_IN_A_SECOND = 4.0

@@ -10,9 +10,10 @@ from typing import Any
 from hydrofdi.evaluation.populations import NOTHING, Kind
 from hydrofdi.evaluation.sensitivity.estimate import Estimate
 from hydrofdi.evaluation.sensitivity.response import EquivalentFault
-from hydrofdi.report.detection.wording import SeverityUnit, severity_unit, two_digits
+from hydrofdi.report.detection.wording import SeverityUnit, severity_unit
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.wording import HOLE
+from hydrofdi.settings.readable import two_digits
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.nuisances import Nuisance, Nuisances, nuisances_of
 

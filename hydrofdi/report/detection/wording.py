@@ -11,6 +11,7 @@ from hydrofdi.evaluation.rates import Rate
 from hydrofdi.records import Channel
 from hydrofdi.report.document import Cell
 from hydrofdi.report.wording import HOLE, joined
+from hydrofdi.settings.readable import two_digits
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.records import StudyRecords
 from hydrofdi.units import convert
@@ -144,11 +145,6 @@ def found_sentence(found: DetectableSeverity | None, unit: SeverityUnit) -> str:
     number = f"{unit.found(found)} {unit.name}".rstrip()
     words = {"below": f"finds {number} or less", "within": f"finds {number}"}
     return words.get(found.place, f"detects no leak up to {number}") + unit.which_flow(unit.found(found))
-
-
-def two_digits(value: float) -> str:
-    """A number with two digits, never as a power of ten where it has up to six."""
-    return f"{float(f'{value:.2g}'):g}"
 
 
 def rate_text(rate: Rate | None, *, is_counted: bool = False) -> str:

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from hydrofdi.report.detection.wording import two_digits
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.wording import HOLE, joined
+from hydrofdi.settings.readable import two_digits
 from hydrofdi.studies.estimates.judging import EstimateJudgement, Estimates
 from hydrofdi.units import convert
 

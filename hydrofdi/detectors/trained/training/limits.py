@@ -11,7 +11,6 @@ import numpy as np
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import Limits
 from hydrofdi.detectors.trained.training.learned import Learned
-from hydrofdi.detectors.trained.wording import time_text
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.groups import Rule, left_out_outcomes
 from hydrofdi.evaluation.rates import alarm_rate
@@ -19,6 +18,7 @@ from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.threshold import Threshold, quantile_threshold
 from hydrofdi.evaluation.tolerance import tolerance_threshold
 from hydrofdi.records import Array
+from hydrofdi.settings.readable import time_text
 
 _MOST_FOLDS = 25
 """Maximum number of cross-validation folds; with more groups, several are left out at a time."""

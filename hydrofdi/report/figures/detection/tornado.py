@@ -17,9 +17,9 @@ from hydrofdi.report.detection.nuisances import (
     tested_range,
 )
 from hydrofdi.report.detection.why import shown_nuisances
-from hydrofdi.report.detection.wording import two_digits
 from hydrofdi.report.figures.detection.marks import panels
 from hydrofdi.report.figures.style import BLUE, INK, ORANGE
+from hydrofdi.settings.readable import two_digits
 from hydrofdi.studies.judgement import Detection
 from hydrofdi.studies.nuisances import Nuisances
 

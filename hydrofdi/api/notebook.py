@@ -1,8 +1,10 @@
-"""Figures that notebooks show."""
+"""What notebooks show: figures and sentences."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
+from html import escape
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -15,3 +17,9 @@ def shown(figure: Figure) -> Figure:
 
     figure.__dict__["_repr_png_"] = partial(figure_bytes, figure, "png")
     return figure
+
+
+def html_sentences(title: str, sentences: Iterable[str]) -> str:
+    """A list of sentences below a title."""
+    items = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
+    return f"<p><strong>{escape(title)}</strong></p><ul>{items}</ul>"

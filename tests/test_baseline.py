@@ -5,7 +5,6 @@ import json
 import pytest
 
 from hydrofdi.config import ExperimentConfig, expand_runs, load_experiment
-from hydrofdi.config.plausibility import distant_baseline
 from hydrofdi.errors import ConfigError
 
 STIFF = "fluid.bulk_modulus=1.2 GPa"
@@ -72,31 +71,3 @@ def test_the_model_itself_completes_its_baseline():
 def test_a_mistaken_fluid_is_one_mistake():
     with pytest.raises(ValueError, match="1 validation error"):
         ExperimentConfig(fluid={"bulk_modulus": -1})
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ([EBM], "551 MPa lies outside of the 800 … 1400 MPa of the runs"),
-        ([STIFF, "baseline.fluid.bulk_modulus=551 MPa"], "outside of the 1200 MPa of all runs"),
-        ([EBM, "ensemble.grid.friction.viscous=[50]", "baseline.fluid.bulk_modulus=2 GPa"], "2000 MPa lies"),
-    ],
-)  # fmt: skip
-def test_a_baseline_outside_of_the_sweep_is_warned_of(settings, message):
-    (sentence,) = distant_baseline(load_experiment(None, settings))
-    assert sentence.startswith("the baseline's fluid.bulk_modulus = ")
-    assert message in sentence
-
-
-@pytest.mark.parametrize(
-    "settings",
-    [
-        [],
-        [STIFF],
-        [STIFF, EBM],
-        ["sweep={union: [{grid: {fluid.bulk_modulus: [600 MPa]}}, {grid: {friction.viscous: [60]}}]}"],
-        ["sweep.sample={count: 2, over: {fluid.bulk_modulus: {normal: [600 MPa, 30 MPa]}}}"],
-    ],
-)
-def test_a_baseline_within_the_sweep_is_not_warned_of(settings):
-    assert distant_baseline(load_experiment(None, settings)) == []

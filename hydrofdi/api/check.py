@@ -17,7 +17,7 @@ from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.selection import Convergence, LeakageTarget, calibrate_flows, converge, select_runs
 from hydrofdi.api.study_warnings import study_warnings
 from hydrofdi.config.idle_parameters import idle_parameters
-from hydrofdi.config.plausibility import distant_baseline, unusual_values
+from hydrofdi.config.plausibility import unusual_values
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.units import parse_quantity
@@ -34,7 +34,7 @@ class Check:
     convergence : Convergence or None
         Change of the features when the step is halved; None if this was not requested.
     settings : tuple of str
-        Warnings of the settings: strange values, distant baselines, parameters without effect, small studies.
+        Warnings of the settings: strange values, parameters without effect, small studies.
     """
 
     inspection: Inspection
@@ -125,7 +125,7 @@ def check(
     loaded = experiment_of(experiment, settings)
     selection = select_runs(loaded)
     with shown_in(loaded.units):
-        doubtful = unusual_values(loaded) + distant_baseline(loaded) + study_warnings(loaded)
+        doubtful = unusual_values(loaded) + study_warnings(loaded)
         return Check(
             inspect_experiment(selection),
             converge(selection.jobs, accepted) if halve_step else None,

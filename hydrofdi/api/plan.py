@@ -23,7 +23,7 @@ from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.idle_parameters import idle_parameters
-from hydrofdi.config.plausibility import distant_baseline, unusual_values
+from hydrofdi.config.plausibility import unusual_values
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Issue
@@ -149,7 +149,7 @@ class SweepPlan:
         from hydrofdi.api.step_limits import step_warnings
 
         experiment = self.experiment
-        doubts = unusual_values(experiment) + distant_baseline(experiment) + idle_parameters(experiment)
+        doubts = unusual_values(experiment) + idle_parameters(experiment)
         needed, free = 2 * self.file_bytes, self.free_bytes
         if needed > free:
             doubts.append(f"needs {shown_bytes(needed)}, of which {shown_bytes(free)} are free")
@@ -424,7 +424,7 @@ def _planned(
         predicted_file_bytes=made.file_bytes,
         free_bytes=made.free_bytes,
         warnings=made.warnings,
-        unusual_values=unusual_values(loaded) + distant_baseline(loaded),
+        unusual_values=unusual_values(loaded),
         idle_parameters=idle_parameters(loaded),
         units=loaded.units,
     )

@@ -10,7 +10,6 @@ import numpy as np
 
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.config.study.alike import records_alike
 from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.config.sweeps.distributions import quantiles
 from hydrofdi.evaluation.direction import Direction
@@ -25,7 +24,7 @@ from hydrofdi.studies.run_lengths.traces import watched_instants
 
 
 def study_warnings(experiment: ExperimentConfig) -> list[str]:
-    """A sentence on each number of records that is too small, on charts, equal records and the extra."""
+    """A sentence on each number of records that is too small, on charts and the extra."""
     if experiment.study is None:
         return []
     rules = rules_of(experiment.detection)
@@ -35,7 +34,6 @@ def study_warnings(experiment: ExperimentConfig) -> list[str]:
         *_shifts_inside(experiment.study),
         *_free_supply_sensors(experiment),
         *_online_warnings(experiment),
-        *records_alike(experiment),
     ]
     if asks_for_extra(experiment.detection) and not has_extra():
         sentences.append(f"the report will leave out scores that need the extra: {EXTRA}")

@@ -41,24 +41,6 @@ def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> 
     return sentences
 
 
-def distant_baseline(experiment: ExperimentConfig) -> list[str]:
-    """A sentence if no run has an EBM as low, or as high, as that of the baseline."""
-    name = "fluid.bulk_modulus"
-    blocks = [experiment.ensemble, experiment.sweep]
-    values = [value for block in blocks for varied, value in block_values(block) if varied == name]
-    if not any(name in block.names_throughout for block in blocks):
-        values.append(experiment.value(name))
-    held, low, high = experiment.baseline[name], min(values), max(values)
-    if low <= held <= high or any(name in block.unbounded_names for block in blocks):
-        return []
-    place = "of all runs" if low == high else "of the runs"
-    runs = shown_value(name, low if low == high else {"uniform": [low, high]})
-    return [
-        f"the baseline's {name} = {shown_value(name, held)} lies outside of the {runs} {place}: δ against the"
-        " fixed baseline shows that difference too, and K_i is solved there"
-    ]
-
-
 def _stated_values(experiment: ExperimentConfig, with_sweep: bool) -> Iterator[tuple[str, Any]]:
     blocks = [experiment.ensemble, experiment.sweep] if with_sweep else []
     varied = {name for block in blocks for name in block.names}

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.config.sweeps.distributions import is_unbounded
 from hydrofdi.config.sweeps.sample import SampleConfig
 from hydrofdi.settings.quantities import Section
 
@@ -92,13 +91,6 @@ class SweepConfig(Section):
     def names_throughout(self) -> set[str]:
         """Parameters that vary in every point of the block, so that their nominal values are not used."""
         return {*self.grid, *self.zip, *(self.sample.over if self.sample else ())}
-
-    @property
-    def unbounded_names(self) -> set[str]:
-        """Parameters that are drawn from an unbounded distribution."""
-        over = self.sample.over if self.sample else {}
-        own = {name for name, distribution in over.items() if is_unbounded(distribution)}
-        return own.union(*(block.unbounded_names for block in self.union))
 
     @property
     def names(self) -> list[str]:

@@ -7,7 +7,7 @@ import numpy as np
 
 import hydrofdi
 from hydrofdi.api.sweep import run_sweep
-from hydrofdi.report.runs.summary import summarize_table
+from hydrofdi.report.runs import run_table
 from hydrofdi.store import read_experiment
 from hydrofdi.transforms.change import percentage_change
 
@@ -36,8 +36,8 @@ def test_the_parts_of_a_study_run_one_by_one(tmp_path):
     summary = run_sweep(experiment, tmp_path / "study")
     assert (summary.planned, summary.failed) == (4, 0)
     data = read_experiment(summary.file)
-    table = summarize_table(data)
+    table = run_table(data)
     rms = data.columns["detail_rms"]
     delta = percentage_change(rms[data.fixed_baseline[0]], rms[0])
     (row,) = [row for row in table.rows if not row.is_sealed and row.bulk_modulus == 551e6]
-    np.testing.assert_array_equal(row.delta_fixed, delta)
+    np.testing.assert_array_equal(row.details.fixed, delta)

@@ -126,8 +126,7 @@ def _print(made: ComposedReport, form: Format, full: bool) -> None:
     from hydrofdi.cli.rendering import print_document
     from hydrofdi.cli.terminal import write_out
     from hydrofdi.report.forms.markdown import render_markdown
-    from hydrofdi.report.forms.record import render_json
-    from hydrofdi.report.forms.tidy import render_csv
+    from hydrofdi.report.record import render_csv, render_json
 
     match form:
         case Format.text:

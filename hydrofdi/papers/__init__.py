@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.papers.maddahi2015 import StudyReport, is_study
+from hydrofdi.papers.maddahi2015.views import asked_views
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.composition import Report
 from hydrofdi.report.contract import ComposedReport
@@ -26,4 +27,7 @@ def _report(data: ExperimentData) -> ComposedReport:
         from hydrofdi.report.detection.composition import report_study
 
         return report_study(data)
-    return StudyReport.of(data) if is_study(data.experiment) else Report(analyze(data))
+    if is_study(data.experiment):
+        return StudyReport.of(data)
+    analysis = analyze(data)
+    return Report(analysis, asked_views(analysis))

@@ -8,13 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from hydrofdi.config.analysis import DWT
-from hydrofdi.report.external import ExternalStudy, study_external
 from hydrofdi.report.indicators.study import IndicatorStudy, study_indicators
-from hydrofdi.report.replicates import ReplicateStudy, study_replicates
 from hydrofdi.report.responses import ResponseStudy, study_responses
-from hydrofdi.report.runs.axes import table_runs
-from hydrofdi.report.runs.summary import summarize_table
-from hydrofdi.report.runs.table import SensitivityTable
+from hydrofdi.report.runs import RunTable, run_table, table_runs
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 
@@ -24,11 +20,7 @@ class Analysis:
     """An experiment with its table."""
 
     data: ExperimentData
-    table: SensitivityTable
-    external: ExternalStudy | None
-    """What external leakage does to the approximation, if the experiment varies it."""
-    replicates: ReplicateStudy | None
-    """Rows against healthy replicates, if the experiment asks for any."""
+    table: RunTable
     indicators: tuple[IndicatorStudy, ...]
     """Indicators beside the details of P_1, if the experiment measures any."""
 
@@ -88,5 +80,4 @@ class Analysis:
 
 def analyze(data: ExperimentData) -> Analysis:
     """Compute the table of an experiment, and what it is read with."""
-    table = summarize_table(data)
-    return Analysis(data, table, study_external(table), study_replicates(table, data), study_indicators(data))
+    return Analysis(data, run_table(data), study_indicators(data))

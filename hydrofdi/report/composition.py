@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Document
-from hydrofdi.report.forms.record import general_record
-from hydrofdi.report.forms.responses_record import responses_record
-from hydrofdi.report.forms.tidy import tidy_columns
-from hydrofdi.report.sections.changes import changes_block, settled_block
-from hydrofdi.report.sections.doubts import doubts_block
-from hydrofdi.report.sections.external import external_block
-from hydrofdi.report.sections.holes import holes_block, remarks_block
+from hydrofdi.report.record import general_record, tidy_columns
+from hydrofdi.report.responses import responses_block, responses_record
 from hydrofdi.report.sections.indicators import indicator_blocks
 from hydrofdi.report.sections.provenance import provenance_block
-from hydrofdi.report.sections.replicates import replicates_block
-from hydrofdi.report.sections.responses import responses_blocks
-from hydrofdi.report.sections.varied import varied_block
+from hydrofdi.report.sections.runs import (
+    changes_block,
+    doubts_block,
+    holes_block,
+    remarks_block,
+    summary_block,
+    varied_block,
+)
 
 if TYPE_CHECKING:
     from hydrofdi.report.contract import FigureKind
@@ -33,6 +33,9 @@ _LEAD = "Change δ of the RMS of the wavelet details of the chamber-1 pressure o
 _LEAD_WITHOUT_DETAILS = "Indicators of the runs of the experiment."
 
 
+View = tuple[Block, dict[str, Any]]
+
+
 @dataclass(frozen=True)
 class Report:
     """The report of an experiment, in parts that forms are made from; a paper's study adds its own.
@@ -40,9 +43,12 @@ class Report:
     Attributes
     ----------
     analysis : Analysis
+    views : tuple of View
+        Sections, and data for JSON, of what the experiment asks for beyond indicators.
     """
 
     analysis: Analysis
+    views: tuple[View, ...] = ()
 
     @property
     def name(self) -> str:
@@ -63,11 +69,12 @@ class Report:
 
     def document(self) -> Document:
         """The sections of the report."""
-        return compose_general(self.analysis)
+        return compose_general(self.analysis, [block for block, _ in self.views])
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
-        return general_record(self.analysis) | responses_record(self.analysis.responses)
+        record = general_record(self.analysis) | responses_record(self.analysis.responses)
+        return record | {key: value for _, data in self.views for key, value in data.items()}
 
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one per run and level."""
@@ -84,20 +91,21 @@ class Report:
         return {}
 
 
-def compose_general(analysis: Analysis) -> Document:
+def compose_general(analysis: Analysis, views: Iterable[Block]) -> Document:
     """The sections of the general report."""
     lead = _LEAD if analysis.has_details else _LEAD_WITHOUT_DETAILS
     if not analysis.has_results:
         return compose_empty(analysis, lead)
+    title = "Change of the details over the varied parameters"
     blocks = (
         remarks_block(analysis.data),
-        *answers(varied_block(analysis), holes_block(analysis), doubts_block(analysis)),
-        external_block(analysis),
-        *responses_blocks(analysis),
-        changes_block(analysis) if analysis.has_details else None,
-        settled_block(analysis),
-        replicates_block(analysis),
+        varied_block(analysis),
+        *answers(holes_block(analysis), doubts_block(analysis)),
+        *views,
+        responses_block(analysis.responses),
+        changes_block(analysis, title, "changes") if analysis.has_details else None,
         *indicator_blocks(analysis),
+        summary_block(analysis),
         provenance_block(analysis.data),
     )
     return document_of(analysis.table.name, lead, blocks)

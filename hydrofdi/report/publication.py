@@ -14,8 +14,7 @@ from hydrofdi.report.figures.style import INK, PAPER, RULE, figure_bytes
 from hydrofdi.report.forms.inline_svg import inline_svg
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.page import missing_figure, render_page
-from hydrofdi.report.forms.record import render_json
-from hydrofdi.report.forms.tidy import render_csv, render_parquet
+from hydrofdi.report.record import render_csv, render_json, render_parquet
 from hydrofdi.store.files import require_own, whole_file
 
 _WHAT = "a report of hydrofdi"

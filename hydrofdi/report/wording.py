@@ -1,30 +1,25 @@
-"""Numbers as text in a report."""
+"""Numbers, conditions and rows as text in a report, and the columns that say what a row is."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from hydrofdi.config.shown_values import ShownParameter, shown_parameter, shown_values
-from hydrofdi.report.document import Cell
+from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.intervals import Share
-from hydrofdi.report.runs.rows import TableRow, largest_positive
-from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable
+from hydrofdi.report.runs import EXTERNAL, Levels, RunTable, TableRow, largest_positive
+from hydrofdi.report.table import Column
+from hydrofdi.settings.readable import HOLE
 from hydrofdi.units import convert
 
-HOLE = "–"
-"""Shown in place of a missing number."""
-
-_MOST_WORDS = 12
+_MOST = 12
 """Most cases that a sentence names one by one."""
-
-_MOST_MODES = 12
-"""Most EBM for which a sentence names each hydraulic mode."""
 
 
 def shown_modulus() -> ShownParameter:
-    """how people read the EBM: in MPa where the experiment is not written in another unit."""
+    """How people read the EBM: in MPa where the experiment is not written in another unit."""
     return shown_parameter("fluid.bulk_modulus", [1e9])
 
 
@@ -33,14 +28,10 @@ def modulus_text(bulk_modulus: float) -> str:
     return f"{shown_modulus().text(bulk_modulus)} {shown_modulus().unit}"
 
 
-def modulus_header() -> str:
-    """Header of a column of EBM."""
-    return f"EBM [{shown_modulus().unit}]"
-
-
-def modulus_cell(bulk_modulus: float) -> Cell:
-    """An EBM under `modulus_header`."""
-    return Cell(shown_modulus().text(bulk_modulus), value=shown_modulus().number(bulk_modulus))
+def modulus_column(bulk_moduli: Sequence[float]) -> Column:
+    """A column of EBM."""
+    shown = shown_modulus()
+    return Column("bulk_modulus", bulk_moduli, "Pa", f"EBM [{shown.unit}]", shown.text)
 
 
 def litres_per_minute(flow: float) -> str:
@@ -64,23 +55,101 @@ def labels_text(labels: dict[str, Any]) -> str:
     return shown_values(labels)
 
 
-def other_conditions(row: TableRow) -> str:
-    """External leakage and further parameters of a row, e.g. ``0.6 L/min out of chamber 1``."""
-    labels = {name: value for name, value in row.labels.items() if not name.startswith(EXTERNAL)}
-    flows = [
-        f"{flow_text(flow)} L/min out of chamber {chamber}"
-        for chamber, flow in enumerate(row.external.flows, 1)
-        if row.external.coefficients[chamber - 1]
-    ]
-    return ", ".join(filter(None, [*flows, labels_text(labels)]))
-
-
 def row_name(row: TableRow) -> str:
     """A row in words, e.g. ``sealed at 827 MPa, 0.6 L/min out of chamber 1``."""
     mode = mode_name(row.leakage_flow, row.bulk_modulus)
     if math.isnan(row.leakage_flow):
         mode = f"{leakage_label(row)} at {mode.partition(' at ')[2]}"
-    return ", ".join(filter(None, [mode, other_conditions(row)]))
+    outside = [
+        f"{flow_text(flow)} L/min out of chamber {chamber}"
+        for chamber, flow in enumerate(row.external_flows, 1)
+        if row.external_coefficients[chamber - 1]
+    ]
+    labels = {name: value for name, value in row.labels.items() if not name.startswith(EXTERNAL)}
+    return ", ".join(filter(None, [mode, *outside, labels_text(labels)]))
+
+
+def leakage_label(row: TableRow) -> str:
+    """The leakage level of a row in L/min; its K_i if only that is known, as for a missing run."""
+    if row.is_sealed:
+        return "sealed"
+    flow = row.leakage_flow
+    return f"K_i {plain(row.leakage_request)}" if math.isnan(flow) else flow_text(flow)
+
+
+def external_columns(rows: Sequence[TableRow]) -> list[Column]:
+    """Mean flows out of the chambers."""
+    pairs = [list(zip(row.external_flows, row.external_coefficients, strict=True)) for row in rows]
+    texts = [[flow_text(flow) if k else "0" for flow, k in pair] for pair in pairs]
+    return [Column(f"Out of {place + 1} [L/min]", [text[place] for text in texts]) for place in (0, 1)]
+
+
+def lead_columns(table: RunTable, rows: Sequence[TableRow]) -> list[Column]:
+    """What says which run a row is; external leakage as the flow that it causes."""
+    labels = {name: shown for name, shown in table.shown_labels.items() if not name.startswith(EXTERNAL)}
+    return [
+        Column("Leakage [L/min]", [leakage_label(row) for row in rows]),
+        modulus_column([row.bulk_modulus for row in rows]),
+        *(external_columns(rows) if table.varies_external else ()),
+        *(Column(each.header, [row.labels[n] for row in rows], text=each.text) for n, each in labels.items()),
+    ]
+
+
+def mode_column(rows: Sequence[TableRow]) -> Column:
+    """The frequency of the hydraulic mode."""
+    return Column("f_h [Hz]", [row.mode_frequency for row in rows], text=lambda f: hole_or(f, f"{f:.1f}"))
+
+
+def delta_columns(rows: Sequence[TableRow], delta: Callable[[TableRow], Levels]) -> list[Column]:
+    """δ of each level; the largest positive one of a row stands out, unless it rounds to zero."""
+    values = [delta(row) for row in rows]
+    best = [largest_positive(levels) for levels in values]
+    return [
+        Column(
+            f"δd{level + 1}",
+            [levels[level] for levels in values],
+            text=signed,
+            strong=[
+                k for k, levels in enumerate(values) if best[k] == level and signed(levels[level]) != "0.0"
+            ],
+        )
+        for level in range(len(values[0]) if values else 0)
+    ]
+
+
+def doubt_columns(rows: Sequence[TableRow]) -> list[Column]:
+    """The marks of rows to read with care; nothing if there are none."""
+    marks = [" ".join(doubt.mark for doubt in row.doubts) for row in rows]
+    return [Column("Verdict", marks, is_text=True)] if any(marks) else []
+
+
+def doubt_notes(rows: Sequence[TableRow]) -> tuple[str, ...]:
+    """What the marks mean, those that occur."""
+    found = {doubt.word for row in rows for doubt in row.doubts}
+    words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in found)
+    return (f"Verdict: {words}.",) if words else ()
+
+
+def band_sentence(table: RunTable) -> str:
+    """Bands of the levels, and where the hydraulic mode lies at the least and at the largest EBM."""
+    bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
+    found = sorted((row.bulk_modulus, row.mode_frequency) for row in table.rows if row.status == "ok")
+    ends = {modulus: (f, _level_at(table, f)) for modulus, f in found}
+    texts = [f"{f:.1f} ({level}) at {modulus_text(beta)}" for beta, (f, level) in ends.items()]
+    modes = ", ".join(texts) if len(texts) <= _MOST else f"{texts[0]} to {texts[-1]}"
+    return f"Bands [Hz]: {bands}. Hydraulic mode f_h [Hz]: {modes or HOLE}."
+
+
+def _level_at(table: RunTable, frequency: float) -> str:
+    for level, (low, high) in enumerate(table.bands, 1):
+        if low <= frequency < high:
+            return f"d{level}"
+    return "above d1" if frequency >= table.bands[0][1] else f"below d{table.n_level}"
+
+
+def hole_or(value: float, text: str) -> str:
+    """A text, or a hole if its number is missing."""
+    return HOLE if math.isnan(value) else text
 
 
 def plain(value: Any) -> str:
@@ -103,75 +172,12 @@ def with_minus(number: str) -> str:
 
 def kilopascal(pressure: float) -> str:
     """A pressure in kPa with two decimals, or a hole."""
-    return HOLE if math.isnan(pressure) else f"{convert(pressure, 'kPa'):.2f}"
+    return hole_or(pressure, f"{convert(pressure, 'kPa'):.2f}")
 
 
-def delta_cells(levels: Sequence[float]) -> list[Cell]:
-    """δ of each level, the largest positive one strong unless it rounds to zero."""
-    best = largest_positive(levels)
-    texts = map(signed, levels)
-    return [Cell(text, level == best and text != "0.0", levels[level]) for level, text in enumerate(texts)]
-
-
-EXTERNAL_HEADERS = ("Out of 1 [L/min]", "Out of 2 [L/min]")
-"""Headers of the mean flows of the external leakage."""
-
-
-def external_cells(row: TableRow) -> list[Cell]:
-    """Cells under `EXTERNAL_HEADERS`."""
-    pairs = zip(row.external.flows, row.external.coefficients, strict=True)
-    return [Cell(flow_text(q) if k else "0", value=convert(q, "L/min")) for q, k in pairs]
-
-
-def lead_headers(table: SensitivityTable) -> list[str]:
-    """Headers of the columns that say which run a row is."""
-    external = EXTERNAL_HEADERS if table.varies_external else ()
-    labels = [shown.header for name, shown in table.shown_labels.items() if not name.startswith(EXTERNAL)]
-    return ["Leakage [L/min]", modulus_header(), *external, *labels, "f_h [Hz]"]
-
-
-def lead_cells(table: SensitivityTable, row: TableRow) -> list[Cell]:
-    """Cells under `lead_headers`; external leakage as the flow that it causes."""
-    plain_labels = {name: value for name, value in row.labels.items() if not name.startswith(EXTERNAL)}
-    labels = external_cells(row) if len(plain_labels) < len(row.labels) else []
-    labels += [Cell(table.shown_labels[name].text(value)) for name, value in plain_labels.items()]
-    frequency = HOLE if math.isnan(row.mode_frequency) else f"{row.mode_frequency:.1f}"
-    return [
-        Cell(leakage_label(row), value=convert(row.leakage_flow, "L/min")),
-        modulus_cell(row.bulk_modulus),
-        *labels,
-        Cell(frequency, value=row.mode_frequency),
-    ]
-
-
-def leakage_label(row: TableRow) -> str:
-    """The leakage level of a row in L/min; its K_i if only that is known, as for a missing run."""
-    if row.is_sealed:
-        return "sealed"
-    flow = row.leakage_flow
-    return f"K_i {plain(row.leakage_request)}" if math.isnan(flow) else flow_text(flow)
-
-
-def band_sentence(table: SensitivityTable) -> str:
-    """Bands of the levels, and where the hydraulic mode lies for each EBM; for many, the ends."""
-    bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
-    texts = [f"{_frequencies(table, *ends)} at {modulus_text(beta)}" for beta, ends in table.modes.items()]
-    modes = ", ".join(texts) if len(texts) <= _MOST_MODES else f"{texts[0]} to {texts[-1]}"
-    return f"Bands [Hz]: {bands}. Hydraulic mode f_h [Hz]: {modes or HOLE}."
-
-
-def _frequencies(table: SensitivityTable, least: float, largest: float) -> str:
-    """``59.6 (d3)``, or a range."""
-    ends = dict.fromkeys((f"{least:.1f}", f"{largest:.1f}"))
-    levels = dict.fromkeys((_level_at(table, least), _level_at(table, largest)))
-    return f"{'–'.join(ends)} ({'–'.join(levels)})"
-
-
-def _level_at(table: SensitivityTable, frequency: float) -> str:
-    for level, (low, high) in enumerate(table.bands, 1):
-        if low <= frequency < high:
-            return f"d{level}"
-    return "above d1" if frequency >= table.bands[0][1] else f"below d{table.n_level}"
+def span_text(low: str, high: str) -> str:
+    """A range that is not broken; one number where both ends print alike."""
+    return low if low == high else f"{low} … {high}".replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def capitalized(sentence: str) -> str:
@@ -188,8 +194,8 @@ def joined(words: Sequence[str]) -> str:
 
 def some(words: Sequence[str]) -> str:
     """``a, b and c``; of many the first, and how many more there are."""
-    rest = len(words) - _MOST_WORDS
-    return joined(words) if rest <= 0 else joined([*words[:_MOST_WORDS], f"{rest:,} more"])
+    rest = len(words) - _MOST
+    return joined(words) if rest <= 0 else joined([*words[:_MOST], f"{rest:,} more"])
 
 
 def share_text(share: Share, *, with_interval: bool) -> str:

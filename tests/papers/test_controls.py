@@ -48,7 +48,7 @@ def test_the_best_level_is_the_one_that_the_table_marks(paper_analysis):
     rows = {(r.leakage_flow, r.bulk_modulus): r for r in paper_analysis.table.rows if not r.is_sealed}
     assert len(paper_analysis.best_levels) == len(rows) == 9
     for mode in paper_analysis.best_levels:
-        delta = rows[mode.leakage_flow, mode.bulk_modulus].delta_matched
+        delta = rows[mode.leakage_flow, mode.bulk_modulus].details.matched
         assert delta[mode.level] == max(delta) == mode.delta
 
 

@@ -12,8 +12,7 @@ from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.composition import compose_study
-from hydrofdi.report.document import Cell, Rows
-from hydrofdi.report.runs import changes
+from hydrofdi.report import runs
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
@@ -91,8 +90,8 @@ def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
     assert len(analysis.best_levels) == 200
     alarms = {alarm.bulk_modulus: alarm.alarm for alarm in analysis.sealed_alarms}
     for row in raised:
-        d3 = row.delta_fixed[2]
-        assert alarms[row.bulk_modulus] == (d3 > 0.0 and d3 == max(row.delta_fixed))
+        d3 = row.details.fixed[2]
+        assert alarms[row.bulk_modulus] == (d3 > 0.0 and d3 == max(row.details.fixed))
 
 
 def test_chosen_values_that_meet_are_a_grid(tmp_path):
@@ -103,7 +102,7 @@ def test_chosen_values_that_meet_are_a_grid(tmp_path):
 
 def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp_path, monkeypatch):
     passes = []
-    monkeypatch.setattr(changes, "percentage_change", lambda *a: passes.append(0) or percentage_change(*a))
+    monkeypatch.setattr(runs, "percentage_change", lambda *a: passes.append(0) or percentage_change(*a))
     counts = []
     for n_run in (20, 200):
         compose_study(study_experiment(made(tmp_path, BOTH % n_run)))
@@ -118,14 +117,6 @@ def test_no_sentence_names_every_run(tmp_path, extra):
     for block in compose_study(study_experiment(made(tmp_path, text))).blocks:
         for paragraph in block.paragraphs:
             assert paragraph.count("MPa") <= 14, paragraph
-
-
-def test_a_sheet_makes_the_rows_that_are_looked_at():
-    sources = list(range(1000))
-    asked = []
-    rows = Rows(sources, lambda source: asked.append(source) or (Cell(str(source)),))
-    assert [row[0].text for row in rows[:3]] == ["0", "1", "2"]
-    assert (len(rows), asked) == (1000, [0, 1, 2])
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ import pytest
 
 from hydrofdi.papers.maddahi2015.composition import compose_study
 from hydrofdi.report.forms.markdown import render_markdown
-from hydrofdi.report.forms.tidy import tidy_columns
+from hydrofdi.report.record import tidy_columns
 
 KEPT = Path(__file__).parents[2] / "results" / "table3"
 TOLERANCE = {"delta_fixed_percent": 0.05, "delta_matched_percent": 0.05}

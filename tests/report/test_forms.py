@@ -17,10 +17,9 @@ from hydrofdi.papers.maddahi2015 import StudyReport
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import KINDS
 from hydrofdi.report.forms.page import render_page
-from hydrofdi.report.forms.record import render_json
-from hydrofdi.report.forms.tidy import render_csv, render_parquet, tidy_columns
 from hydrofdi.report.publication import write_all_forms
-from hydrofdi.report.runs.rows import ExternalLeakage, LevelChanges, TableRow
+from hydrofdi.report.record import render_csv, render_json, render_parquet, tidy_columns
+from hydrofdi.report.runs import LevelChanges, TableRow
 
 GOLDEN = Path(__file__).parent / "golden"
 
@@ -63,7 +62,7 @@ ROWS = st.builds(
     leakage_request=FINITE, leakage_flow=NUMBER, mean_leakage_flow=NUMBER, leakage_coefficient=NUMBER,
     bulk_modulus=FINITE, mode_frequency=NUMBER, mode_damping_ratio=NUMBER, details=CHANGES,
     approximations=CHANGES, settled_details=CHANGES, settled_approximations=CHANGES, position=st.just(0),
-    external=st.builds(ExternalLeakage, coefficients=PAIR, flows=PAIR),
+    external_coefficients=PAIR, external_flows=PAIR,
     mean_pressure=NUMBER, status=st.just("ok"), message=st.just(""),
     verdict=st.sampled_from(["ok", "cavitating", "cavitating, unsettled"]), doubt_numbers=st.just({}),
 )  # fmt: skip
@@ -83,7 +82,7 @@ def test_a_table_survives_csv_and_json(made_up, rows):
     record = replace(report, analysis=analysis).record()
     assert json.loads(json.dumps(record, allow_nan=False)) == record
     for row, line in zip(rows, record["rows"], strict=True):
-        kept = [x for x, y in zip(row.detail_rms, line["detail_rms_Pa"], strict=True) if y is not None]
+        kept = [x for x, y in zip(row.details.rms, line["detail_rms_Pa"], strict=True) if y is not None]
         assert kept == [y for y in line["detail_rms_Pa"] if y is not None]
 
 

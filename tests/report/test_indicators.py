@@ -12,13 +12,13 @@ from hydrofdi.cli.rendering import print_document
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.registry import indicator_kind
 from hydrofdi.papers import make_report
+from hydrofdi.report.axes import varied_axes
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.page import render_page
-from hydrofdi.report.forms.tidy import render_csv
 from hydrofdi.report.indicators.changes import healthy_spread, relative_change
 from hydrofdi.report.indicators.measured import measured_indicator
 from hydrofdi.report.indicators.study import study_indicator
-from hydrofdi.report.runs.axes import varied_axes
+from hydrofdi.report.record import render_csv
 from hydrofdi.store.layout import names
 
 FREQUENCIES = [60.0, 66.0, 59.4, 66.0, np.nan, np.nan]

@@ -8,7 +8,7 @@ from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import draw_all
-from hydrofdi.report.forms.record import render_json
+from hydrofdi.report.record import render_json
 from hydrofdi.store.request import write_request
 
 HALF = """\
@@ -49,9 +49,9 @@ def test_a_figure_whose_run_is_missing_says_so_and_the_others_are_drawn(half_don
 
 
 def test_without_experiment_file_the_shards_are_reported(half_done):
-    before = [row.detail_rms for row in analyze(read_results(half_done)).table.rows if row.status == "ok"]
+    before = [row.details.rms for row in analyze(read_results(half_done)).table.rows if row.status == "ok"]
     (half_done / "half.h5").unlink()
-    after = [row.detail_rms for row in analyze(read_results(half_done)).table.rows if row.status == "ok"]
+    after = [row.details.rms for row in analyze(read_results(half_done)).table.rows if row.status == "ok"]
     assert before == after != []
 
 

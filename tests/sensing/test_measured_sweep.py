@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.api.stored import read_results
-from hydrofdi.report.runs.summary import summarize_table
+from hydrofdi.report.runs import run_table
 from tests.commands import run_hydrofdi
 from tests.conftest import REPOSITORY, sweep_in, swept
 
@@ -88,7 +88,7 @@ def test_noisy_input_voltage_is_kept_for_every_run(tmp_path: Path) -> None:
 def test_ready_sweep_over_noise_shows_the_spread_of_the_healthy_actuator(tmp_path: Path) -> None:
     config = REPOSITORY / "configs" / "sensor-noise.yaml"
     sweep = swept(tmp_path, config, "--set", "record.duration=2 s")
-    table = summarize_table(read_results(sweep.directory))
+    table = run_table(read_results(sweep.directory))
     spreads: dict[float, list[float]] = {}
     for row in table.rows:
         if row.is_sealed and row.labels["measurement.seed"] < 8:

@@ -15,7 +15,7 @@ from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.config.study.table import StudyTable
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.records import RecordSource
-from hydrofdi.report.runs.changes import external_coefficients
+from hydrofdi.report.runs import external_coefficients
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.studies.reading import stored_roles
 

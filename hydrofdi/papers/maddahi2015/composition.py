@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hydrofdi.papers.maddahi2015.claims import D2, D3
 from hydrofdi.papers.maddahi2015.scenarios.study import ScenarioStudy
 from hydrofdi.papers.maddahi2015.sections.claims import checks_block, claims_block, guarded_block
@@ -10,18 +12,14 @@ from hydrofdi.papers.maddahi2015.sections.reference import reference_block
 from hydrofdi.papers.maddahi2015.sections.scenario_controls import scenario_controls_block
 from hydrofdi.papers.maddahi2015.sections.scenarios import scenarios_block
 from hydrofdi.papers.maddahi2015.sections.standing import phases_block, standing_block
-from hydrofdi.papers.maddahi2015.sections.table2 import table2_block
-from hydrofdi.papers.maddahi2015.sections.table3 import table3_block
+from hydrofdi.papers.maddahi2015.sections.table2 import table2_block, table3_blocks
 from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.papers.maddahi2015.views import asked_views
 from hydrofdi.report.composition import answers, compose_empty, document_of
 from hydrofdi.report.document import Block, Document
-from hydrofdi.report.sections.changes import settled_block
-from hydrofdi.report.sections.doubts import doubts_block
-from hydrofdi.report.sections.external import external_block
-from hydrofdi.report.sections.holes import holes_block, remarks_block
 from hydrofdi.report.sections.indicators import indicator_blocks
 from hydrofdi.report.sections.provenance import provenance_block
-from hydrofdi.report.sections.replicates import replicates_block
+from hydrofdi.report.sections.runs import doubts_block, holes_block, remarks_block, settled_block
 
 _LEAD = (
     "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with the"
@@ -43,11 +41,10 @@ def _blocks(study: Study) -> tuple[Block | None, ...]:
         remarks_block(study.data),
         holes_block(study),
         doubts_block(study),
-        external_block(study),
-        *answers(table3_block(study)),
+        *(replace(block, is_answer=False) for block, _ in asked_views(study, (D2, D3))),
+        *table3_blocks(study),
         settled_block(study),
         table2_block(study),
-        replicates_block(study, (D2, D3)),
         claims_block(study),
         *answers(standing_block(study) if study.has_baseline else None),
         phases_block(study) if study.has_baseline else None,

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.papers.maddahi2015.claims import D3
 from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
-from hydrofdi.report.runs.rows import Levels, TableRow, largest_positive
-from hydrofdi.report.runs.table import SensitivityTable
+from hydrofdi.report.runs import Levels, RunTable, TableRow, largest_positive
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,7 @@ class BestLevel:
     is_open: bool
 
 
-def sealed_alarms(table: SensitivityTable) -> tuple[SealedAlarm, ...]:
+def sealed_alarms(table: RunTable) -> tuple[SealedAlarm, ...]:
     """The d3 rule on the sealed runs above the normal EBM."""
     if table.n_level <= D3:
         return ()
@@ -82,24 +81,24 @@ def sealed_alarms(table: SensitivityTable) -> tuple[SealedAlarm, ...]:
 
 
 def _sealed_alarm(row: TableRow, labels: dict[str, Any]) -> SealedAlarm:
-    is_open = any(math.isnan(number) for number in row.delta_fixed)
-    alarm = None if is_open else largest_positive(row.delta_fixed) == D3
-    return SealedAlarm(row.position, labels, row.bulk_modulus, row.delta_fixed, alarm)
+    is_open = any(math.isnan(number) for number in row.details.fixed)
+    alarm = None if is_open else largest_positive(row.details.fixed) == D3
+    return SealedAlarm(row.position, labels, row.bulk_modulus, row.details.fixed, alarm)
 
 
-def best_levels(table: SensitivityTable) -> tuple[BestLevel, ...]:
+def best_levels(table: RunTable) -> tuple[BestLevel, ...]:
     """The best level of each leaky run under the matched baseline."""
     return tuple(_best_level(row, labels) for row, labels in _controlled(table) if not row.is_sealed)
 
 
 def _best_level(row: TableRow, labels: dict[str, Any]) -> BestLevel:
-    level = largest_positive(row.delta_matched)
-    value = math.nan if level is None else row.delta_matched[level]
-    is_open = any(math.isnan(number) for number in row.delta_matched)
+    level = largest_positive(row.details.matched)
+    value = math.nan if level is None else row.details.matched[level]
+    is_open = any(math.isnan(number) for number in row.details.matched)
     return BestLevel(row.position, labels, row.leakage_flow, row.bulk_modulus, level, value, is_open)
 
 
-def _controlled(table: SensitivityTable) -> list[tuple[TableRow, dict[str, Any]]]:
+def _controlled(table: RunTable) -> list[tuple[TableRow, dict[str, Any]]]:
     """The rows without further external leakage by labels, leakage and EBM, with the labels that vary."""
     rows = [row for row in table.rows if not row.leaks_out_more]
     varied = [name for name in table.label_names if len({row.labels[name] for row in rows}) > 1]

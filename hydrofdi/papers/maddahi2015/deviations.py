@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 
 from hydrofdi.config.reference import ReferenceCell
-from hydrofdi.report.runs.rows import TableRow
-from hydrofdi.report.runs.table import SensitivityTable
+from hydrofdi.report.runs import RunTable, TableRow
 from hydrofdi.store import ExperimentData
 
 
@@ -38,7 +37,7 @@ class Deviation:
         return None if math.isnan(self.deviation) else abs(self.deviation) <= self.tolerance
 
 
-def compare_reference(table: SensitivityTable, data: ExperimentData) -> tuple[Deviation, ...]:
+def compare_reference(table: RunTable, data: ExperimentData) -> tuple[Deviation, ...]:
     """Every published value of an experiment's ``reference`` section beside the computed one."""
     reference = data.experiment.reference
     return tuple(
@@ -47,15 +46,15 @@ def compare_reference(table: SensitivityTable, data: ExperimentData) -> tuple[De
     )
 
 
-def _deviation(cell: ReferenceCell, table: SensitivityTable, tolerance: float) -> Deviation:
+def _deviation(cell: ReferenceCell, table: RunTable, tolerance: float) -> Deviation:
     level = int(cell.level[1:]) - 1
     row = next((row for row in table.rows if _is_meant(row, cell)), None)
     known = row is not None and level < table.n_level
     if cell.delta is not None:
-        computed = row.delta_fixed[level] if row is not None and known else math.nan
+        computed = row.details.fixed[level] if row is not None and known else math.nan
         return Deviation(cell, cell.delta, computed, computed - cell.delta, tolerance)
     assert cell.rms is not None
-    computed = row.detail_rms[level] if row is not None and known else math.nan
+    computed = row.details.rms[level] if row is not None and known else math.nan
     return Deviation(cell, cell.rms, computed, 100.0 * (computed - cell.rms) / cell.rms, tolerance)
 
 

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from hydrofdi.papers.maddahi2015.claims import D3, claim_margins
 from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm
 from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid, gathered
-from hydrofdi.report.runs.changes import baseline_changes
-from hydrofdi.report.runs.rows import Levels, largest_positive
+from hydrofdi.report.runs import Levels, baseline_changes, largest_positive
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 

@@ -56,8 +56,6 @@ def study_experiment(data: ExperimentData) -> Study:
     return Study(
         data=data,
         table=general.table,
-        external=general.external,
-        replicates=general.replicates,
         indicators=general.indicators,
         grid=grid,
         claims=evaluate_claims(grid, data, feasible),

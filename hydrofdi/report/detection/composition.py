@@ -14,8 +14,8 @@ from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.report.detection.sensors import sensors_of
 from hydrofdi.report.detection.varied import varied
 from hydrofdi.report.document import Block
-from hydrofdi.report.sections.holes import remarks_block
 from hydrofdi.report.sections.provenance import provenance_block
+from hydrofdi.report.sections.runs import remarks_block
 from hydrofdi.report.sections.study_verdicts import verdicts_block
 from hydrofdi.scoring import has_extra
 from hydrofdi.settings.counting import counted

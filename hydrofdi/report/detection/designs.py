@@ -16,7 +16,7 @@ from hydrofdi.report.detection.selection import best_with_sensors, tested, wavel
 from hydrofdi.report.detection.wording import found_cell, rate_cell, sensors, severity_unit
 from hydrofdi.report.document import Block, Cell, Sheet
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.wording import HOLE
+from hydrofdi.settings.readable import HOLE
 from hydrofdi.studies.designs import Detector, Gain, are_shown, gain
 from hydrofdi.studies.judgement import Detection, Judgement
 

@@ -6,7 +6,7 @@ from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.report.detection.selection import foremost, level_of
 from hydrofdi.report.detection.wording import percent, severity_unit
 from hydrofdi.report.document import Block, Cell, Rows, Sheet
-from hydrofdi.report.wording import HOLE
+from hydrofdi.settings.readable import HOLE
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _MOST = 12

@@ -12,8 +12,7 @@ from hydrofdi.evaluation.sensitivity.estimate import Estimate
 from hydrofdi.evaluation.sensitivity.response import EquivalentFault
 from hydrofdi.report.detection.wording import SeverityUnit, severity_unit
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.wording import HOLE
-from hydrofdi.settings.readable import two_digits
+from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.nuisances import Nuisance, Nuisances, nuisances_of
 

@@ -11,7 +11,7 @@ from hydrofdi.report.detection.sensors import Sensor, sensors_sheet
 from hydrofdi.report.detection.varied import Varied
 from hydrofdi.report.detection.wording import false_alarms_in_words, probability_in_words, severity_unit
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.wording import HOLE
+from hydrofdi.settings.readable import HOLE
 from hydrofdi.studies.judgement import Detection
 
 _KINDS = {

@@ -16,7 +16,7 @@ from hydrofdi.report.detection.wording import (
     severity_unit,
 )
 from hydrofdi.report.document import Block, Cell, Rows, Sheet
-from hydrofdi.report.wording import HOLE
+from hydrofdi.settings.readable import HOLE
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _KEEPING = {True: "", None: " ?", False: " !"}

@@ -10,7 +10,8 @@ from hydrofdi.config.shown_values import shown_value
 from hydrofdi.records import Channel
 from hydrofdi.report.detection.selection import best_of_sensors
 from hydrofdi.report.document import Cell, Sheet
-from hydrofdi.report.wording import HOLE, joined
+from hydrofdi.report.wording import joined
+from hydrofdi.settings.readable import HOLE
 from hydrofdi.studies.judgement import Detection
 
 _SECTIONS = {

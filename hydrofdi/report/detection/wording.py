@@ -10,8 +10,8 @@ from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.records import Channel
 from hydrofdi.report.document import Cell
-from hydrofdi.report.wording import HOLE, joined
-from hydrofdi.settings.readable import two_digits
+from hydrofdi.report.wording import joined
+from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.records import StudyRecords
 from hydrofdi.units import convert

@@ -8,8 +8,8 @@ from typing import Any
 
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.wording import HOLE, joined
-from hydrofdi.settings.readable import two_digits
+from hydrofdi.report.wording import joined
+from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.estimates.judging import EstimateJudgement, Estimates
 from hydrofdi.units import convert
 

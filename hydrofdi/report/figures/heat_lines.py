@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config.shown_values import shown_parameter
+from hydrofdi.report.axes import MOST_VALUES, fifths
 from hydrofdi.report.document import group_breaks
-from hydrofdi.report.fifths import MOST_VALUES, fifths
-from hydrofdi.report.runs.rows import Levels, TableRow
-from hydrofdi.report.runs.table import EXTERNAL, SensitivityTable
-from hydrofdi.report.sections.changes import BASELINES
-from hydrofdi.report.wording import EXTERNAL_HEADERS, external_cells, flow_text, leakage_label
+from hydrofdi.report.runs import EXTERNAL, Levels, RunTable, TableRow
+from hydrofdi.report.sections.runs import delta_of
+from hydrofdi.report.wording import external_columns, flow_text, leakage_label
 
 MOST_LINES = 60
 """Largest number of runs with one line each, and of lines of a summary."""
@@ -59,30 +58,30 @@ class _Column:
     text: Callable[[float], str]
 
 
-def heat_lines(table: SensitivityTable, baselines: Sequence[str]) -> HeatLines:
+def heat_lines(table: RunTable, baselines: Sequence[str]) -> HeatLines:
     """One line per row of a table; for more than `MOST_LINES` rows, medians for each value.
 
     Parameters
     ----------
-    table : SensitivityTable
+    table : RunTable
     baselines : sequence of str
-        Keys of `BASELINES`: what δ is taken against.
+        What δ is taken against.
     """
     rows, columns = table.rows, _columns(table)
-    changes = {name: [BASELINES[name](row) for row in rows] for name in baselines}
+    changes = {name: [*map(delta_of("details", name), rows)] for name in baselines}
     make = _runs if len(rows) <= MOST_LINES else _medians
     return make(rows, columns, changes)
 
 
-def _columns(table: SensitivityTable) -> list[_Column]:
+def _columns(table: RunTable) -> list[_Column]:
     """Leakage, and the other columns that differ between rows."""
     rows = table.rows
     flows = [row.leakage_flow for row in rows]
     columns = [_Column("leakage [L/min]", flows, list(map(leakage_label, rows)), flow_text)]
     columns.append(_parameter("fluid.bulk_modulus", [row.bulk_modulus for row in rows], "EBM"))
-    for chamber, header in enumerate(EXTERNAL_HEADERS if table.varies_external else ()):
-        flows = [row.external.flows[chamber] for row in rows]
-        columns.append(_Column(header, flows, [external_cells(row)[chamber].text for row in rows], flow_text))
+    for chamber, column in enumerate(external_columns(rows) if table.varies_external else ()):
+        flows = [row.external_flows[chamber] for row in rows]
+        columns.append(_Column(column.heading, flows, [*column.values], flow_text))
     for name in table.label_names:
         if not name.startswith(EXTERNAL):
             columns.append(_parameter(name, [row.labels[name] for row in rows], name))

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.axes import Axis
 from hydrofdi.report.figures.style import BLUE
 from hydrofdi.report.figures.ticks import log_axis
-from hydrofdi.report.responses import AxisResponses, Response
-from hydrofdi.report.runs.axes import Axis
+from hydrofdi.report.responses import AGAINST, AxisResponses, Response
 
 _MOST_AXES, _MOST_FEATURES = 6, 8
 _WIDTH, _HEIGHT = 2.4, 1.25
@@ -37,10 +37,11 @@ def draw_responses(analysis: Analysis) -> Figure:
     if not found:
         raise ReportError("the runs do not differ in any parameter of the sweep")
     axes = sorted(
-        _largest(found, [max(map(_reach, each.responses)) for each in found], _MOST_AXES), key=found.index
+        _largest(found, [max(one.reach for one in each.responses) for each in found], _MOST_AXES),
+        key=found.index,
     )
     names = list(dict.fromkeys(one.feature.header for each in axes for one in each.responses))
-    moved = [max(_reach(one) for one in _named(axes, name)) for name in names]
+    moved = [max(one.reach for one in _named(axes, name)) for name in names]
     shown = sorted(_largest(names, moved, _MOST_FEATURES), key=names.index)
     size = (max(_WIDTH * len(axes) + 0.8, 5.0), _HEIGHT * len(shown) + 1.6)
     figure = Figure(figsize=size, layout="constrained")
@@ -79,14 +80,6 @@ def _named(axes: Sequence[AxisResponses], name: str) -> list[Response]:
     return [one for each in axes for one in each.responses if one.feature.header == name]
 
 
-def _reach(response: Response) -> float:
-    """Range of the medians, as a share of the spread of the feature over all runs."""
-    medians = np.array([spread.median for spread in response.over])
-    known, values = medians[np.isfinite(medians)], response.feature.values
-    whole = values[np.isfinite(values)]
-    return float(np.ptp(known) / (np.ptp(whole) or 1.0)) if known.size else 0.0
-
-
 def _draw_column(panels: Any, responses: AxisResponses, shown: Sequence[str]) -> None:
     places, labels = _places(responses.axis)
     by_name = {one.feature.header: one for one in responses.responses}
@@ -101,7 +94,7 @@ def _draw_column(panels: Any, responses: AxisResponses, shown: Sequence[str]) ->
         responses.axis.header if "[" in responses.axis.header or labels else f"{responses.axis.header} [–]"
     )
     if responses.against:
-        panels[0].set_title(fill(f"δ against {responses.against}", 32), fontsize=8)
+        panels[0].set_title(fill(f"δ against {AGAINST[responses.against]}", 32), fontsize=8)
 
 
 def _places(axis: Axis) -> tuple[list[float], list[str]]:

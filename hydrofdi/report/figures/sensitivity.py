@@ -13,9 +13,9 @@ from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures.contrast import BLACK, text_on
 from hydrofdi.report.figures.heat_lines import HeatLines, heat_lines
 from hydrofdi.report.figures.style import INK
-from hydrofdi.report.runs.table import SensitivityTable
-from hydrofdi.report.sections.changes import baseline_title
-from hydrofdi.report.wording import delta_cells
+from hydrofdi.report.runs import RunTable, largest_positive
+from hydrofdi.report.sections.runs import baseline_title
+from hydrofdi.report.wording import signed
 
 _COLORS, _MISSING = "PuOr_r", "#e4e4e8"
 """Scale of δ, and a run without numbers."""
@@ -78,10 +78,11 @@ def _draw_cells(axis: Any, deltas: Any, limit: float) -> Any:
     colors = matplotlib.colormaps[_COLORS].with_extremes(bad=_MISSING)
     image = axis.imshow(values, cmap=colors, vmin=-limit, vmax=limit, aspect="auto")
     for y, levels in enumerate(deltas):
-        for x, cell in enumerate(delta_cells(levels)):
+        best = largest_positive(levels)
+        for x, text in enumerate(map(signed, levels)):
             color = text_on(image.cmap(image.norm(values[y, x])) if np.isfinite(values[y, x]) else _MISSING)
-            axis.text(x, y, cell.text, ha="center", va="center", fontsize=_FONT, color=color)
-            if cell.is_strong:
+            axis.text(x, y, text, ha="center", va="center", fontsize=_FONT, color=color)
+            if x == best and text != "0.0":
                 axis.add_patch(_frame(x, y))
     return image
 
@@ -97,7 +98,7 @@ def _draw_rules(axis: Any, lines: HeatLines) -> None:
         axis.axhline(place - 0.5, color=BLACK, linewidth=2.0 if place in lines.strong_breaks else 0.6)
 
 
-def _head(axis: Any, table: SensitivityTable, baseline: str, n_letter: int) -> None:
+def _head(axis: Any, table: RunTable, baseline: str, n_letter: int) -> None:
     axis.set_xticks(range(table.n_level), [f"$d_{level}$" for level in range(1, table.n_level + 1)])
     kind, _, against = baseline_title(table, baseline).partition(" against ")
     axis.set_title(f"{kind} against\n{fill(against, n_letter)}")

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.report.axes import Axis
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.indicators.changes import Changes
 from hydrofdi.report.indicators.study import GroupChange, IndicatorStudy, OutputStudy
 from hydrofdi.report.ranges import Range
-from hydrofdi.report.runs.axes import Axis
 from hydrofdi.store.layout.names import OBSTACLE
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
 from hydrofdi.report.indicators.changes import Changes, HealthySpread, changes, healthy_spread
 from hydrofdi.report.indicators.measured import (
     MeasuredIndicator,
@@ -14,7 +15,7 @@ from hydrofdi.report.indicators.measured import (
     measured_indicators,
 )
 from hydrofdi.report.ranges import Range, range_of
-from hydrofdi.report.runs.axes import Axis, Group, swept_runs, table_runs, varied_axes
+from hydrofdi.report.runs import table_runs
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 

@@ -9,7 +9,8 @@ from hydrofdi.report.detection.wording import probability_in_words, severity_uni
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.run_lengths.answer import delay_answer
 from hydrofdi.report.run_lengths.wording import between_alarms_cell, delay_cell, hours, time_text
-from hydrofdi.report.wording import HOLE, flow_text, joined
+from hydrofdi.report.wording import flow_text, joined
+from hydrofdi.settings.readable import HOLE
 from hydrofdi.studies.run_lengths.judgement import ChartJudgement, LeakDelay, RunLengths
 
 _ORDER = (

@@ -7,8 +7,7 @@ import math
 from hydrofdi.detectors.run_lengths import AlarmLimit, Delay
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.report.document import Cell
-from hydrofdi.report.wording import HOLE
-from hydrofdi.settings.readable import two_digits
+from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.run_lengths.judgement import ChartJudgement
 from hydrofdi.units import convert
 

@@ -8,14 +8,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.axes import Axis
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
 from hydrofdi.report.indicators.changes import LEAST_SHARE
 from hydrofdi.report.indicators.study import GroupChange, IndicatorStudy, OutputStudy
 from hydrofdi.report.ranges import Range
-from hydrofdi.report.runs.axes import Axis
-from hydrofdi.report.runs.rows import TableRow
-from hydrofdi.report.wording import HOLE, joined, row_name, signed, some
+from hydrofdi.report.runs import TableRow
+from hydrofdi.report.wording import joined, row_name, signed, some
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import HOLE
 
 _NULL = "In parentheses: within the healthy range of each run's own baseline, so no sign of a leak."
 _NO_NULL = (

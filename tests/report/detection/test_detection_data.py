@@ -8,8 +8,7 @@ import math
 import pytest
 
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.report.forms.record import render_json
-from hydrofdi.report.forms.tidy import render_csv, render_parquet
+from hydrofdi.report.record import render_csv, render_json, render_parquet
 from hydrofdi.studies.rules import Rules
 from tests.report.detection.made_up import LITRES_PER_MINUTE, judged, made_up_score, report_of
 

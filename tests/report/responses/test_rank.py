@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
+from hydrofdi.report.rank import LEAST_RUNS
 from hydrofdi.report.responses import rank_correlation
-from hydrofdi.report.responses.rank import LEAST_RUNS
 
 N_RUN, N_REPEAT = 64, 500
 

@@ -8,7 +8,7 @@ from scipy.stats import spearmanr
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
-from hydrofdi.report.forms.record import render_json
+from hydrofdi.report.record import render_json
 from hydrofdi.store.layout import names
 from tests.conftest import sweep_in
 

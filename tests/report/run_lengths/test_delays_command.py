@@ -60,7 +60,7 @@ def test_traces_are_no_scores(record):
 
 
 def test_every_form_of_the_report_shows_the_delays(folder):
-    text = run("report", folder / "out", check=0).stdout
+    text = run("report", folder / "out", "--full", check=0).stdout
     assert "Delay in operation" in text
     assert "Mean time between false alarms, as measured" in text
     for form in ("markdown",):

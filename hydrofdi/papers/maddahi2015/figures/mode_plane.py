@@ -11,7 +11,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.grid.modes import ABSENT
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import INK, MARKERS, RULE, series
-from hydrofdi.report.wording import litres_per_minute, modulus_header, shown_modulus
+from hydrofdi.report.wording import litres_per_minute, shown_modulus
 from hydrofdi.store.layout import names
 
 _NAMED = 14
@@ -41,7 +41,9 @@ def draw_mode_plane(study: Study) -> Figure:
     _mark_borders(axis, study, frequency)
     axis.set_xlabel("frequency of the hydraulic mode $f_h$ [Hz]")
     axis.set_ylabel("damping ratio ζ [–]")
-    axis.legend(title=f"leakage; numbers: {modulus_header()}", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axis.legend(
+        title=f"leakage; numbers: EBM [{shown_modulus().unit}]", loc="upper left", bbox_to_anchor=(1.0, 1.0)
+    )
     return figure
 
 

@@ -13,7 +13,7 @@ from hydrofdi.papers.maddahi2015.figures.choice import run_position, shown_bulk_
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import INK, series
 from hydrofdi.report.figures.ticks import log_axis
-from hydrofdi.report.runs.changes import ROUNDING
+from hydrofdi.report.runs import ROUNDING
 from hydrofdi.report.wording import mode_name, modulus_text
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.spectrum import power_spectrum

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.papers.maddahi2015.grid.crossing import missing_baseline, missing_grid
 from hydrofdi.papers.maddahi2015.grid.modes import ABSENT, ModeGrid, gathered
-from hydrofdi.report.runs.changes import (
+from hydrofdi.report.runs import (
     baseline_changes,
     label_names,
     leaks_out_more,

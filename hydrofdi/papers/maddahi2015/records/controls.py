@@ -10,7 +10,7 @@ from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm
 from hydrofdi.papers.maddahi2015.records.phases import labels_record, phases_record
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.runs.rows import largest_positive, level_name
+from hydrofdi.report.runs import largest_positive, level_name
 from hydrofdi.units import convert
 
 

@@ -11,8 +11,9 @@ from hydrofdi.papers.maddahi2015.records.controls import controls_record
 from hydrofdi.papers.maddahi2015.records.scenarios import scenarios_record
 from hydrofdi.papers.maddahi2015.scenarios.study import ScenarioStudy
 from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.papers.maddahi2015.views import asked_views
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.forms.record import general_record
+from hydrofdi.report.record import general_record
 from hydrofdi.units import convert
 
 
@@ -26,6 +27,7 @@ def study_record(study: Study) -> dict[str, Any]:
         return _ensemble_record(study, study.scenarios)
     return (
         general_record(study)
+        | {key: value for _, data in asked_views(study) for key, value in data.items()}
         | {
             "claims": claims_record(study),
             "guarded_claims": list(study.data.experiment.claims),
@@ -37,13 +39,18 @@ def study_record(study: Study) -> dict[str, Any]:
 
 
 def _ensemble_record(study: Study, scenarios: ScenarioStudy) -> dict[str, Any]:
-    return general_record(study, with_rows=False) | {
-        "claims": claims_record(study),
-        "guarded_claims": list(study.data.experiment.claims),
-        "controls": {"sealed_alarms": [], "best_level_matched": []},
-        "reference": [],
-        "scenarios": scenarios_record(scenarios),
-    }
+    views = {key: value for _, data in asked_views(study) for key, value in data.items()}
+    return (
+        general_record(study, with_rows=False)
+        | views
+        | {
+            "claims": claims_record(study),
+            "guarded_claims": list(study.data.experiment.claims),
+            "controls": {"sealed_alarms": [], "best_level_matched": []},
+            "reference": [],
+            "scenarios": scenarios_record(scenarios),
+        }
+    )
 
 
 def _lack_record(grid: ModeGrid) -> dict[str, str]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
-from hydrofdi.report.fifths import MOST_VALUES, fifths
+from hydrofdi.report.axes import MOST_VALUES, fifths
 
 Mask = NDArray[np.bool_]
 """One truth value per scenario."""

@@ -7,21 +7,20 @@ from collections.abc import Sequence
 
 from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.report.document import Block, Cell, Rows, Sheet
-from hydrofdi.report.runs.rows import level_name
+from hydrofdi.report.document import Block
+from hydrofdi.report.runs import level_name
+from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import (
-    HOLE,
-    delta_cells,
     joined,
     labels_text,
     litres_per_minute,
-    modulus_cell,
-    modulus_header,
+    modulus_column,
     modulus_text,
     signed,
     some,
 )
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import HOLE
 
 
 def controls_block(study: Study) -> Block:
@@ -31,7 +30,7 @@ def controls_block(study: Study) -> Block:
         "controls",
         "Controls: no leak, and a matched baseline",
         (_alarm_sentence(alarms), _best_level_sentence(best)),
-        (_alarm_sheet(study), _best_level_sheet(study)),
+        (_alarm_table(study), _best_level_table(study)),
         ("spectrum", "mode_plane"),
     )
 
@@ -64,53 +63,40 @@ def _best_level_sentence(best: tuple[BestLevel, ...]) -> str:
 _WORDS = {True: "alarm", False: "silent", None: "open"}
 
 
-def _alarm_sheet(study: Study) -> Sheet:
-    levels = [f"δd{level}" for level in range(1, study.table.n_level + 1)]
-    headers = (*_label_header(study.sealed_alarms), modulus_header(), "d3 rule", *levels)
-    n_label = len(_label_header(study.sealed_alarms))
-    return Sheet(
-        "sealed-alarms",
+def _alarm_table(study: Study) -> Table:
+    alarms = study.sealed_alarms
+    marked = [k for k, alarm in enumerate(alarms) if alarm.alarm]
+    levels = (
+        Column(f"δd{level + 1}", [alarm.delta_fixed[level] for alarm in alarms], text=signed)
+        for level in range(study.table.n_level)
+    )
+    return Table(
+        (
+            *_labels(alarms),
+            modulus_column([alarm.bulk_modulus for alarm in alarms]),
+            Column("d3 rule", [_WORDS[alarm.alarm] for alarm in alarms], is_text=True, strong=marked),
+            *levels,
+        ),
         "The d3 rule on the sealed actuator: δ [%] against the fixed baseline",
-        headers,
-        Rows(study.sealed_alarms, _alarm_cells),
-        text_columns=(*range(n_label), n_label + 1),
+        "sealed-alarms",
     )
 
 
-def _alarm_cells(alarm: SealedAlarm) -> tuple[Cell, ...]:
-    return (
-        *_labels(alarm),
-        modulus_cell(alarm.bulk_modulus),
-        Cell(_WORDS[alarm.alarm], alarm.alarm is True, _WORDS[alarm.alarm]),
-        *delta_cells(alarm.delta_fixed),
-    )
-
-
-def _best_level_sheet(study: Study) -> Sheet:
-    headers = (*_label_header(study.best_levels), "Leakage [L/min]", modulus_header(), "Best level", "δ [%]")
-    n_label = len(_label_header(study.best_levels))
-    return Sheet(
-        "best-levels",
+def _best_level_table(study: Study) -> Table:
+    best = study.best_levels
+    return Table(
+        (
+            *_labels(best),
+            Column("Leakage [L/min]", [litres_per_minute(mode.leakage_flow) for mode in best]),
+            modulus_column([mode.bulk_modulus for mode in best]),
+            Column("Best level", [level_name(mode.level) or HOLE for mode in best], is_text=True),
+            Column("δ [%]", [mode.delta for mode in best], text=signed),
+        ),
         "The best level of each mode against the matched baseline",
-        headers,
-        Rows(study.best_levels, _best_level_cells),
-        text_columns=(*range(n_label), n_label + 2),
+        "best-levels",
     )
 
 
-def _best_level_cells(mode: BestLevel) -> tuple[Cell, ...]:
-    return (
-        *_labels(mode),
-        Cell(litres_per_minute(mode.leakage_flow)),
-        modulus_cell(mode.bulk_modulus),
-        Cell(level_name(mode.level) or HOLE, value=level_name(mode.level)),
-        Cell(signed(mode.delta), value=mode.delta),
-    )
-
-
-def _label_header(controls: Sequence[SealedAlarm | BestLevel]) -> tuple[str, ...]:
-    return ("Parameters",) if controls and controls[0].labels else ()
-
-
-def _labels(control: SealedAlarm | BestLevel) -> tuple[Cell, ...]:
-    return (Cell(labels_text(control.labels)),) if control.labels else ()
+def _labels(controls: Sequence[SealedAlarm | BestLevel]) -> list[Column]:
+    texts = [labels_text(control.labels) for control in controls]
+    return [Column("Parameters", texts, is_text=True)] if any(texts) else []

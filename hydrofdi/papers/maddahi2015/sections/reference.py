@@ -5,8 +5,9 @@ from __future__ import annotations
 from hydrofdi.papers.maddahi2015.deviations import Deviation
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.document import Block, Cell, Sheet
-from hydrofdi.report.wording import HOLE, kilopascal, mode_name, signed
+from hydrofdi.report.wording import kilopascal, mode_name, signed
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import HOLE
 
 NONE_GIVEN = (
     "No published value is compared: the digits of the paper's Tables 2 and 3 are lost in the only text that"

@@ -8,9 +8,10 @@ import numpy as np
 
 from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.runs.rows import level_name
-from hydrofdi.report.wording import HOLE, joined, mode_name, modulus_text, share_text
+from hydrofdi.report.runs import level_name
+from hydrofdi.report.wording import joined, mode_name, modulus_text, share_text
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import HOLE
 
 
 def scenario_controls_block(study: ScenarioStudy) -> Block:

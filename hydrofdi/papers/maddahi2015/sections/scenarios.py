@@ -10,8 +10,9 @@ from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.scenarios.study import CORE, Mask, ScenarioStudy
 from hydrofdi.papers.maddahi2015.scenarios.values import ValueShare
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.wording import HOLE, joined, share_text
+from hydrofdi.report.wording import joined, share_text
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import HOLE
 
 
 def scenarios_block(study: ScenarioStudy) -> Block:

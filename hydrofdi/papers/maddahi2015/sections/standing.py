@@ -11,7 +11,8 @@ from hydrofdi.papers.maddahi2015.standings import PhaseCount, Standing
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.quality.settling import samples_per_period
 from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
-from hydrofdi.report.wording import HOLE, joined, labels_text, modulus_text, signed
+from hydrofdi.report.wording import joined, labels_text, modulus_text, signed
+from hydrofdi.settings.readable import HOLE
 
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "

@@ -15,14 +15,35 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.shown_values import shown_parameter
 from hydrofdi.config.sweeps.points import count_points
 from hydrofdi.errors import ConfigError
-from hydrofdi.report.fifths import MOST_VALUES, fifths
-from hydrofdi.report.wording import HOLE, litres_per_minute, modulus_header, plain, shown_modulus
+from hydrofdi.report.runs import table_runs
+from hydrofdi.report.wording import litres_per_minute, plain, shown_modulus
+from hydrofdi.settings.readable import HOLE
 from hydrofdi.store import ExperimentData
-from hydrofdi.store.layout import names
 
 _FLOW, _COEFFICIENT = "leakage.internal_flow", "leakage.internal_coefficient"
 _MODULUS = "fluid.bulk_modulus"
 _MANY = 2_000
+
+MOST_VALUES = 12
+"""Most different values that are shown one by one; more are divided into fifths."""
+
+_FIFTHS = 5
+
+
+@dataclass(frozen=True)
+class Fifth:
+    """A fifth of some values: its ends, and which values belong to it, shape (n,)."""
+
+    low: float
+    high: float
+    members: NDArray[np.bool_]
+
+
+def fifths(values: NDArray[np.float64]) -> list[Fifth]:
+    """Values by size, in fifths of equal number."""
+    edges = np.quantile(values, np.linspace(0.0, 1.0, _FIFTHS + 1))
+    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _FIFTHS - 1)
+    return [Fifth(float(edges[k]), float(edges[k + 1]), place == k) for k in range(_FIFTHS)]
 
 
 @dataclass(frozen=True)
@@ -78,11 +99,6 @@ class Axis:
         return self.name.startswith("leakage.")
 
 
-def table_runs(data: ExperimentData) -> NDArray[np.bool_]:
-    """Which runs the table contains: swept runs and their baselines, without replicates."""
-    return np.asarray(data.replicate_of == names.NO_BASELINE)
-
-
 def swept_runs(data: ExperimentData) -> NDArray[np.bool_]:
     """Runs that the experiment requests; the others were added as healthy baselines or replicates."""
     return np.asarray(table_runs(data) & (np.arange(data.n_run) < _count_swept(data.experiment)))
@@ -110,7 +126,7 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
     is_leakage = name in INTERNAL_LEAKAGE_FORMS
     values = data.leakage_requests.tolist() if is_leakage else data.values(name)
     if name == _MODULUS:
-        return _made(name, modulus_header(), values, kept, shown_modulus().text)
+        return _made(name, f"EBM [{shown_modulus().unit}]", values, kept, shown_modulus().text)
     if name == _FLOW:
         return _made(name, "Leakage [L/min]", values, kept, _flow)
     if is_leakage:

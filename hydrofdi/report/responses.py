@@ -1,0 +1,337 @@
+"""Responses: median and range of each feature over the values of each parameter that varies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.analysis import DWT
+from hydrofdi.config.request import parameter_names, parameter_unit
+from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
+from hydrofdi.report.document import Block
+from hydrofdi.report.indicators.measured import measured_indicators
+from hydrofdi.report.rank import RankCorrelation, rank_correlation
+from hydrofdi.report.runs import baseline_changes, finite
+from hydrofdi.report.table import Column, Table
+from hydrofdi.report.wording import signed, with_minus
+from hydrofdi.settings.readable import HOLE
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
+from hydrofdi.units import convert
+
+Array = NDArray[np.float64]
+
+MANY_RUNS = 40
+"""Groups of at least this many runs show the range from 5 to 95 %, others the smallest and the largest."""
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+"""Quantiles that are shown in place of the numbers of many runs."""
+
+AGAINST = {"fixed": "the fixed baseline", "matched": "the sealed actuator under the same conditions"}
+"""What δ is taken against."""
+
+_GAP = "\N{NO-BREAK SPACE}"
+_STRONGEST = 6
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A number of each run, shape (n_run,), in a unit for people; `own_unit` is SI, or ``%`` of a change."""
+
+    name: str
+    unit: str
+    values: Array
+    own_unit: str = "%"
+
+    def own(self, value: float) -> float:
+        """A number in `unit`, in `own_unit`."""
+        return value if self.unit in ("", self.own_unit) else value / convert(1.0, self.unit)
+
+    @property
+    def header(self) -> str:
+        """Name and unit."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    @property
+    def is_change(self) -> bool:
+        """Whether it is a change against a healthy run."""
+        return self.name.startswith("δ")
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Median and range of a feature over the runs of a group: 5 and 95 % of `MANY_RUNS` or more."""
+
+    median: float
+    low: float
+    high: float
+    n_run: int
+
+
+@dataclass(frozen=True)
+class Response:
+    """A feature over the groups of an axis, and its rank correlation with one of many values."""
+
+    feature: Feature
+    over: tuple[Spread, ...]
+    rank: RankCorrelation | None
+
+    @property
+    def reach(self) -> float:
+        """Range of the medians, as a share of the spread of the feature over all runs."""
+        medians = np.array([spread.median for spread in self.over])
+        known, values = medians[np.isfinite(medians)], self.feature.values
+        whole = values[np.isfinite(values)]
+        return float(np.ptp(known) / (np.ptp(whole) or 1.0)) if known.size else 0.0
+
+
+@dataclass(frozen=True)
+class AxisResponses:
+    """All features over one axis; `against` is the baseline of δ, empty without δ."""
+
+    axis: Axis
+    against: str
+    responses: tuple[Response, ...]
+
+    @property
+    def has_quantiles(self) -> bool:
+        """Whether all ranges are those from 5 to 95 %."""
+        return all(int(group.rows.sum()) >= MANY_RUNS for group in self.axis.groups)
+
+
+@dataclass(frozen=True)
+class ResponseStudy:
+    """Responses over the runs that an experiment asks for, shape (n_run,), without added baselines."""
+
+    axes: tuple[AxisResponses, ...]
+    runs: NDArray[np.bool_]
+
+
+def study_responses(data: ExperimentData) -> ResponseStudy:
+    """The responses of an experiment.
+
+    Leakage is compared with the sealed actuator under the same conditions, so that the leak alone is seen;
+    all else with the fixed baseline. Where every run is its own baseline, the RMS stand in place of δ.
+    """
+    runs = swept_runs(data)
+    details = _details(data)
+    measured = tuple(_indicator_features(data))
+    axes = []
+    for axis in varied_axes(data, runs):
+        wanted = ("matched", "fixed") if axis.is_leakage else ("fixed",)
+        against = next((name for name in wanted if details[name]), "")
+        axes.append(_over(axis, against, (*details[against], *measured)))
+    return ResponseStudy(tuple(axes), runs)
+
+
+def _details(data: ExperimentData) -> dict[str, tuple[Feature, ...]]:
+    """δ of the details of P_1 against each baseline that is another run, and their RMS."""
+    found: dict[str, tuple[Feature, ...]] = {"": (), "fixed": (), "matched": ()}
+    if DWT not in data.experiment.indicators:
+        return found
+    sizes = data.columns[names.DETAIL_RMS].T * convert(1.0, "kPa")
+    found[""] = tuple(Feature(f"RMS of d{k}", "kPa", values, "Pa") for k, values in enumerate(sizes, 1))
+    rows = {"fixed": data.fixed_baseline, "matched": data.matched_baseline}
+    for (name, row), changes in zip(rows.items(), baseline_changes(data), strict=True):
+        if ((row != names.NO_BASELINE) & (row != np.arange(data.n_run))).any():
+            found[name] = tuple(Feature(f"δd{k}", "%", values) for k, values in enumerate(changes.T, 1))
+    return found
+
+
+def _indicator_features(data: ExperimentData) -> Iterator[Feature]:
+    """Outputs of the further indicators, except standard errors, that differ between any two runs."""
+    for measured in measured_indicators(data):
+        for output in (each for each in measured.outputs if not each.output.name.endswith("_error")):
+            means, unit = output.means, output.shown_unit
+            known = means[np.isfinite(means)]
+            if known.size and np.ptp(known) > 0.0:
+                title = f"{measured.label}.{output.title}"
+                yield Feature(title, "" if unit == "1" else unit, output.shown(means), output.output.unit)
+
+
+def _over(axis: Axis, against: str, features: tuple[Feature, ...]) -> AxisResponses:
+    def rank(feature: Feature) -> RankCorrelation | None:
+        is_ranked = axis.is_in_fifths and axis.numbers is not None
+        return rank_correlation(axis.numbers, feature.values) if is_ranked else None  # type: ignore[arg-type]
+
+    spreads = {id(f): tuple(spread(f.values[group.rows]) for group in axis.groups) for f in features}
+    return AxisResponses(axis, against, tuple(Response(f, spreads[id(f)], rank(f)) for f in features))
+
+
+def spread(values: Array) -> Spread:
+    """Median and range of the finite numbers."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return Spread(math.nan, math.nan, math.nan, 0)
+    ends = (0.05, 0.95) if known.size >= MANY_RUNS else (0.0, 1.0)
+    median, low, high = np.quantile(known, [0.5, *ends]).tolist()
+    return Spread(median, low, high, known.size)
+
+
+def strongest_table(study: ResponseStudy) -> Table:
+    """The features that move most, at least one for each parameter."""
+    ranked = [sorted(((each.reach, found, each) for each in found.responses), key=lambda item: -item[0])
+              for found in study.axes]  # fmt: skip
+    first = [of_axis[0] for of_axis in ranked if of_axis]
+    rest = sorted((item for of_axis in ranked for item in of_axis[1:]), key=lambda item: -item[0])
+    shown = [item[1:] for item in [*first, *rest][:_STRONGEST] if item[0] > 0.0]
+    ends = [[each.over[0], each.over[-1]] for _, each in shown]
+    groups = [
+        (found.axis.groups[0].text.partition(" … ")[0], found.axis.groups[-1].text.rpartition(" … ")[2])
+        for found, _ in shown
+    ]
+    return Table(
+        (
+            Column("Feature", [each.feature.header for _, each in shown], is_text=True),
+            Column("over", [found.axis.header for found, _ in shown], is_text=True),
+            Column("from … to", [" … ".join(texts) for texts in groups], is_text=True),
+            *(Column(title, [_number(pair[at].median, each.feature.is_change)
+                             for pair, (_, each) in zip(ends, shown, strict=True)])
+              for at, title in enumerate(("there", "and there"))),
+        ),
+        "Strongest responses: medians at the ends of each parameter",
+        "strongest",
+    )  # fmt: skip
+
+
+def responses_block(study: ResponseStudy) -> Block | None:
+    """A table for each axis, and rank correlations."""
+    shown = [found for found in study.axes if found.responses]
+    if not shown:
+        return None
+    return Block(
+        "responses",
+        "Responses",
+        tuple(_legend(shown)),
+        (*map(_axis_table, shown), *_rank_tables(shown)),
+        ("responses",),
+    )
+
+
+def _legend(axes: list[AxisResponses]) -> Iterator[str]:
+    if any(group.rows.sum() > 1 for found in axes for group in found.axis.groups):
+        yield "Each cell: the median of the runs with that value, and in brackets their range."
+    if any(response.feature.is_change for found in axes for response in found.responses):
+        yield "δ: the fall of the RMS of a detail in percent of the healthy RMS, positive if it fell."
+
+
+def _axis_table(found: AxisResponses) -> Table:
+    axis, features = found.axis, [each.feature for each in found.responses]
+    against = f"; δ against {AGAINST[found.against]}" if found.against else ""
+    columns = [Column("Feature", ["runs", *(each.header for each in features)], is_text=True)]
+    for place, group in enumerate(axis.groups):
+        over = [response.over[place] for response in found.responses]
+        known, count = max(each.n_run for each in over), int(group.rows.sum())
+        runs = f"{known:,} of {count:,}" if known < count else f"{count:,}"
+        texts = (_spread_text(o, f.is_change, known) for o, f in zip(over, features, strict=True))
+        columns.append(Column(group.text, [runs, *texts]))
+    several = any(group.rows.sum() > 1 for group in axis.groups)
+    brackets = "5 to 95 % of the runs" if found.has_quantiles else "minimum and maximum"
+    notes = (f"Brackets: {brackets}.",) if several else ()
+    return Table(tuple(columns), f"Over {axis.header}{against}", f"responses-{axis.name}", notes)
+
+
+def _spread_text(spread: Spread, is_change: bool, most: int) -> str:
+    """``+3.7 [+1.9 … +25.2]``; the median alone where all are equal."""
+    if math.isnan(spread.median):
+        return HOLE
+    median, low, high = (_number(value, is_change) for value in (spread.median, spread.low, spread.high))
+    fewer = f" (n = {spread.n_run})" if spread.n_run < most else ""
+    text = median if low == high == median else f"{median} [{low}…{high}]"
+    return (text + fewer).replace(" ", _GAP)
+
+
+def _number(value: float, is_change: bool) -> str:
+    return signed(value) if is_change else HOLE if math.isnan(value) else with_minus(f"{value:.4g}")
+
+
+def _rank_tables(axes: list[AxisResponses]) -> Iterator[Table]:
+    """Rank correlations of all features with the parameters that have many values."""
+    ranked = [
+        (response.feature.name, found.axis.name, response.rank)
+        for found in axes
+        for response in found.responses
+        if response.rank is not None
+    ]
+    ranks = [rank for _, _, rank in ranked]
+    if ranked:
+        yield Table(
+            (
+                Column("Feature", [name for name, _, _ in ranked], is_text=True),
+                Column("Parameter", [name for _, name, _ in ranked], is_text=True),
+                Column(
+                    "ρ",
+                    [rank.value for rank in ranks],
+                    text=lambda value: signed(value, 2),
+                    strong=[k for k, rank in enumerate(ranks) if rank.is_clear],
+                ),
+                Column("95 % interval", [f"{signed(r.low, 2)}…{signed(r.high, 2)}" for r in ranks]),
+                Column("By chance up to", [rank.chance for rank in ranks]),
+                Column("Runs", [rank.n_run for rank in ranks]),
+            ),
+            "Rank correlation of features with sampled parameters",
+            "responses-ranks",
+            (
+                "Spearman's ρ: +1 if a feature always rises with the parameter, −1 if it always falls. Marked"
+                ": larger than without dependence in 95 % of cases. The interval is for independent draws; of"
+                " a Sobol sequence or a Latin hypercube it is wider than necessary.",
+            ),
+            n_lead=2,
+        )
+
+
+def responses_record(study: ResponseStudy) -> dict[str, Any]:
+    """``varied`` and ``responses`` for JSON; numbers in SI, changes in percent."""
+    return {
+        "varied": [_varied(found.axis) for found in study.axes],
+        "responses": [_response(found, response) for found in study.axes for response in found.responses],
+    }
+
+
+def _varied(axis: Axis) -> dict[str, Any]:
+    """A parameter: its values with their runs, or quantiles if there are many values."""
+    counts = [int(group.rows.sum()) for group in axis.groups]
+    named = {
+        "name": axis.name,
+        "unit": parameter_unit(axis.name) if axis.name in parameter_names() else None,
+    }
+    if not axis.is_in_fifths or axis.numbers is None:
+        return {**named, "values": [group.value for group in axis.groups], "n": counts}
+    known = axis.numbers[np.isfinite(axis.numbers)]
+    quantiles = dict(zip(map(str, QUANTILES), np.quantile(known, QUANTILES).tolist(), strict=True))
+    return {**named, "quantiles": quantiles, "n": sum(counts)}
+
+
+def _response(found: AxisResponses, response: Response) -> dict[str, Any]:
+    feature, rank = response.feature, response.rank
+    groups = [
+        _ends(found.axis, group)
+        | {name: finite(feature.own(getattr(spread, name))) for name in ("median", "low", "high")}
+        | {"n": spread.n_run}
+        for group, spread in zip(found.axis.groups, response.over, strict=True)
+    ]
+    ranks = None
+    if rank is not None:
+        ranks = {name: finite(getattr(rank, name)) for name in ("value", "low", "high", "chance")}
+        ranks["n"] = rank.n_run
+    return {
+        "axis": found.axis.name,
+        "baseline": found.against or None if feature.is_change else None,
+        "feature": feature.name,
+        "unit": feature.own_unit,
+        "groups": groups,
+        "rank_correlation": ranks,
+    }
+
+
+def _ends(axis: Axis, group: Group) -> dict[str, Any]:
+    """The value of a group, or the smallest and the largest value of a fifth."""
+    if not axis.is_in_fifths or axis.numbers is None:
+        return {"value": group.value}
+    values = axis.numbers[group.rows]
+    return {"from": float(np.nanmin(values)), "to": float(np.nanmax(values))}

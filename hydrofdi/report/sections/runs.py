@@ -1,0 +1,247 @@
+"""Sections on the runs: what varied, what is missing, how reliable they are, and δ of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.quality.doubts import DOUBTS
+from hydrofdi.quality.failures import remedy
+from hydrofdi.quality.settling import samples_per_period
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.axes import Axis
+from hydrofdi.report.document import Block, group_breaks
+from hydrofdi.report.responses import QUANTILES, strongest_table
+from hydrofdi.report.runs import EXTERNAL, Levels, RunTable, TableRow
+from hydrofdi.report.table import Column, Table
+from hydrofdi.report.wording import (
+    band_sentence,
+    delta_columns,
+    doubt_columns,
+    doubt_notes,
+    kilopascal,
+    labels_text,
+    lead_columns,
+    mode_column,
+    modulus_text,
+    row_name,
+)
+from hydrofdi.settings.counting import counted
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.results import MISSING
+
+_MOST_HOLES = 60
+
+
+def varied_block(analysis: Analysis) -> Block:
+    """Parameters with their values, or quantiles of them; runs; and the baseline in words."""
+    axes = [found.axis for found in analysis.responses.axes]
+    tables = (_values_table([each for each in axes if not each.is_in_fifths]), *_quantiles_table(axes))
+    return Block("varied", "What was varied", tuple(_baseline(analysis)), tables)
+
+
+def summary_block(analysis: Analysis) -> Block:
+    """Counts of runs, and what moves most."""
+    table = strongest_table(analysis.responses)
+    return Block("strongest", "What moves most", tuple(_counts(analysis)), (table,), is_answer=True)
+
+
+def _counts(analysis: Analysis) -> Iterator[str]:
+    n_swept = int(analysis.responses.runs.sum())
+    n_added = len(analysis.table.rows) - n_swept
+    added = f", and {counted(n_added, 'healthy run')} for comparison" if n_added > 0 else ""
+    failed = sum(row.status != "ok" for row in analysis.table.rows)
+    ended = f"{counted(failed, 'run')} without results" if failed else "all complete"
+    yield f"{counted(n_swept, 'run')}{added}; {ended}."
+
+
+def _baseline(analysis: Analysis) -> Iterator[str]:
+    if not analysis.has_baseline:
+        yield analysis.missing_baseline
+    elif analysis.no_changes:
+        yield f"{analysis.no_changes} The tables show the features themselves."
+    else:
+        yield f"Fixed baseline: {baseline_words(analysis.table, 'fixed')}."
+        if "matched" in analysis.baselines:
+            yield f"Matched baseline: {baseline_words(analysis.table, 'matched')}."
+
+
+def _values_table(axes: list[Axis]) -> Table:
+    counts = [sorted({int(group.rows.sum()) for group in axis.groups}) for axis in axes]
+    ends = [dict.fromkeys((each[0], each[-1])) for each in counts]
+    return Table(
+        (
+            Column("Parameter", [axis.header for axis in axes], is_text=True),
+            Column("Values", [", ".join(group.text for group in axis.groups) for axis in axes], is_text=True),
+            Column("Runs of each", ["–".join(f"{n:,}" for n in each) for each in ends]),
+        ),
+        "Parameters by value",
+        "varied-values",
+    )
+
+
+def _quantiles_table(axes: list[Axis]) -> Iterator[Table]:
+    drawn = [(axis, axis.numbers[np.isfinite(axis.numbers)])
+             for axis in axes if axis.is_in_fifths and axis.numbers is not None]  # fmt: skip
+    if drawn:
+        texts = [[axis.text(value) for value in np.quantile(known, QUANTILES)] for axis, known in drawn]
+        yield Table(
+            (
+                Column("Parameter", [axis.header for axis, _ in drawn], is_text=True),
+                *(Column(f"{100 * q:g} %", [each[k] for each in texts]) for k, q in enumerate(QUANTILES)),
+                Column("Runs", [known.size for _, known in drawn]),
+            ),
+            "Parameters with many values: quantiles over the runs",
+            "varied-quantiles",
+        )
+
+
+def remarks_block(data: ExperimentData) -> Block | None:
+    """Remarks on all runs: another version of the physics, or another request."""
+    sentences = [*data.remarks]
+    if data.physics_version != PHYSICS_VERSION:
+        sentences.append(
+            f"Computed with version {data.physics_version} of the physics; this hydrofdi has version"
+            f" {PHYSICS_VERSION}, and runs that are computed now may differ."
+        )
+    return Block("remarks", "Remarks", tuple(sentences)) if sentences else None
+
+
+def holes_block(analysis: Analysis) -> Block | None:
+    """How many runs have no results, the remedy, and a list of them; None if all runs have results."""
+    holes = [row for row in analysis.table.rows if row.status != "ok"]
+    if not holes:
+        return None
+    verb = "has" if len(holes) == 1 else "have"
+    lead = f"{len(holes):,} of {counted(len(analysis.table.rows), 'run')} {verb} no results."
+    shown = holes[:_MOST_HOLES]
+    first = f": the first {len(shown)} of {len(holes):,}" if len(shown) < len(holes) else ""
+    table = Table(
+        (
+            *lead_columns(analysis.table, shown),
+            Column("Status", [row.status for row in shown], is_text=True),
+            Column("Reason", [row.message for row in shown], is_text=True),
+        ),
+        f"Runs without results{first}",
+        "runs-without-results",
+    )
+    return Block("holes", "What is missing", (lead, *_kinds(holes)), (table,))
+
+
+def _kinds(holes: list[TableRow]) -> Iterator[str]:
+    """How many runs have each status, and what to do about them."""
+    for status in dict.fromkeys(row.status for row in holes):
+        compute = "hydrofdi sweep CONFIG computes the missing runs and keeps the others"
+        what = compute if status == MISSING else remedy(status)
+        count = counted(sum(row.status == status for row in holes), "run")
+        yield f"{status}, {count}" + (f". Remedy: {what}." if what else ".")
+
+
+def doubts_block(analysis: Analysis) -> Block | None:
+    """How many runs have which verdict, by which number, and the remedy; None if all are ok."""
+    rows = analysis.table.rows
+    doubtful = [row for row in rows if row.doubts]
+    if not doubtful:
+        return None
+    verb = "has" if len(doubtful) == 1 else "have"
+    lines = [f"{len(doubtful)} of {counted(len(rows), 'run')} {verb} results to read with care:"]
+    for doubt in DOUBTS.values():
+        own = [row for row in doubtful if doubt in row.doubts]
+        if own:
+            worst = max(own, key=lambda row: row.doubt_numbers[doubt.word])
+            share = worst.doubt_numbers[doubt.word]
+            percent = f"{100.0 * share:.2g}" if share < 0.995 else f"{100.0 * share:.0f}"
+            meaning = f"{doubt.meaning.format(percent)} ({row_name(worst)})"
+            count = counted(len(own), "run")
+            lines.append(f"{doubt.word} ({doubt.mark}), {count}: {meaning}. Remedy: {doubt.remedy}.")
+    return Block("doubts", "How reliable the runs are", tuple(lines))
+
+
+def baseline_title(table: RunTable, baseline: str) -> str:
+    """What δ is taken against, as a title."""
+    return f"δ [%] against the {baseline} baseline ({baseline_words(table, baseline)})"
+
+
+def baseline_words(table: RunTable, baseline: str) -> str:
+    """The conditions of the fixed or the matched baseline."""
+    held = {name: table.baseline[name] for name in table.label_names if name in table.baseline}
+    outside = {name: held.pop(name) for name in list(held) if name.startswith(EXTERNAL)}
+    sealed = "sealed internally and externally" if outside and not any(outside.values()) else "sealed"
+    if baseline == "matched":
+        return f"{sealed}, the same conditions as the run"
+    state = [sealed, f"EBM {modulus_text(table.normal_bulk_modulus)}"]
+    state += [labels_text(held)] if held else []
+    is_alike = len(held) + len(outside) < len(table.label_names)
+    return ", ".join([*state, *(["otherwise the same parameters as the run"] if is_alike else [])])
+
+
+def delta_of(kind: str, baseline: str) -> Callable[[TableRow], Levels]:
+    """δ of a kind of coefficient of a row against a baseline."""
+    return lambda row: getattr(getattr(row, kind), baseline)
+
+
+def changes_block(analysis: Analysis, title: str, key: str) -> Block:
+    """The table of all runs for each baseline; the RMS alone if no run has another one as its baseline."""
+    table = analysis.table
+    if not analysis.baselines:
+        return Block(key, "RMS of the details", (band_sentence(table),), (_rms_table(table),))
+    legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell."
+    if not all(row.is_sealed for row in table.rows):
+        sealed = "have no internal leakage" if table.varies_external else "are controls"
+        legend += f" Rows marked sealed {sealed}."
+    tables = tuple(_delta_table(analysis, key, "", "details", baseline) for baseline in analysis.baselines)
+    return Block(key, title, (legend, band_sentence(table)), tables, ("sensitivity",))
+
+
+def settled_block(analysis: Analysis) -> Block | None:
+    """The same table of the settled records; None if no run has settled."""
+    if not (analysis.table.has_settled and analysis.baselines):
+        return None
+    is_periodic = samples_per_period(analysis.data.experiment.nominal_parameters) is not None
+    records = (
+        "whole periods that agree with the last one, extended periodically"
+        if is_periodic
+        else "what analysis.discard leaves, whose start may not have settled because the input has no period"
+    )
+    sentence = (
+        f"From the undecimated transform of {records}: independent of the start sample and of an extension."
+    )
+    tables = tuple(
+        _delta_table(analysis, "settled", "Settled: ", "settled_details", each) for each in analysis.baselines
+    )
+    return Block("settled", "The same of settled records, all start phases together", (sentence,), tables)
+
+
+def _delta_table(analysis: Analysis, key: str, title: str, kind: str, baseline: str) -> Table:
+    table, rows = analysis.table, analysis.table.rows
+    breaks = group_breaks([row.leakage_request for row in rows])
+    lead = [*lead_columns(table, rows), mode_column(rows)]
+    return Table(
+        (*lead, *delta_columns(rows, delta_of(kind, baseline)), *doubt_columns(rows)),
+        f"{title}{baseline_title(table, baseline)}",
+        f"{key}-{baseline}",
+        doubt_notes(rows),
+        breaks if len(breaks) < len(rows) - 1 else (),
+        n_lead=len(lead),
+    )
+
+
+def _rms_table(table: RunTable) -> Table:
+    rows = table.rows
+    lead = [*lead_columns(table, rows), mode_column(rows)]
+    levels = (
+        Column(f"d{k + 1} [kPa]", [row.details.rms[k] for row in rows], text=kilopascal)
+        for k in range(table.n_level)
+    )
+    title = "RMS of the details of the chamber-1 pressure"
+    columns = (*lead, *levels, *doubt_columns(rows))
+    return Table(columns, title, "rms", doubt_notes(rows), n_lead=len(lead))
+
+
+def span_of(values: list[float]) -> tuple[float, float]:
+    """Smallest and largest of the finite numbers; NaN if there is none."""
+    known = [value for value in values if not math.isnan(value)]
+    return min(known, default=math.nan), max(known, default=math.nan)

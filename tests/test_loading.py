@@ -80,7 +80,7 @@ LINES = [
     ("unknown wavelet", "wavelet: {name: db99}\n", "1: wavelet.name: 'db99' is not a discrete wavelet"),
     ("continuous wavelet", "wavelet: {name: morl}\n", "1: wavelet.name: 'morl' is not a discrete wavelet"),
     ("no levels", "wavelet: {levels: 0}\n", "1: wavelet.levels: must be at least 1; found 0"),
-    ("extension", "wavelet: {extension: mirror}\n", "1: wavelet.extension: must be 'symmetric'"),
+    ("extension", "wavelet: {extension: mirror}\n", "1: wavelet.extension: 'mirror' is unknown"),
     ("both leakages", "leakage: {internal_flow: 1, internal_coefficient: 1}\n", "1: leakage: give internal_coefficient or"),
     ("supply", "supply: {pressure: 1, return_pressure: 2}\n", "1: supply: the supply pressure must be above"),
     ("empty grid", "sweep: {grid: {}}\n", "1: sweep.grid: names no parameter to vary"),

@@ -61,7 +61,7 @@ class ShardContent:
     Attributes
     ----------
     run_ids, record_ids, statuses : tuple of str
-        One per row; files before format version 3 have no record identities.
+        One per row.
     signals, dtype : str
         As in the ``store`` section.
     physics_version : int

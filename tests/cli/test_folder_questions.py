@@ -12,7 +12,7 @@ from hydrofdi.store.shard import content_digest
 from tests.commands import run, run_json
 from tests.conftest import sweep_in
 
-_KEPT = Path(__file__).parent.parent / "museum" / "format_3_physics_3" / "kept"
+_KEPT = Path(__file__).parent.parent / "museum" / "format_4_physics_3" / "kept"
 
 
 def test_why_names_indicators_their_options_and_identities(tmp_path: Path) -> None:

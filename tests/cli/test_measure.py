@@ -17,7 +17,7 @@ import pywt
 from tests.commands import run, run_json
 from tests.conftest import sweep_in
 
-MUSEUM = Path(__file__).parents[1] / "museum" / "format_3_physics_3"
+MUSEUM = Path(__file__).parents[1] / "museum" / "format_4_physics_3"
 VTNSI = Path(__file__).parents[3] / "shared" / "data" / "vtnsi"
 
 FAILING = """\

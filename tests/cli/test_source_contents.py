@@ -14,7 +14,7 @@ from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.records.overview import look_at
 
-MUSEUM = (Path(__file__).parents[1] / "museum" / "format_3_physics_3" / "pressures.h5").read_bytes()
+MUSEUM = (Path(__file__).parents[1] / "museum" / "format_4_physics_3" / "pressures.h5").read_bytes()
 EXPERIMENT = (Path(__file__).parents[2] / "configs" / "table3.yaml").read_bytes()
 SUFFIXES = st.sampled_from([".csv", ".yaml", ".h5", ".txt", ".mat", ".npz", ".parquet", ".gz", ""])
 PIECES = [

@@ -15,7 +15,7 @@ import pytest
 from tests.commands import run_hydrofdi, run_process
 
 PAGE = Path(__file__).parents[2] / "docs" / "indicators.md"
-MUSEUM = Path(__file__).parents[1] / "museum" / "format_3_physics_3" / "pressures.h5"
+MUSEUM = Path(__file__).parents[1] / "museum" / "format_4_physics_3" / "pressures.h5"
 
 
 @pytest.fixture

@@ -48,7 +48,7 @@ def test_a_row_keeps_its_labels_where_the_sweep_would_be_expanded_in_another_ord
         friction, tmp_path, lambda c: c["sweep"]["grid"].update({"friction.viscous": [250.0, 50.0]})
     )
     before, after = (
-        {row.run_id: (row.labels, row.leakage_request, row.detail_rms) for row in run_table(data).rows}
+        {row.run_id: (row.labels, row.leakage_request, row.details.rms) for row in run_table(data).rows}
         for data in map(read_results, (friction.file, path))
     )
     assert after == before

@@ -23,7 +23,7 @@ from hydrofdi.store.records import StoredRecords
 from tests.conftest import sweep_in
 
 MUSEUM = Path(__file__).parent.parent / "museum"
-VERSIONS = ("format_3_physics_3",)
+VERSIONS = ("format_4_physics_3",)
 
 
 def stored(place: Path, **options: Any) -> StoredRecords:
@@ -124,7 +124,7 @@ def test_only_the_channels_asked_for_are_read(small_sweep: SimpleNamespace) -> N
 
 def test_an_experiment_without_signals_says_which_setting_keeps_them() -> None:
     with pytest.raises(StoreError, match=r"store: \{signals: all\}"):
-        list(stored(MUSEUM / "format_3_physics_3" / "kept").batches())
+        list(stored(MUSEUM / "format_4_physics_3" / "kept").batches())
 
 
 def reachable(thing: Any) -> list[Any]:

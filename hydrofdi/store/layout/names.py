@@ -7,7 +7,7 @@ from functools import cache
 
 from hydrofdi.config.store import NAMED
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 """Version of the layout of shards and experiment files."""
 
 RUN, TIME, LEVEL, PHASE = "run", "time", "level", "phase"

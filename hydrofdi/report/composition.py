@@ -97,13 +97,14 @@ def compose_general(analysis: Analysis, views: Iterable[Block]) -> Document:
     if not analysis.has_results:
         return compose_empty(analysis, lead)
     title = "Change of the details over the varied parameters"
+    changes = (changes_block(analysis, title, "changes"),) if analysis.has_details else ()
     blocks = (
         remarks_block(analysis.data),
         varied_block(analysis),
         *answers(holes_block(analysis), doubts_block(analysis)),
         *views,
         responses_block(analysis.responses),
-        changes_block(analysis, title, "changes") if analysis.has_details else None,
+        *(changes if analysis.responses.axes else answers(*changes)),
         *indicator_blocks(analysis),
         summary_block(analysis),
         provenance_block(analysis.data),

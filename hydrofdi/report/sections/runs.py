@@ -46,7 +46,8 @@ def varied_block(analysis: Analysis) -> Block:
 def summary_block(analysis: Analysis) -> Block:
     """Counts of runs, and what moves most."""
     table = strongest_table(analysis.responses)
-    return Block("strongest", "What moves most", tuple(_counts(analysis)), (table,), is_answer=True)
+    said = filter(None, [*_counts(analysis), analysis.missing_baseline or analysis.no_changes])
+    return Block("strongest", "What moves most", tuple(said), (table,), is_answer=True)
 
 
 def _counts(analysis: Analysis) -> Iterator[str]:

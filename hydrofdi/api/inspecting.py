@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.arguments import refusal
 from hydrofdi.api.assumed_plant import plant_advice
+from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.records.held import Names
 from hydrofdi.api.records.sources import Said, Texts, joined, sources_of
-from hydrofdi.errors import ReportError
+from hydrofdi.errors import Issue, ReportError
+from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.records.overview import Overview, Range, look_at
+from hydrofdi.records.overview import Finding, Overview, Range, look_at
 from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
 
@@ -150,6 +152,7 @@ class Inspection:
 
 def inspect(
     data: Any,
+    indicators: Indicators | None = None,
     *,
     record: str | None = None,
     sampling_frequency: str | float | None = None,
@@ -165,6 +168,8 @@ def inspect(
     data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
         Records, as `hydrofdi.measure` takes them. Of an experiment file, at most 32 records are simulated,
         spread evenly over its runs, and the one that `record` names.
+    indicators : str, list or mapping, optional
+        Indicators, as in `hydrofdi.measure`, whose doubts about the records are remarks, too.
     record : str, optional
         Record of the figure, or the beginning of its name; by default the first.
     sampling_frequency, channel, unit, label, group
@@ -190,6 +195,11 @@ def inspect(
         raise refusal("record", "the name of a record", record)
     sources = [_few(source, record) for source in sources_of(data, tuple(Channel), said)]
     overview = look_at(joined(sources), record)
+    if indicators is not None:
+        for measured in measure_sources(sources, indicators_of(indicators))[1]:
+            if measured.doubts:
+                remark = Issue("; ".join(doubt.text for doubt in measured.doubts), kind="doubtful")
+                overview.findings.setdefault(remark.kind, Finding()).add(measured.record_id, remark)
     return Inspection(overview, plant_advice(sources, overview.channels))
 
 

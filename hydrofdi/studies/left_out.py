@@ -7,7 +7,6 @@ from itertools import product
 from typing import Any, Literal, get_args, get_origin
 
 from hydrofdi.config.study.detection import DetectionConfig, ScoreConfig
-from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel
@@ -63,7 +62,7 @@ def _options_without(indicator: Indicator[Any], sensors: Collection[str]) -> Ite
 def _channels(indicator: Indicator[Any], changed: dict[str, Any]) -> set[str]:
     try:
         made = sound_indicator(indicator.name, indicator.options.stated() | changed)
-    except ConfigError:
+    except ValueError:
         return {*Channel, "none"}
     return {channel.value for channel in made.channels | made.optional_channels}
 

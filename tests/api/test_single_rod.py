@@ -114,6 +114,8 @@ def test_an_impossible_estimate_is_a_remark_refused_by_training_and_a_doubt_abou
     found = measured(records, ONE_AREA)
     assert found["status"][0] == "doubtful"
     assert any("doubtful" in remark for remark in found.remarks)
+    looked = hydrofdi.inspect(records, {"flow_balance": ONE_AREA}, sampling_frequency=RATE)
+    assert looked.remarks["doubtful"] == 1
     with pytest.raises(DataError):
         trained(records, "flow_balance", ONE_AREA)
     accepted = trained(records, "flow_balance", ONE_AREA, accept=True)

@@ -24,6 +24,12 @@ def inspect(
             help="A results folder, an experiment file, a description of measured files, or one data file."
         ),
     ],
+    indicators: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME,…|FILE", help="Indicators whose doubts about the records are remarks, too."
+        ),
+    ] = None,
     record: Annotated[
         str | None,
         typer.Option(
@@ -45,7 +51,7 @@ def inspect(
     from hydrofdi.api.inspecting import inspect as look_at
     from hydrofdi.cli.terminal import print_json, tell
 
-    found = look_at(source, record=record, sampling_frequency=sampling_frequency)
+    found = look_at(source, indicators, record=record, sampling_frequency=sampling_frequency)
     if figure is not None:
         from hydrofdi.report.figures import save_figure
 

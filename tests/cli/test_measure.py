@@ -176,7 +176,7 @@ MISTAKES: list[tuple[dict[str, str | bytes], tuple[str, ...], str]] = [
     ({"results/a/experiment.json": "{}"}, ("results",), "name one, for example results/a"),
     ({"a.csv": ""}, ("a.csv",), "a.csv: is empty"),
     ({"a.yaml": "# nothing\n"}, ("a.yaml",), "a.yaml: states nothing"),
-    ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv",), "no sampling frequency is given (--sampling-frequency 1kHz)"),
+    ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv",), "no sampling frequency is given (sampling_frequency=1kHz)"),
     ({"a.csv": "a;b;c\n1;2;3\n"}, ("a.csv", "--sampling-frequency", "1kHz"), "no column is named like"),
     ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv", "--sampling-frequency", "1kBz"), "unknown unit 'kBz'"),
     ({"a.csv": "p1 [bar]\n1\n"}, ("a.csv", "--sampling-frequency", "0 Hz"), "must be above zero"),

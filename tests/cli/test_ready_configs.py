@@ -49,7 +49,7 @@ def test_a_name_is_planned_and_swept_in_any_folder(tmp_path):
     run("plan", "delays/smoke", cwd=tmp_path, check=0)
     run("sweep", "smoke", "--engine", "in-process", cwd=tmp_path, check=0)
     assert (tmp_path / "results" / "smoke" / "smoke.h5").exists()
-    assert "δd3" in run("report", cwd=tmp_path, check=0).stdout
+    assert "δd3" in run("report", "--full", cwd=tmp_path, check=0).stdout
 
 
 def test_the_commands_of_the_documentation_work_without_a_clone(tmp_path):

@@ -43,7 +43,7 @@ def test_the_wheel_works_in_an_empty_folder(installed, tmp_path):
 
     assert "table3" in run("configs")
     run("sweep", "smoke")
-    assert "δd3" in run("report", "results/smoke")
+    assert "δd3" in run("report", "--full", "results/smoke")
     run("plan", "detectability/unknown-plant-rest")
     assert "d2" in run("measure", "smoke", "--indicators", "dwt")
     run("simulate", "smoke", "--out", "record.h5")

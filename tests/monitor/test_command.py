@@ -151,10 +151,10 @@ def test_a_reader_that_leaves_early_is_no_fault(machine):
         ("results.h5", (), "'hydrofdi detect' judges it"),
         ("nothing.csv", ("--no-follow",), "no such file"),
         ("mqtt://host/x", ("--sampling-frequency", "1 kHz"), "applies only to text"),
-        ("-", ("--sampling-frequency", "1 kg"), "--sampling-frequency"),
+        ("-", ("--sampling-frequency", "1 kg"), "sampling_frequency"),
         ("-", ("--config", "absent.yaml"), "absent.yaml: no such file"),
-        ("-", ("--events", "ftp://host/x"), "--events: 'ftp': give mqtt://"),
-        ("-", ("--metrics", "here"), "--metrics: 'here' is not host:port"),
+        ("-", ("--events", "ftp://host/x"), "events: 'ftp': give mqtt://"),
+        ("-", ("--metrics", "here"), "metrics: 'here' is not host:port"),
     ],
 )
 def test_what_cannot_be_done_is_refused_in_a_sentence(machine, source, options, message, tmp_path):

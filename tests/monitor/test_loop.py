@@ -336,7 +336,7 @@ def test_two_monitors_never_share_a_state(tmp_path):
 
 def test_the_state_of_another_source_or_detector_is_refused(tmp_path):
     run(tmp_path)
-    with pytest.raises(StoreError, match="another source, made; give another file with state"):
+    with pytest.raises(StoreError, match="another source"):
         run(tmp_path, Samples(MADE, name="other"))
     with pytest.raises(StoreError, match="another detector"):
         run(tmp_path, file=made_detector(every=0.5))

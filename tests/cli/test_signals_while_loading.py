@@ -29,7 +29,7 @@ def _signalled(number: int, module: str, *arguments: str) -> subprocess.Complete
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
 
 
-@pytest.mark.parametrize("module", ["typer", "hydrofdi.cli.sweep", "hydrofdi.api.run"])
+@pytest.mark.parametrize("module", ["typer", "hydrofdi.api.run"])
 def test_ctrl_c_while_a_command_loads_is_one_line_and_130(module: str) -> None:
     done = _signalled(signal.SIGINT, module, "simulate", "--set", "record.duration=2 s")
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "hydrofdi: interrupted\n")

@@ -77,7 +77,7 @@ def test_an_absent_scheduler_is_reported_in_one_line(tmp_path):
     file = tmp_path / "spread.yaml"
     file.write_text(CONFIG)
     reported = run("sweep", file, "--out", tmp_path / "x", "--engine", "dask", check=2).stderr
-    assert "needs --scheduler" in reported
+    assert "needs scheduler" in reported
     address = "tcp://127.0.0.1:9"
     reported = run(
         "sweep", file, "--out", tmp_path / "x", "--engine", "dask", "--scheduler", address, check=2

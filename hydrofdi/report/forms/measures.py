@@ -25,7 +25,7 @@ OWN = {
 }
 """Form → first and last bytes of its files."""
 
-_ROWS = 10_000
+_ROWS = 1_000
 """Number of records in memory while a table is written."""
 
 

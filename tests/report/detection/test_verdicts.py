@@ -29,10 +29,9 @@ def swept(tmp_path_factory):
 
 
 def test_the_first_page_counts_the_verdicts_of_each_population(swept):
-    text = " ".join(run_hydrofdi("report", swept).stdout.split())
+    text = " ".join(run_hydrofdi("report", swept, "--full").stdout.split())
     assert "2 of 14 records are clipped (2 of 2 'narrow')" in text
     assert "Remedy: widen pressure_1_sensor.lowest" in text
-    assert text.index("What is found") < text.index("are clipped")
 
 
 def test_the_status_counts_the_verdicts_with_the_remedy(swept):

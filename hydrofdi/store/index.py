@@ -68,7 +68,8 @@ class ShardIndex:
         for row, (run_id, record_id, status) in enumerate(columns):
             stored = StoredRun(shard, row, status, signals, dtype, record_id)
             _keep_more_complete(self.runs, run_id, stored)
-            _keep_more_complete(self.records, record_id, stored)
+            if record_id:
+                _keep_more_complete(self.records, record_id, stored)
 
     @property
     def n_run_of_earlier_physics(self) -> int:

@@ -176,15 +176,19 @@ def test_a_pipe_is_refused_as_state_and_as_log(machine, option, tmp_path):
     assert (tmp_path / "pipe").is_fifo()
 
 
-def test_sigterm_before_the_detector_is_read_is_exit_code_0(machine, tmp_path):
-    os.mkfifo(tmp_path / "detector")
-    with start(tmp_path / "detector", "-") as process, (tmp_path / "detector").open("w") as detector:
-        process.send_signal(signal.SIGTERM)
-        detector.write(machine.detector.read_text())
-        detector.close()
-        output, errors = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0, errors
-    assert events(output) == ["started", "stopped"]
+def test_sigterm_before_the_detector_is_read_is_exit_code_0(machine):
+    before_reading = """
+import os, signal, sys
+from hydrofdi.api.detectors.detector import Detector
+read = Detector.load
+Detector.load = lambda file: (os.kill(os.getpid(), signal.SIGTERM), read(file))[1]
+from hydrofdi.cli.app import main
+main()
+"""
+    command = [sys.executable, "-c", before_reading, "monitor", str(machine.detector), "-"]
+    done = subprocess.run(command, capture_output=True, text=True, input="", timeout=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    assert events(done.stdout) == ["started", "stopped"]
 
 
 def test_a_number_beyond_all_pressures_is_no_warning_with_a_source_path(machine, tmp_path):

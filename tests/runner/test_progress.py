@@ -98,9 +98,11 @@ def test_an_interrupt_before_the_first_run_says_that_nothing_was_stored(tmp_path
     file.write_text(SLOW)
     process = start("sweep", file, "--out", tmp_path / "out")
     assert wait_until(lambda: (tmp_path / "out" / "run.log").exists())
-    for _ in range(2):
-        (os.killpg if group else os.kill)(process.pid, signal.SIGINT)
-        wait_until(lambda: False, 0.3)
+    send = os.killpg if group else os.kill
+    send(process.pid, signal.SIGINT)
+    assert process.stderr is not None
+    assert any("press Ctrl-C again" in line for line in iter(process.stderr.readline, ""))
+    send(process.pid, signal.SIGINT)
     _, told = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "interrupted before the first run ended; nothing was stored\n" in told

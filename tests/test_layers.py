@@ -186,13 +186,3 @@ def test_what_reads_records_never_loads_what_makes_them():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
-
-
-def test_no_room_is_crowded():
-    folders = {path.parent for path in FILES}
-    files = {place(folder): len([*folder.glob("*.py")]) for folder in folders}
-    assert {folder: n for folder, n in files.items() if n > 20 and not rooms_within(folder)} == {}
-
-
-def rooms_within(folder):
-    return [inner for inner in (PACKAGE / folder).iterdir() if (inner / "__init__.py").exists()]

@@ -65,25 +65,21 @@ class _Commands(TyperGroup):
 
 
 _GROUPS = {
-    "Start": {"init": "init", "configs": "configs", "check": "check", "simulate": "simulate"},
-    "Study": {
-        "plan": "plan", "sweep": "sweep", "report": "report", "status": "experiment_folder",
-        "collect": "experiment_folder", "calibrate": "calibrate",
-    },
-    "Records": {
-        "inspect": "records.inspect", "measure": "records.measure", "evaluate": "records.evaluate",
-        "export": "export",
-    },
-    "Live": {
-        "train": "monitor.train", "detect": "monitor.detect", "monitor": "monitor.monitor",
-        "replay": "monitor.replay",
-    },
-    "Look up": {"indicators": "records.indicators", "schema": "schema"},
-    "Audit": {"verify": "experiment_folder", "why": "experiment_folder", "rerun": "experiment_folder"},
-}  # fmt: skip
-"""Group of the help → command → module below ``hydrofdi.cli``."""
+    "Start": ("init", "configs", "check", "simulate"),
+    "Study": ("plan", "sweep", "report", "status", "collect", "calibrate"),
+    "Records": ("inspect", "measure", "evaluate", "export"),
+    "Live": ("train", "detect", "monitor", "replay"),
+    "Look up": ("indicators", "schema"),
+    "Audit": ("verify", "why", "rerun"),
+}
+"""Group of the help → commands."""
 
-_HOMES = {name: home for group in _GROUPS.values() for name, home in group.items()}
+_OF_FOLDERS = ("status", "collect", "verify", "why", "rerun")
+
+_HOMES = {
+    name: "experiment_folder" if name in _OF_FOLDERS else name for group in _GROUPS.values() for name in group
+}
+"""Command → module below ``hydrofdi.cli``."""
 
 
 def application(names: Iterable[str] = _HOMES, *, with_settings: bool = True) -> typer.Typer:

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.cli.monitor.stopping import StopSignals
+from hydrofdi.cli.monitor import _stop_signals
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 from hydrofdi.monitor.loop import Ending, monitor
@@ -278,10 +278,10 @@ def test_sigterm_ends_it_with_its_state_stored(undisturbed, tmp_path):
                 os.kill(os.getpid(), signal.SIGTERM)
             return super().put(chunk, lines)
 
-    with StopSignals() as stop:
+    with _stop_signals() as asked:
         kept = Asks()
-        assert run(tmp_path, sinks=[kept], stop=stop) == Ending.STOPPED
-    assert stop.number == signal.SIGTERM
+        assert run(tmp_path, sinks=[kept], stop=lambda: bool(asked)) == Ending.STOPPED
+    assert asked == [signal.SIGTERM]
     assert kept.lines[-1].kind is EventKind.STOPPED
     assert len(logged(tmp_path)) < len(undisturbed)
     run(tmp_path)

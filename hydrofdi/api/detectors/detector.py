@@ -304,7 +304,7 @@ class Detector:
         ConfigError, DataError, StoreError
             An argument is invalid, or the records cannot be read.
         """
-        from hydrofdi.api.monitoring.running import calls, run_monitor
+        from hydrofdi.api.monitoring import calls, run_monitor
 
         if self.path is None and "://" in str(source):
             raise ConfigError("save the detector first: the broker identifies it by the path of its file")

@@ -1,8 +1,11 @@
-"""A monitor from its source to whatever shows its lines."""
+"""A monitor from its source to whatever shows its lines, and records played as streams."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import json
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any, TextIO
@@ -11,10 +14,12 @@ from hydrofdi.api.arguments import names_of, refusal
 from hydrofdi.api.places import path_of
 from hydrofdi.api.records.sources import frequency_of
 from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import load_monitor_config
 from hydrofdi.monitor.line_record import line_record
-from hydrofdi.monitor.lines import Line
+from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.monitor.loop import Ending, monitor
+from hydrofdi.monitor.mqtt.address import MqttAddress, is_mqtt
 from hydrofdi.monitor.sinks import Sink
 from hydrofdi.monitor.sinks.log import WindowLog
 from hydrofdi.monitor.sinks.opening import open_sinks
@@ -22,7 +27,11 @@ from hydrofdi.monitor.sinks.stream_lines import StreamLines
 from hydrofdi.monitor.sources.opening import open_stream
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
+from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
+from hydrofdi.records.written.columns import titled
+
+__all__ = ["Condition", "Event", "EventKind", "Line", "WindowLine", "calls", "json_lines", "run_monitor"]
 
 OnLine = Callable[[dict[str, Any]], None]
 Shown = Callable[[DetectorFile, str], Sink]
@@ -106,3 +115,90 @@ class _Calls:
 
     def close(self) -> None:
         """Does nothing."""
+
+
+Send = Callable[[Chunk], None]
+
+
+@contextmanager
+def sample_target(
+    to: str, form: str | None, config: Path | None, stream: TextIO, tell: Callable[[str], None]
+) -> Iterator[Send]:
+    """Receiver of blocks of samples; it has received all when it is closed.
+
+    Parameters
+    ----------
+    to : str
+        ``-`` for the stream of text, or ``mqtt://host:port/topic``.
+    form : {"csv", "json"}, optional
+        Of text.
+    config : Path, optional
+        How a broker is reached.
+    stream : file object
+    tell : callable
+        Called with messages on the connection.
+
+    Raises
+    ------
+    ConfigError
+        The target is neither, or a setting does not fit.
+    """
+    if to == "-":
+        if config is not None:
+            raise ConfigError("config: is for a broker; give its topic as 'to'")
+        yield _text_sender(form, stream)
+    elif not is_mqtt(to):
+        expected = "expected '-' for standard output, or mqtt://host:port/topic"
+        raise ConfigError(f"to {to}: {expected}")
+    elif form is not None:
+        raise ConfigError("format: is for standard output; messages are JSON")
+    else:
+        with _broker(to, config, tell) as send:
+            yield send
+
+
+def _text_sender(form: str | None, stream: TextIO) -> Send:
+    """Samples as text, in SI and to the bit: JSON, or CSV with a header that comes again if it changes."""
+    written: tuple[Channel, ...] = ()
+
+    def send(chunk: Chunk) -> None:
+        nonlocal written
+        channels = tuple(chunk.channels)
+        rows = zip(chunk.time.tolist(), *(each.tolist() for each in chunk.channels.values()), strict=True)
+        if form == "json":
+            names = ["time", *(channel.value for channel in channels)]
+            finite = ([value if math.isfinite(value) else None for value in row] for row in rows)
+            lines = [json.dumps(dict(zip(names, row, strict=True))) for row in finite]
+        else:
+            titles = [titled("time", "s"), *(titled(each.symbol, each.unit) for each in channels)]
+            lines = [] if written == channels else [",".join(titles)]
+            lines += [",".join(map(repr, row)) for row in rows]
+        written = channels
+        stream.writelines(f"{line}\n" for line in lines)
+        stream.flush()
+
+    return send
+
+
+@contextmanager
+def _broker(to: str, config: Path | None, tell: Callable[[str], None]) -> Iterator[Send]:
+    from hydrofdi.monitor.mqtt.publisher import SamplePublisher
+
+    publisher = SamplePublisher(MqttAddress.parse(to), load_monitor_config(config).mqtt)
+
+    def tell_events() -> None:
+        for event in publisher.take_events():
+            tell(event.text)
+
+    def send(chunk: Chunk) -> None:
+        while not publisher.send(chunk):
+            tell_events()
+        tell_events()
+
+    try:
+        yield send
+        while not publisher.flush(1.0):
+            tell_events()
+    finally:
+        publisher.close()
+        tell_events()

@@ -55,7 +55,7 @@ def replay(
 
     Samples are in SI; reading them restores them exactly. Several records follow each other with a short gap.
     """
-    from hydrofdi.api.monitoring.sending import sample_target
+    from hydrofdi.api.monitoring import sample_target
     from hydrofdi.api.replaying import replay as played
     from hydrofdi.cli.terminal import tell
 

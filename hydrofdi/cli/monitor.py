@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -15,7 +18,7 @@ from hydrofdi.cli.options import Json, SamplingFrequency
 INTERRUPTED = 130
 
 if TYPE_CHECKING:
-    from hydrofdi.api.monitoring.running import Shown
+    from hydrofdi.api.monitoring import Shown
     from hydrofdi.detectors.trained import DetectorFile
     from hydrofdi.monitor.sinks import Sink
 
@@ -65,11 +68,9 @@ def monitor(
     resumes from there. Exit code 0 at the end of the stream and after SIGTERM, 1 if the stream ends and no
     sample of it could be read, 130 after Ctrl-C.
     """
-    from hydrofdi.cli.monitor.stopping import StopSignals
-
-    with StopSignals() as stop:
+    with _stop_signals() as asked:
         from hydrofdi.api.detectors.detector import Detector
-        from hydrofdi.api.monitoring.running import run_monitor
+        from hydrofdi.api.monitoring import run_monitor
 
         trained = Detector.load(detector)
         ending = run_monitor(
@@ -84,11 +85,29 @@ def monitor(
             events=events or (),
             follow=follow,
             sampling_frequency=sampling_frequency,
-            stop=stop,
+            stop=lambda: bool(asked),
         )
-    if stop.number == signal.SIGINT:
+    if signal.SIGINT in asked:
         return INTERRUPTED
     return int(ending.name == "UNREADABLE")
+
+
+@contextmanager
+def _stop_signals() -> Iterator[list[int]]:
+    """In this context, Ctrl-C and SIGTERM are noted, to end after the samples read; a second one raises."""
+    asked: list[int] = []
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        if asked:
+            raise KeyboardInterrupt
+        asked.append(number)
+
+    previous = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield asked
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
 
 def _shown(json: bool, *, has_state: bool) -> Shown:
@@ -104,13 +123,13 @@ def _shown(json: bool, *, has_state: bool) -> Shown:
 
 
 def _view(json: bool) -> Shown:
-    from hydrofdi.api.monitoring.running import json_lines
+    from hydrofdi.api.monitoring import json_lines
     from hydrofdi.cli.terminal import terminal
 
     console = terminal()
     if json or not console.is_terminal or console.is_dumb_terminal:
         return json_lines(sys.stdout)
-    from hydrofdi.cli.monitor.live_view import LiveView
+    from hydrofdi.cli.live_view import LiveView
 
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")

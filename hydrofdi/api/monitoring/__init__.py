@@ -1,1 +1,0 @@
-"""Streams judged by a trained detector, and records played as streams."""

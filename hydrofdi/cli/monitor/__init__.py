@@ -1,1 +1,0 @@
-"""Commands for a machine: train, detect, monitor, replay."""

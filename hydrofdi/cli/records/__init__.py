@@ -1,1 +1,0 @@
-"""Commands on simulated or measured records, and on their indicators."""

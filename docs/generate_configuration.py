@@ -44,7 +44,8 @@ quantity is a number in SI or a string with a unit, such as `551 MPa`, `0.12 L/m
 ([units](how-to/units.md)). Wrong units, unknown keys, duplicate keys and numbers out of range are
 refused, all at once, with `file:line` and dotted key. `extends: other.yaml` starts from another file.
 
-`--set fluid.bulk_modulus='689 MPa'`, `baseline` and the axes of `sweep` use the same keys with dots.
+`--set fluid.bulk_modulus='689 MPa'`, `baseline` and the axes of `sweep` use the same keys with dots
+(`--set` without the section, if no other has the key).
 [configs/table3.yaml](../configs/table3.yaml) is a complete example. `hydrofdi init` writes a file for
 your own actuator.
 

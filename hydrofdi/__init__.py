@@ -10,7 +10,9 @@ The public names below are loaded when they are first used, so that importing th
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -23,11 +25,11 @@ if TYPE_CHECKING:
     from hydrofdi.api.exporting import Exported, export
     from hydrofdi.api.folders import collect, rerun, status, verify, why
     from hydrofdi.api.inspecting import Inspection, inspect
-    from hydrofdi.api.listing import describe_indicator, list_indicators
+    from hydrofdi.api.listing import indicators
     from hydrofdi.api.measuring import measure
     from hydrofdi.api.plan import plan
     from hydrofdi.api.replaying import replay
-    from hydrofdi.api.results import Results, results
+    from hydrofdi.api.results import Results, load, report
     from hydrofdi.api.run import Run, simulate
     from hydrofdi.api.schemas import schema
     from hydrofdi.api.sweep import sweep
@@ -49,18 +51,18 @@ _HOMES = {
     "calibrate": "hydrofdi.api.check",
     "check": "hydrofdi.api.check",
     "collect": "hydrofdi.api.folders",
-    "describe_indicator": "hydrofdi.api.listing",
     "detect": "hydrofdi.api.detectors.detecting",
     "evaluate": "hydrofdi.api.evaluating",
     "export": "hydrofdi.api.exporting",
+    "indicators": "hydrofdi.api.listing",
     "inspect": "hydrofdi.api.inspecting",
-    "list_indicators": "hydrofdi.api.listing",
+    "load": "hydrofdi.api.results",
     "load_experiment": "hydrofdi.config",
     "measure": "hydrofdi.api.measuring",
     "plan": "hydrofdi.api.plan",
     "replay": "hydrofdi.api.replaying",
+    "report": "hydrofdi.api.results",
     "rerun": "hydrofdi.api.folders",
-    "results": "hydrofdi.api.results",
     "schema": "hydrofdi.api.schemas",
     "simulate": "hydrofdi.api.run",
     "status": "hydrofdi.api.folders",
@@ -84,18 +86,18 @@ __all__ = [
     "calibrate",
     "check",
     "collect",
-    "describe_indicator",
     "detect",
     "evaluate",
     "export",
+    "indicators",
     "inspect",
-    "list_indicators",
+    "load",
     "load_experiment",
     "measure",
     "plan",
     "replay",
+    "report",
     "rerun",
-    "results",
     "schema",
     "simulate",
     "status",
@@ -106,12 +108,30 @@ __all__ = [
 ]
 
 
+class _Room(ModuleType):
+    """A room that has the name of a function, such as ``report``, and is called like it."""
+
+    def __call__(self, *positional: Any, **keywords: Any) -> Any:
+        name = self.__name__.removeprefix("hydrofdi.")
+        return getattr(import_module(_HOMES[name]), name)(*positional, **keywords)
+
+
+class _Package(ModuleType):
+    def __setattr__(self, name: str, value: object) -> None:
+        if isinstance(value, ModuleType) and name in _HOMES:
+            value.__class__ = _Room
+        super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
+
+
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
-        raise AttributeError(f"module 'hydrofdi' has no attribute {name!r}")
-    found = getattr(import_module(_HOMES[name]), name)
-    globals()[name] = found
-    return found
+        from hydrofdi.settings.messages import unknown_attribute
+
+        raise unknown_attribute(sys.modules[__name__], name)
+    return globals().setdefault(name, getattr(import_module(_HOMES[name]), name))
 
 
 def __dir__() -> list[str]:

@@ -65,7 +65,7 @@ def test_decimal_comma_is_shown_as_a_point_in_the_same_quantity(text, unit, exam
     ("key", "meant"),
     [
         ("fluid.bulk_modulsu", "'bulk_modulus'"), ("fluid.EBM", "'bulk_modulus'"),
-        ("beta", "'fluid.bulk_modulus'"),
+        ("beta", "'bulk_modulus'"),
         ("leakage.K_i", "'internal_coefficient'"), ("record.dt", "'step'"),
         ("record.fs", "'sampling_frequency'"),
         ("valve.frequency", "'natural_frequency'"), ("load.mass", "'actuator.mass'"), ("bore", "π/4"),

@@ -124,7 +124,7 @@ def test_programs_read_the_same_columns_whatever_the_unit(press):
 def test_a_figure_has_the_units_of_the_file(press):
     picture = press.folder / "responses.svg"
     run("report", press.directory, "--figure", picture, cwd=press.folder)
-    figure = hydrofdi.results(press.directory).plot("responses")
+    figure = hydrofdi.load(press.directory).plot("responses")
     labels = {axis.get_xlabel() for axis in figure.axes}
     assert any("bar" in label for label in labels), labels
     assert not any("MPa" in label for label in labels), labels

@@ -17,7 +17,7 @@ from hydrofdi.indicators.record_measures import RecordMeasures
 from hydrofdi.report.detection.caveats import remarks_with_counts
 from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.messages import Guessable, nearest
 from hydrofdi.studies.judgement import Detection
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ class Left:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Evaluation:
+class Evaluation(Guessable):
     """Evaluation of indicators on labelled records, as `hydrofdi.evaluate` returns it.
 
     Attributes

@@ -21,7 +21,7 @@ from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.records.written.columns import Selection, selection
 from hydrofdi.records.written.forms import OWN, WRITERS
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.messages import Guessable, nearest
 from hydrofdi.simulation import record_identities, run_identities
 from hydrofdi.store.files import require_own, whole_file
 from hydrofdi.store.layout.names import RUN_ID, STATUS
@@ -38,7 +38,7 @@ Texts = str | Sequence[str]
 
 
 @dataclass(frozen=True, repr=False)
-class Exported:
+class Exported(Guessable):
     """What `hydrofdi.export` has written.
 
     Attributes

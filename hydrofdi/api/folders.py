@@ -16,7 +16,7 @@ from hydrofdi.api.changes import changes_since
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.places import path_of
 from hydrofdi.api.plan import SweepPlan, plan_sweep
-from hydrofdi.api.results import Results, results
+from hydrofdi.api.results import Results, load
 from hydrofdi.api.stored import rows_identified, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import RunRequest, parameter_names
@@ -371,7 +371,7 @@ def collect(folder: Folder) -> Results:
     from hydrofdi.api.sweep import collect as build_file
 
     build_file(path_of(folder))
-    return results(path_of(folder))
+    return load(path_of(folder))
 
 
 def _held(stored: StoredRun) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.overview import Finding, Overview, Range, look_at
 from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import Guessable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +26,7 @@ _MOST_SIMULATED = 32
 """Records of an experiment file that are simulated for a first look."""
 
 
-class Inspection:
+class Inspection(Guessable):
     """Contents and defects of records, as `hydrofdi.inspect` returns them.
 
     Attributes

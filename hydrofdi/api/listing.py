@@ -14,23 +14,33 @@ from hydrofdi.records import Channel
 from hydrofdi.report.table import Table
 
 
-def list_indicators() -> Table:
-    """List all indicators, as ``hydrofdi indicators`` does.
+def indicators(name: str | None = None) -> Any:
+    """List all indicators, or describe one, as ``hydrofdi indicators`` does.
 
     Returns
     -------
-    Table
+    Table or Description
         A row for each indicator: ``name``, ``summary``, ``channels`` that it needs, number of ``outputs``,
-        ``cost`` and ``source``.
+        ``cost`` and ``source``. Of one: equation, source, channels, options and outputs.
+
+    Raises
+    ------
+    ConfigError
+        There is no indicator of this name.
 
     Examples
     --------
     >>> import hydrofdi
-    >>> table = hydrofdi.list_indicators()
-    >>> "dwt" in table["name"].tolist()
+    >>> "dwt" in hydrofdi.indicators()["name"]
     True
+    >>> [option.name for option in hydrofdi.indicators("dwt").options]
+    ['name', 'levels', 'extension', 'boundary', 'phase', 'channel']
     """
-    return indicators_table(described_indicators()[0])
+    if name is None:
+        return indicators_table(described_indicators()[0])
+    if not isinstance(name, str):
+        raise refusal("name", "the name of an indicator", name)
+    return describe(name)
 
 
 def indicators_table(described: Sequence[Description], *, with_sources: bool = True) -> Table:
@@ -45,25 +55,6 @@ def indicators_table(described: Sequence[Description], *, with_sources: bool = T
     }
     sources = {"source": [each.source for each in described]} if with_sources else {}
     return Table.of(columns | sources, row="indicator")
-
-
-def describe_indicator(name: str) -> Description:
-    """One indicator: equation, source, channels, options and outputs.
-
-    Raises
-    ------
-    ConfigError
-        There is no indicator of this name.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> [option.name for option in hydrofdi.describe_indicator("dwt").options]
-    ['name', 'levels', 'extension', 'boundary', 'phase', 'channel']
-    """
-    if not isinstance(name, str):
-        raise refusal("name", "the name of an indicator", name)
-    return describe(name)
 
 
 def described_indicators() -> tuple[list[Description], list[str]]:

@@ -15,6 +15,7 @@ from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.report.table import Table, library
+from hydrofdi.settings.messages import Guessable
 from hydrofdi.store.layout.names import STATUS, VERDICT
 
 if TYPE_CHECKING:
@@ -28,8 +29,14 @@ if TYPE_CHECKING:
     from hydrofdi.store import ExperimentData
 
 
-class Results:
-    """What an experiment has stored; `hydrofdi.sweep` and `hydrofdi.results` make it.
+class Markdown(str):
+    """A text that consoles print and notebooks render."""
+
+    __repr__ = _repr_markdown_ = str.__str__
+
+
+class Results(Guessable):
+    """What an experiment has stored; `hydrofdi.sweep` and `hydrofdi.load` make it.
 
     Attributes
     ----------
@@ -120,11 +127,11 @@ class Results:
 
         return StoredRecords(self.data, str(self.folder), channels)
 
-    def report(self) -> str:
+    def report(self) -> Markdown:
         """The report as Markdown, as ``hydrofdi report --format markdown`` prints it."""
         from hydrofdi.report.forms.markdown import render_markdown
 
-        return render_markdown(self._report.document())
+        return Markdown(render_markdown(self._report.document()))
 
     def plot(self, figure: str | None = None) -> Figure:
         """A figure of the report by its name; the usual one where it is left out.
@@ -166,7 +173,7 @@ class Results:
         return page + html_sentences("Warnings", warned) if warned else page
 
 
-def results(folder: str | PathLike[str] | None = None) -> Results:
+def load(folder: str | PathLike[str] | None = None) -> Results:
     """Stored results, finished or not.
 
     Parameters
@@ -184,10 +191,33 @@ def results(folder: str | PathLike[str] | None = None) -> Results:
     Examples
     --------
     >>> import hydrofdi
-    >>> hydrofdi.results("results/nothing")
+    >>> hydrofdi.load("results/nothing")
     Traceback (most recent call last):
     hydrofdi.errors.StoreError: results/nothing: no such file
     """
     from hydrofdi.api.stored import read_results
 
     return Results(read_results(None if folder is None else path_of(folder)))
+
+
+def report(folder: str | PathLike[str] | Results | None = None) -> Markdown:
+    """The report on stored results, as ``hydrofdi report --format markdown`` prints it.
+
+    Parameters
+    ----------
+    folder : path or Results, optional
+        As for `hydrofdi.load`.
+
+    Raises
+    ------
+    ReportError, StoreError
+        As `hydrofdi.load`.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> hydrofdi.report("results/nothing")
+    Traceback (most recent call last):
+    hydrofdi.errors.StoreError: results/nothing: no such file
+    """
+    return (folder if isinstance(folder, Results) else load(folder)).report()

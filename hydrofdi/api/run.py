@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import math
+import re
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.api.labelled import run_dataset, run_variables
 from hydrofdi.api.notebook import shown
 from hydrofdi.api.places import path_of
 from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
-from hydrofdi.config.shown_values import shown_in
+from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.config.study.detection import DetectionConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-from hydrofdi.report.run_summary import RunSummary, run_record, summarize_run
-from hydrofdi.report.table import Table, library
+from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.table import Column, Table, library
+from hydrofdi.settings.messages import Guessable, nearest
 from hydrofdi.simulation import record_identity, run_identity
 from hydrofdi.store import Columns, HeldResults, write_experiment
 from hydrofdi.store.files import require_replaceable
-from hydrofdi.store.layout.names import NO_BASELINE, TIME
+from hydrofdi.store.layout import names
+from hydrofdi.store.records import SIGNAL_OF_CHANNEL
+from hydrofdi.units import Quantity, convert
 
 if TYPE_CHECKING:
     import pandas
@@ -34,8 +42,15 @@ if TYPE_CHECKING:
     from hydrofdi.records import Channel, RecordSource
 
 
-class Run:
+_EXPONENT = re.compile(r"(?<=[A-Za-z])(-?[\d.]+)")
+"""An exponent in a unit of a file: ``m3 s-1``."""
+_RESIDUALS = ("settling_change", "volume_residual", "energy_residual")
+
+
+class Run(Guessable):
     """One simulated actuator; `hydrofdi.simulate` makes it.
+
+    Its signals and features are attributes and items, such as ``run.P1`` and ``run["dwt.d2"]``.
 
     Attributes
     ----------
@@ -49,45 +64,79 @@ class Run:
     def __init__(self, experiment: ExperimentConfig, spec: RunSpec, columns: Columns) -> None:
         self.experiment, self.spec, self.columns = experiment, spec, columns
 
-    @cached_property
-    def summary(self) -> RunSummary:
-        """The features of the run in words and numbers, as the command prints them."""
-        return summarize_run(self.spec, self.columns)
-
     @property
     def title(self) -> str:
         """The run in a few words."""
         with shown_in(self.experiment.units):
-            return self.summary.title
+            flow = f"{self.features[names.MEAN_LEAKAGE_FLOW].to('L/min'):.3g} L/min"
+            leakage = flow if self.features[names.LEAKAGE_COEFFICIENT] else "sealed"
+            modulus = shown_value("fluid.bulk_modulus", self.spec.parameters.fluid.bulk_modulus)
+            return f"EBM {modulus}, {leakage}"
 
     @property
     def run_id(self) -> str:
         """Identity: a hash of what determines the run."""
-        return self.summary.run_id
+        return str(self.columns[names.RUN_ID][0])
 
     @property
     def status(self) -> str:
         """``ok``, or how the run failed."""
-        return self.summary.status
+        return str(self.columns[names.STATUS][0])
 
     @property
     def message(self) -> str:
         """A sentence on a run that failed; else empty."""
-        return self.summary.message
+        return str(self.columns[names.MESSAGE][0])
 
     @property
     def verdict(self) -> str:
         """How far the numbers can be believed; ``ok`` where nothing speaks against it."""
-        return self.summary.verdict
+        return str(self.columns[names.VERDICT][0])
 
     @cached_property
-    def features(self) -> dict[str, float]:
-        """Name → number in SI, such as ``mean_internal_leakage_flow`` [m³/s] and ``dwt.d2`` [Pa]."""
+    def features(self) -> dict[str, Quantity]:
+        """Name → number in SI, such as ``mean_internal_leakage_flow`` [m³/s]; `Quantity.to` converts it."""
+        units = {each.name: _EXPONENT.sub(r"^\1", each.units) for each in run_variables(self.experiment)}
         return {
-            name: float(values[0])
+            name: Quantity.of(values[0], units.get(name, ""))
             for name, values in self.columns.items()
             if values.shape == (1,) and values.dtype.kind == "f"
         }
+
+    @cached_property
+    def signals(self) -> dict[str, NDArray[np.float64]]:
+        """Name or symbol → samples, shape (n_time,), in SI: ``time`` [s], ``chamber_1_pressure`` [Pa]."""
+        held = {name: self.columns[name][0] for name in names.SIGNALS if name in self.columns}
+        symbols = {each.symbol: held[name] for each, name in SIGNAL_OF_CHANNEL.items() if name in held}
+        return {names.TIME: self.columns[names.TIME], **held, "t": self.columns[names.TIME], **symbols}
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Times of the samples, shape (n_time,) [s]."""
+        return self.signals[names.TIME]
+
+    def __getitem__(self, name: str) -> Any:
+        """A signal, shape (n_time,), or a feature, by its name or symbol, in SI.
+
+        Raises
+        ------
+        UnknownNameError
+            There is no such signal or feature.
+        """
+        found = {**self.signals, **self.features}
+        if name not in found:
+            raise UnknownNameError(f"no signal or feature {name!r}{nearest(str(name), [*found])}")
+        return found[name]
+
+    def __getattr__(self, name: str) -> Any:
+        is_there = not name.startswith("_") and name in dir(self)
+        return self[name] if is_there else super().__getattr__(name)
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.signals, *filter(str.isidentifier, self.features)]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self.signals, *self.features]
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -118,8 +167,6 @@ class Run:
         ReportError
             xarray is not installed.
         """
-        from hydrofdi.api.labelled import run_dataset, run_variables
-
         told = {"title": self.title, "run_id": self.run_id, "status": self.status}
         told |= {"verdict": self.verdict} | ({"message": self.message} if self.message else {})
         return run_dataset(run_variables(self.experiment), self.columns, told)
@@ -145,7 +192,6 @@ class Run:
         """The run as a record, so that `hydrofdi.measure` and others take it as it is."""
         from hydrofdi.api.records.columns import Column, Held
         from hydrofdi.api.records.held import records_of
-        from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 
         held = self.columns
         columns = [
@@ -153,13 +199,67 @@ class Run:
             for channel, signal in SIGNAL_OF_CHANNEL.items()
             if channel in channels and signal in held
         ]
-        time = Column("time", held[TIME], "s")
+        time = Column("time", held[names.TIME], "s")
         records = records_of(Held(self.title, columns, time, [self.run_id]), None, None, None)
         return replace(records, is_simulated=True)
 
+    @property
+    def table(self) -> Table:
+        """Name, value and unit of each feature, for people."""
+        features, values, units = zip(*self._lines(), strict=True)
+        named, unit = Column("feature", features, is_text=True), Column("unit", units, is_text=True)
+        return Table((named, Column("value", values), unit), title=self.title)
+
+    def _lines(self) -> Iterator[tuple[str, str, str]]:
+        number, columns = self.features, self.columns
+        yield "run", self.run_id, ""
+        yield "status", self.status, ""
+        yield "verdict", self.verdict, ""
+        yield "leakage coefficient K_i", f"{number[names.LEAKAGE_COEFFICIENT]:.4g}", "m³/s per √Pa"
+        yield "mean internal leakage", f"{number[names.MEAN_LEAKAGE_FLOW].to('L/min'):.4g}", "L/min"
+        for chamber, name in enumerate(names.EXTERNAL_LEAKAGE_FLOWS, 1):
+            if flow := number[name]:
+                yield f"mean leakage out of chamber {chamber}", f"{flow.to('L/min'):.4g}", "L/min"
+        for level, rms in enumerate(columns[names.DETAIL_RMS][0].tolist(), 1):
+            yield f"RMS of d{level}", f"{convert(rms, 'kPa'):.3f}", "kPa"
+        for title, name, unit in (
+            ("chamber-1 pressure", "chamber_1_pressure", "MPa"),
+            ("chamber-2 pressure", "chamber_2_pressure", "MPa"),
+            ("piston position", "piston_position", "mm"),
+        ):
+            low, high = (number[f"{name}_{end}"].to(unit) for end in ("min", "max"))
+            yield title, f"{low:.3f} … {high:.3f}", unit
+        yield "hydraulic mode f_h", f"{number[names.MODE_FREQUENCY]:.2f}", "Hz"
+        damping = f"{number[names.MODE_DAMPING_RATIO]:.4f}"
+        yield "damping ratio ζ", damping, "(linearised, median working point)"
+        for name in _RESIDUALS:
+            yield name.replace("_", " "), "–" if math.isnan(number[name]) else f"{number[name]:.1e}", ""
+
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi simulate --json`` prints."""
-        return run_record(self.summary)
+        number = {name: finite(value) for name, value in self.features.items()}
+        flows = [names.MEAN_LEAKAGE_FLOW, *names.EXTERNAL_LEAKAGE_FLOWS]
+        mean, *external = (finite(self.features[name].to("L/min")) for name in flows)
+        detail, approximation = (
+            [*map(finite, self.columns[name][0].tolist())]
+            for name in (names.DETAIL_RMS, names.APPROXIMATION_RMS)
+        )
+        return {
+            "run_id": self.run_id,
+            "status": self.status,
+            "message": self.message,
+            "parameters": self.spec.request.shown_sections(),
+            "mean_internal_leakage_L_per_min": mean,
+            "internal_leakage_coefficient": number[names.LEAKAGE_COEFFICIENT],
+            "detail_rms_Pa": detail,
+            "approximation_rms_Pa": approximation,
+            "mean_external_leakage_L_per_min": external,
+            "verdict": self.verdict,
+            "residuals": {name: number[name] for name in _RESIDUALS},
+            "extremes": {each.name: number[each.name] for each in names.EXTREMES},
+            "hydraulic_mode_Hz": number[names.MODE_FREQUENCY],
+            "hydraulic_mode_damping_ratio": number[names.MODE_DAMPING_RATIO],
+        }
 
     def plot(self) -> Figure:
         """The signals over time; `Figure.savefig` writes them."""
@@ -167,7 +267,7 @@ class Run:
 
         return shown(draw_signals(self.columns, self.experiment.wavelet, self.title))
 
-    def write(self, path: str | PathLike[str]) -> None:
+    def save(self, path: str | PathLike[str]) -> None:
         """Store the run as an experiment file (HDF5). A healthy one is its own baseline, others have none.
 
         Raises
@@ -179,20 +279,20 @@ class Run:
         alone = _alone(self.experiment)
         whole = expand_runs(alone)
         fixed, matched = (
-            np.where(rows[:1] == 0, 0, NO_BASELINE) for rows in (whole.fixed_baseline, whole.matched_baseline)
+            np.where(rows[:1] == 0, 0, names.NO_BASELINE)
+            for rows in (whole.fixed_baseline, whole.matched_baseline)
         )
-        table = RunTable(whole.runs[:1], {}, 1, fixed, matched, np.array([NO_BASELINE]))
+        table = RunTable(whole.runs[:1], {}, 1, fixed, matched, np.array([names.NO_BASELINE]))
         write_experiment(path_of(path), alone, table, HeldResults(self.columns), library_versions())
 
     def __repr__(self) -> str:
-        return repr(self._table())
+        return repr(self._with_warnings())
 
     def _repr_html_(self) -> str:
-        return self._table()._repr_html_()
+        return self._with_warnings()._repr_html_()
 
-    def _table(self) -> Table:
-        warnings = tuple(f"warning: {warning}" for warning in self.warnings)
-        return replace(self.summary.table, title=self.title, notes=warnings)
+    def _with_warnings(self) -> Table:
+        return replace(self.table, notes=tuple(f"warning: {warning}" for warning in self.warnings))
 
 
 def simulate(
@@ -209,7 +309,7 @@ def simulate(
     experiment : path, mapping or ExperimentConfig, optional
         YAML file, or what would stand in one; without it, the nominal actuator. A sweep is left aside.
     out : path, optional
-        Store the run in this experiment file (HDF5); `Run.write` does it later.
+        Store the run in this experiment file (HDF5); `Run.save` does it later.
     **settings
         Parameters by their names, quantities with a unit or in SI: ``bulk_modulus="689 MPa"``. Where several
         sections have a name, ``pressure_1_sensor__noise="20 kPa"``; a whole section as a mapping.
@@ -230,12 +330,12 @@ def simulate(
     --------
     >>> import hydrofdi
     >>> run = hydrofdi.simulate(bulk_modulus="689 MPa", internal_flow="0.2 L/min", duration="4 s")
-    >>> run.summary.title
+    >>> run.title
     'EBM 689 MPa, 0.2 L/min'
-    >>> round(run.features["mean_internal_leakage_flow"] * 60e3, 3)
+    >>> round(run.mean_internal_leakage_flow.to("L/min"), 3)
     0.2
-    >>> run.to_xarray().chamber_1_pressure.attrs["units"]
-    'Pa'
+    >>> run.time.shape == run.P1.shape == run["chamber_1_pressure"].shape
+    True
     >>> hydrofdi.simulate(bulk_modulos="689 MPa")
     Traceback (most recent call last):
     hydrofdi.errors.ConfigError: bulk_modulos: unknown key; did you mean 'bulk_modulus'?
@@ -248,7 +348,7 @@ def simulate(
     job = Job.of(spec, run_identity(spec), coefficient, record_identity(spec))
     run = Run(loaded, spec, compute_columns([job]))
     if out is not None:
-        run.write(out)
+        run.save(out)
     return run
 
 

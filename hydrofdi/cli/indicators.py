@@ -21,10 +21,10 @@ def indicators(
     json: Json = False,
 ) -> int:
     """List the indicators, or describe one."""
-    from hydrofdi.api.listing import describe_indicator
     from hydrofdi.cli.terminal import print_json
+    from hydrofdi.indicators.description import describe
 
-    described = [describe_indicator(name)] if name else _all_that_load()
+    described = [describe(name)] if name else _all_that_load()
     if json:
         records = [_record(each) for each in described]
         print_json(records[0] if name else {"indicators": records})

@@ -1,4 +1,4 @@
-"""Reports and runs on the terminal."""
+"""Reports on the terminal."""
 
 from __future__ import annotations
 
@@ -9,16 +9,10 @@ from rich.text import Text
 from hydrofdi.cli.tables import print_table
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.document import Document
-from hydrofdi.report.run_summary import RunSummary
 from hydrofdi.settings.counting import counted
 
 _FEW_ROWS = 12
 """Rows of an answer, and of a table that a page folds."""
-
-
-def print_run(summary: RunSummary) -> None:
-    """Print the features of one run."""
-    print_table(terminal(), summary.table)
 
 
 def print_document(document: Document, file: Path, *, full: bool = False) -> None:

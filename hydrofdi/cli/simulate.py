@@ -45,8 +45,8 @@ def _simulate(
     json: bool,
 ) -> int:
     from hydrofdi.api.run import simulate as simulate_actuator
-    from hydrofdi.cli.rendering import print_run
-    from hydrofdi.cli.terminal import print_json, tell
+    from hydrofdi.cli.tables import print_table
+    from hydrofdi.cli.terminal import print_json, tell, terminal
     from hydrofdi.quality.doubts import doubts_of
     from hydrofdi.quality.failures import remedy
 
@@ -63,7 +63,7 @@ def _simulate(
     if json:
         print_json(run.to_dict())
     else:
-        print_run(run.summary)
+        print_table(terminal(), run.table)
     if run.status != "ok":
         tell(f"the run failed: {run.status}: {run.message}; {remedy(run.status)}")
         return 1

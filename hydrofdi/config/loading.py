@@ -17,6 +17,7 @@ from hydrofdi.config.written_units import note_written_units
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.counting import brief
 from hydrofdi.settings.extending import extended, overlay, read_extended
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
 
@@ -62,13 +63,14 @@ def load_experiment(
     _require_texts(settings)
     if isinstance(settings, Mapping):
         for key, value in settings.items():
-            _lay(source, _setting_path(key), plain(value))
-        _refuse_contradictory_settings(source, set(settings), origin="")
+            if path := _setting_path(source, key):
+                _lay(source, path, plain(value))
+        keys = set(settings)
     else:
         for text in settings:
             _apply_setting(source, text)
         keys = {text.partition("=")[0].strip() for text in settings}
-        _refuse_contradictory_settings(source, keys, origin="settings")
+    _refuse_contradictory_settings(source, {_full_key(key) for key in keys})
     return _validate(source)
 
 
@@ -126,7 +128,8 @@ def _apply_setting(source: Source, text: str) -> None:
     if value.mistakes:
         source.mistakes.extend(Issue(mistake.message, key.strip(), origin) for mistake in value.mistakes)
         return
-    path = _setting_path(key.strip())
+    if not (path := _setting_path(source, key.strip(), origin)):
+        return
     origins = dict.fromkeys([path, *((*path, *inner) for inner in value.origins)], origin)
     around = (path[:depth] for depth in range(1, len(path)))
     origins |= {part: origin for part in around if part not in source.origins}
@@ -142,15 +145,34 @@ def _lay(source: Source, path: Path, value: Any, origins: dict[Path, str] | None
     overlay(source, laid, _merged)
 
 
-def _refuse_contradictory_settings(source: Source, keys: Set[str], origin: str) -> None:
+def _refuse_contradictory_settings(source: Source, keys: Set[str]) -> None:
     for one, other in (INTERNAL_LEAKAGE_FORMS, tuple(f"baseline.{form}" for form in INTERNAL_LEAKAGE_FORMS)):
         if {one, other} <= keys:
             message = f"give {one.split('.')[-1]} or {other.split('.')[-1]}, not both"
-            source.mistakes.append(Issue(message, one.rpartition(".")[0], origin))
+            source.mistakes.append(Issue(message, one.rpartition(".")[0]))
 
 
-def _setting_path(key: str) -> Path:
-    parts = tuple(key.split("."))
+def _full_key(key: str) -> str:
+    """The dotted key: ``bulk_modulus`` and ``fluid__bulk_modulus`` are ``fluid.bulk_modulus``."""
+    known = [] if "." in key or key in ExperimentConfig.model_fields else parameter_names()
+    named = [dotted for dotted in known if dotted.rpartition(".")[2] == key]
+    return named[0] if len(named) == 1 else key.replace("__", ".") if known else key
+
+
+def _setting_path(source: Source, key: str, origin: str = "") -> Path:
+    """Where a setting stands in the file; empty, with a mistake, if its key is unknown or ambiguous."""
+    full = _full_key(key)
+    if "." not in full and full not in ExperimentConfig.model_fields:
+        names = [dotted.replace(".", "__") for dotted in parameter_names()]
+        if several := [name for name in names if name.partition("__")[2] == key]:
+            message = f"is a key of several sections; write one of {', '.join(several)}"
+        else:
+            whole = [name for name in names if name.replace("__", "_") == key]
+            known = [*(name.partition("__")[2] for name in names), *ExperimentConfig.model_fields]
+            message = f"unknown key{nearest(key, whole or known) if len(key) > 1 else ''}"
+        source.mistakes.append(Issue(message, key, origin))
+        return ()
+    parts = tuple(full.split("."))
     for mapping in _DOTTED_MAPPINGS:
         if len(parts) > len(mapping) and all(map(_is_part, mapping, parts)):
             return (*parts[: len(mapping)], ".".join(parts[len(mapping) :]))

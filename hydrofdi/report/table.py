@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError, UnknownNameError
 from hydrofdi.report.forms.separated import csv_lines
-from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.messages import Guessable, nearest
 from hydrofdi.settings.readable import number_text, readable_unit, typeset
 from hydrofdi.units import convert
 
@@ -131,7 +131,7 @@ def _numbers(values: Iterable[Any]) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True, repr=False)
-class Table:
+class Table(Guessable):
     """Columns of equal length.
 
     Attributes

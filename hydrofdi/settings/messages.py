@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from hydrofdi.settings.counting import brief, counted
@@ -14,6 +16,10 @@ _SYNONYMS = {
     "ebm": "bulk_modulus", "beta": "bulk_modulus", "ki": "internal_coefficient", "leak": "internal_flow",
     "fs": "sampling_frequency", "dt": "step", "ps": "pressure", "pt": "return_pressure",
     "kp": "proportional_gain", "oil": "fluid",
+    "open": "load", "read": "load", "results": "load", "write": "save", "export": "save", "summary": "table",
+    "todataframe": "to_pandas", "df": "to_pandas", "dataset": "to_xarray", "predict": "judge",
+    "naturalfrequency": "hydraulic_mode_frequency", "listindicators": "indicators", "run": "simulate",
+    "detect": "judge", "describeindicator": "indicators", "monitor": "Detector", "fit": "train",
 }  # fmt: skip
 _AREA = ("bore", "rod", "borediameter", "roddiameter", "pistondiameter", "a1", "a2")
 _MOST_LISTED, _MOST_CHOICES = 12, 6
@@ -51,6 +57,29 @@ def nearest(name: str, known: Sequence[str], elsewhere: Sequence[str] = (), sect
     return similar(name, known) or moved or listed(known)
 
 
+class _Kind(type):
+    """The class of classes whose unknown attributes are answered."""
+
+    def __getattr__(cls, name: str) -> Any:
+        raise unknown_attribute(cls, name)
+
+
+class Guessable(metaclass=_Kind):
+    """What Python users hold: an unknown attribute is answered with the name that was probably meant."""
+
+    def __getattr__(self, name: str) -> Any:
+        raise unknown_attribute(self, name)
+
+
+def unknown_attribute(holder: object, name: str) -> AttributeError:
+    """The error for an attribute that `holder`, an object, a class or a module, does not have."""
+    named = holder if isinstance(holder, type | ModuleType) else type(holder)
+    known = [each for each in dir(holder) if not each.startswith("_")]
+    public = [f"hydrofdi.{each}" for each in sys.modules["hydrofdi"].__all__]
+    hint = "" if name.startswith("_") else nearest(name, known, public)
+    return AttributeError(f"{named.__name__} has no attribute {name!r}{hint}")
+
+
 def similar(name: object, known: Sequence[str]) -> str:
     """A hint at the known name that is spelt alike or begins alike; empty if there is none."""
     section, dot, word = str(name).rpartition(".")
@@ -62,7 +91,7 @@ def similar(name: object, known: Sequence[str]) -> str:
     longer = [key for key in by_word if len(asked) > 2 and asked in key]
     same_letter = [key for key in by_word if key[:1] == asked[0]]
     alike = get_close_matches(asked, by_word, 1, 0.8) or get_close_matches(asked, same_letter, 1, 0.6)
-    meant = [asked, _plain(_SYNONYMS.get(asked, "")), *alike, *longer]
+    meant = [_plain(_SYNONYMS.get(asked, "")), asked, *alike, *longer]
     found = next((by_word[key] for key in meant if key in by_word), None)
     return f"; did you mean {found!r}?" if found else ""
 

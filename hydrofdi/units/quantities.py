@@ -13,6 +13,37 @@ from hydrofdi.units.symbols import Unit
 _NUMBER = re.compile(r"\s*([-+]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*)", re.DOTALL)
 
 
+class Quantity(float):
+    """A number in SI that knows its unit.
+
+    Attributes
+    ----------
+    unit : str
+        ``""`` if it has none.
+    """
+
+    unit = ""
+
+    @classmethod
+    def of(cls, value: float, unit: str) -> Quantity:
+        """A number in an SI unit."""
+        quantity = cls(value)
+        quantity.unit = unit
+        return quantity
+
+    def to(self, unit: str) -> float:
+        """The number in another unit, e.g. ``"L/min"``.
+
+        Raises
+        ------
+        ValueError
+            The unit is unknown or has another dimension.
+        """
+        if _given_unit(unit, self.unit).exponents != parse_unit(self.unit or "1").exponents:
+            raise ValueError(f"{unit} has the wrong dimension; it must be convertible to {self.unit or 1}")
+        return convert(self, unit)
+
+
 def parse_quantity(text: str, unit: str) -> float:
     """A quantity such as ``"551 MPa"`` as a float in ``unit``.
 

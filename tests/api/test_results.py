@@ -1,4 +1,4 @@
-"""`hydrofdi.sweep` and `hydrofdi.results`."""
+"""`hydrofdi.sweep` and `hydrofdi.load`."""
 
 import shutil
 import subprocess
@@ -26,7 +26,7 @@ def swept(tmp_path_factory):
 
 def test_a_mapping_asks_for_the_runs_of_a_file(swept, small_sweep):
     assert swept.file.name == "small.h5"
-    stored = hydrofdi.results(small_sweep.directory)
+    stored = hydrofdi.load(small_sweep.directory)
     assert swept.data.columns["run_id"].tolist() == stored.data.columns["run_id"].tolist()
     assert repr(stored) == f"4 runs in {small_sweep.directory}: 4 ok"
 
@@ -42,7 +42,7 @@ def test_the_same_call_runs_nothing_again_and_keywords_win(swept, tmp_path):
 
 
 def test_the_dataset_has_all_runs_and_is_read_when_used(small_sweep):
-    dataset = hydrofdi.results(str(small_sweep.directory)).dataset
+    dataset = hydrofdi.load(str(small_sweep.directory)).dataset
     assert dict(dataset.sizes) | {"run": 4, "level": 5} == dict(dataset.sizes)
     assert not dataset.chamber_1_pressure._in_memory
     stored = read_experiment(small_sweep.file)
@@ -51,9 +51,9 @@ def test_the_dataset_has_all_runs_and_is_read_when_used(small_sweep):
 
 
 def test_report_table_and_figure_are_those_of_the_command(small_sweep):
-    results = hydrofdi.results(small_sweep.file)
+    results = hydrofdi.load(small_sweep.file)
     told = run("report", small_sweep.directory, "--format", "markdown", check=0).stdout
-    assert hydrofdi.results(small_sweep.directory).report() == told
+    assert hydrofdi.load(small_sweep.directory).report() == told
     rows = run("report", small_sweep.directory, "--format", "csv", check=0).stdout.splitlines()
     assert results.table.columns == rows[0].split(",")
     assert len(results.table) == len(rows) - 1
@@ -67,7 +67,7 @@ def test_a_sweep_that_has_not_ended_has_a_table_and_no_dataset(small_sweep, tmp_
     folder = tmp_path / "unfinished"
     shutil.copytree(small_sweep.directory, folder)
     (folder / "small.h5").unlink()
-    results = hydrofdi.results(folder)
+    results = hydrofdi.load(folder)
     assert len(results.table)
     with pytest.raises(hydrofdi.HydrofdiError, match=r"hydrofdi collect"):
         _ = results.dataset
@@ -92,7 +92,7 @@ def test_mistakes_are_named_and_nothing_is_written(options, sentence, tmp_path, 
 def test_the_sentence_without_results_is_that_of_the_command(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(hydrofdi.HydrofdiError) as raised:
-        hydrofdi.results()
+        hydrofdi.load()
     sentence = str(raised.value)
     assert run("report", cwd=tmp_path, check=2).stderr.strip() == f"hydrofdi: {sentence}"
 
@@ -114,7 +114,7 @@ def test_results_have_the_warnings_of_the_plan(tmp_path):
     swept = hydrofdi.sweep(study, out=tmp_path / "small", engine="in-process")
     assert any("0.7 Pa is far below" in warning for warning in swept.warnings)
     assert swept.warnings == planned
-    assert hydrofdi.results(tmp_path / "small").warnings == planned
+    assert hydrofdi.load(tmp_path / "small").warnings == planned
     assert f"{len(planned)} warnings" in repr(swept)
     assert "0.7 Pa is far below" in swept._repr_html_()
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.experiments import dotted_keys
 from hydrofdi.store import read_experiment
 from tests.commands import run, run_json
 
@@ -19,10 +18,12 @@ def leaking():
     return hydrofdi.simulate(bulk_modulus="689 MPa", internal_flow="0.2 L/min", **SHORT)
 
 
-def test_keywords_are_found_in_their_sections():
-    given = {"bulk_modulus": 1, "pressure_1_sensor__noise": 2, "friction.scale": 3, "name": "x"}
-    expected = {"fluid.bulk_modulus": 1, "pressure_1_sensor.noise": 2, "friction.scale": 3, "name": "x"}
-    assert dotted_keys(given) == expected
+def test_keywords_and_settings_are_found_in_their_sections():
+    given = {"bulk_modulus": 1e9, "pressure_1_sensor__noise": 2.0, "friction.scale": 3.0, "name": "x"}
+    keywords = hydrofdi.load_experiment(None, given)
+    dotted = {"fluid.bulk_modulus": 1e9, "pressure_1_sensor.noise": 2.0, "friction.scale": 3.0, "name": "x"}
+    assert keywords == hydrofdi.load_experiment(None, dotted)
+    assert keywords == hydrofdi.load_experiment(None, [f"{key}={value}" for key, value in given.items()])
 
 
 def test_files_mappings_and_keywords_ask_for_the_same_run(tmp_path, leaking):
@@ -97,7 +98,7 @@ def test_outputs_with_dimensions_keep_them():
 def test_notebooks_show_runs_and_figures(leaking):
     page = leaking._repr_html_()
     assert "RMS of d2" in page
-    assert page.count("<tr>") == len(leaking.summary.table) + 1
+    assert page.count("<tr>") == len(leaking.table) + 1
     assert leaking.plot()._repr_png_().startswith(b"\x89PNG")
     assert "RMS of d2" in repr(leaking)
 
@@ -116,11 +117,11 @@ def test_a_run_that_fails_says_how():
 
 
 def test_a_written_run_is_read_again_and_nothing_else_is_overwritten(tmp_path, leaking):
-    leaking.write(tmp_path / "run.h5")
+    leaking.save(tmp_path / "run.h5")
     assert read_experiment(tmp_path / "run.h5").columns["run_id"][0] == leaking.run_id
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(hydrofdi.HydrofdiError):
-        leaking.write(str(tmp_path / "notes.txt"))
+        leaking.save(str(tmp_path / "notes.txt"))
 
 
 def test_without_the_extra_one_sentence_says_what_to_install():

@@ -40,4 +40,4 @@ def test_fit_records_are_told_from_test_records(dataset):
 
 
 def test_a_sweep_without_a_study_has_no_populations(small_sweep):
-    assert "population" not in hydrofdi.results(small_sweep.directory).dataset.coords
+    assert "population" not in hydrofdi.load(small_sweep.directory).dataset.coords

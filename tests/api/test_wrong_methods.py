@@ -12,7 +12,7 @@ def simulated():
 
 def test_a_run_is_written_as_hdf5(simulated):
     with pytest.raises(hydrofdi.HydrofdiError):
-        simulated.write("r.csv")
+        simulated.save("r.csv")
 
 
 @pytest.mark.parametrize("keyword", ["supply_pressure", "fluid_bulk_modulus"])

@@ -18,8 +18,8 @@ def simulate(folder: Path) -> None:
     signals: xarray.Dataset = run.to_xarray()
     figure: Figure = run.plot()
     figure.savefig(folder / "run.png")
-    run.write(folder / "run.h5")
-    run.write(str(folder / "again.h5"))
+    run.save(folder / "run.h5")
+    run.save(str(folder / "again.h5"))
     assert flow > 0.0
     assert signals.chamber_1_pressure.attrs["units"] == "Pa"
 
@@ -44,7 +44,7 @@ def sweep(folder: Path) -> None:
     study = {"name": "stiffness", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
     results: hydrofdi.Results = hydrofdi.sweep(study, out=folder / "study", engine="in-process")
     d3: xarray.DataArray = results.dataset.detail_rms.sel(level=3)
-    same = hydrofdi.results(folder / "study")
+    same = hydrofdi.load(folder / "study")
     page: str = same.report()
     figure: Figure = same.plot()
     figure.savefig(folder / "changes.png")
@@ -104,7 +104,7 @@ def inspect(folder: Path) -> None:
     figure: Figure = found.plot()
     figure.savefig(folder / "look.png")
     counted: dict[str, int] = found.remarks
-    listed: hydrofdi.Table = hydrofdi.list_indicators()
+    listed: hydrofdi.Table = hydrofdi.indicators()
     assert found.n_record == 1
     assert isinstance(counted, dict)
-    assert hydrofdi.describe_indicator(listed["name"][0]).outputs
+    assert hydrofdi.indicators(listed["name"][0]).outputs

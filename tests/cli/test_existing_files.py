@@ -71,7 +71,7 @@ def test_a_run_is_stored_over_an_earlier_run_only(runs, tmp_path) -> None:
     refused = run("simulate", *SHORT, "--out", foreign, check=2).stderr
     assert "is not an experiment file of hydrofdi and was not changed; choose another name" in refused
     with pytest.raises(hydrofdi.HydrofdiError, match="was not changed"):
-        hydrofdi.simulate(duration="2 s").write(foreign)
+        hydrofdi.simulate(duration="2 s").save(foreign)
     assert foreign.read_bytes() == before
 
 

@@ -20,7 +20,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_identity_that_measure_prints_leads_to_its_run(folder: Path, tmp_path: Path) -> None:
-    runs = hydrofdi.results(folder).data.columns["run_id"]
+    runs = hydrofdi.load(folder).data.columns["run_id"]
     for record_id in hydrofdi.measure(folder)["record_id"].tolist():
         run = hydrofdi.why(folder, record_id[:8])
         assert run.record_id == record_id
@@ -30,7 +30,7 @@ def test_the_identity_that_measure_prints_leads_to_its_run(folder: Path, tmp_pat
 
 
 def test_the_identity_of_a_run_still_leads_to_it(folder: Path) -> None:
-    for run_id in hydrofdi.results(folder).data.columns["run_id"]:
+    for run_id in hydrofdi.load(folder).data.columns["run_id"]:
         assert hydrofdi.why(folder, str(run_id)).run_id == run_id
 
 

@@ -14,7 +14,7 @@ from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.indicators.plausibility import Doubt
 from hydrofdi.indicators.record_measures import RecordMeasures
-from hydrofdi.report.detection.caveats import remarks_with_counts
+from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import Guessable, nearest

@@ -98,8 +98,8 @@ def _rows(evaluation: Evaluation, judgement: Judgement) -> Iterator[dict[str, An
 
 def pairs_table(evaluation: Evaluation) -> Table:
     """Healthy groups against each other by the best score; in both orders only if alarms depend on it."""
-    best = evaluation.detection.judgements[0].scored.name
-    pairs = sorted(evaluation.healthy_pairs[best], key=lambda pair: -abs(pair.area.value - 0.5))
+    best = evaluation.best
+    pairs = sorted(evaluation.healthy_pairs.get(best, ()), key=lambda pair: -abs(pair.area.value - 0.5))
     has_alarms = any(pair.rate is not None for pair in pairs)
     if not has_alarms:
         pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]

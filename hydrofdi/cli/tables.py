@@ -32,11 +32,21 @@ def print_table(console: Console, table: Table, n_row: int | None = None) -> Non
             if position in table.breaks:
                 grid.add_row()
             grid.add_row(*(_cell(table.shown[at], *row[at]) for at in places))
-        console.print(grid)
+        print_trimmed(console, grid)
     if len(rows) < len(table):
         console.print(f"… the first {len(rows)} of {len(table):,} rows")
     for note in table.notes:
-        console.print(Text(note, style="dim"))
+        print_trimmed(console, Text(note, style="dim"))
+
+
+def print_trimmed(console: Console, shown: Grid | Text | str) -> None:
+    """Print lines without blanks at their ends."""
+    with console.capture() as caught:
+        console.print(shown)
+    lines = Text.from_ansi(caught.get()).split()
+    for line in lines:
+        line.rstrip()
+    console.print(Text("\n").join(lines), soft_wrap=True)
 
 
 def _cell(column: Column, text: str, is_strong: bool) -> Text | _Folded:

@@ -24,7 +24,7 @@ def make_report(data: ExperimentData) -> ReportInUnits:
 
 def _report(data: ExperimentData) -> ComposedReport:
     if data.experiment.study is not None:
-        from hydrofdi.report.detection.composition import report_study
+        from hydrofdi.report.detection.report import report_study
 
         return report_study(data)
     if is_study(data.experiment):

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Document
+from hydrofdi.report.indicators.section import indicator_blocks
 from hydrofdi.report.record import general_record, tidy_columns
 from hydrofdi.report.responses import responses_block, responses_record
-from hydrofdi.report.sections.indicators import indicator_blocks
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.runs import (
     changes_block,

@@ -1,9 +1,9 @@
-"""Shares of draws with their confidence intervals."""
+"""Ranges of numbers, and shares of draws with their confidence intervals."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,3 +86,9 @@ def _effective_number(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDA
     if variance == 0.0:
         return float(n_cluster)
     return min(float(total), share * (1.0 - share) / variance)
+
+
+def span_of(values: Iterable[float]) -> tuple[float, float]:
+    """Smallest and largest of some numbers, without NaN; NaN if there is none."""
+    known = [float(value) for value in values if not math.isnan(value)]
+    return min(known, default=math.nan), max(known, default=math.nan)

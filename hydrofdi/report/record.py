@@ -11,8 +11,8 @@ from typing import Any
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.contract import ComposedReport
-from hydrofdi.report.forms.indicators_record import indicator_record, output_columns, output_values
 from hydrofdi.report.forms.separated import csv_lines
+from hydrofdi.report.indicators.section import indicator_record, output_columns, output_values
 from hydrofdi.report.runs import TableRow, finite, flow_numbers, largest_positive, level_name, row_numbers
 from hydrofdi.report.table import library
 from hydrofdi.store.layout import names

@@ -1,5 +1,7 @@
 """`Evaluation.plot`: scores of labelled records in memory."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -80,3 +82,9 @@ def test_an_evaluation_says_what_is_not_stated():
         assert any(sentence in remark for remark in found.remarks)
         assert sentence in repr(found)
         assert sentence in found._repr_html_()
+
+
+def test_an_evaluation_in_which_nothing_is_measured_has_empty_tables():
+    found = far_apart()
+    empty = replace(found, detection=replace(found.detection, judgements=()), healthy_pairs={})
+    assert (len(empty.table), len(empty.pairs), empty.best) == (0, 0, "")

@@ -15,11 +15,11 @@ from hydrofdi.papers import make_report
 from hydrofdi.report.axes import varied_axes
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.page import render_page
-from hydrofdi.report.indicators.changes import healthy_spread, relative_change
 from hydrofdi.report.indicators.measured import measured_indicator
-from hydrofdi.report.indicators.study import study_indicator
+from hydrofdi.report.indicators.study import healthy_spread, relative_change, study_indicator
 from hydrofdi.report.record import render_csv
 from hydrofdi.store.layout import names
+from tests.report.rows import rows
 
 FREQUENCIES = [60.0, 66.0, 59.4, 66.0, np.nan, np.nan]
 """Of the sealed runs at 551 and 689 MPa, with 0.12 L/min, and with 2 L/min, which has none and failed."""
@@ -53,7 +53,7 @@ def block_of(report):
 
 def changes_of(report, axis):
     sheet = next(sheet for sheet in block_of(report).tables if sheet.key.endswith(axis))
-    return [tuple(cell.text for cell in row[1:]) for row in sheet.rows][:3]
+    return [tuple(row[1:]) for row in rows(sheet)][:3]
 
 
 def test_the_section_names_channels_options_and_healthy_values(with_ring):
@@ -61,8 +61,7 @@ def test_the_section_names_channels_options_and_healthy_values(with_ring):
     assert block.title == "Indicator ring (ring_down)"
     assert "chamber 1 pressure" in block.paragraphs[0]
     assert "the default ones" in block.paragraphs[0]
-    frequency = block.tables[0].rows[0]
-    assert [cell.text for cell in frequency] == ["frequency", "natural frequency f_h", "Hz", "60", "1"], (
+    assert rows(block.tables[0])[0] == ["frequency", "natural frequency f_h", "Hz", "60", "1"], (
         "of one sealed run"
     )
 
@@ -93,8 +92,8 @@ def test_an_indicator_that_does_not_vary_says_so_and_has_no_changes(with_ring):
 
 def replicated(made_up):
     """Four more runs: healthy replicates of the sealed run at 551 MPa."""
-    rows = [0, 1, 2, 3, 4, 5, 0, 0, 0, 0]
-    columns = {name: values[rows] for name, values in made_up.columns.items()}
+    of = [0, 1, 2, 3, 4, 5, 0, 0, 0, 0]
+    columns = {name: values[of] for name, values in made_up.columns.items()}
     columns[names.REPLICATE_OF] = np.array([-1] * 6 + [0] * 4)
     return replace(made_up, columns=columns)
 
@@ -168,8 +167,8 @@ def test_a_healthy_value_within_the_width_of_its_replicates_is_near_zero():
 def test_healthy_ranges_stand_in_a_table_and_in_the_columns(with_ring, made_up):
     report = with_ring(replicated(made_up), [*FREQUENCIES, 59.0, 61.0, 60.0, 60.0])
     sheet = next(sheet for sheet in block_of(report).tables if sheet.key.endswith("-healthy"))
-    assert [cell.text for cell in sheet.rows[0]][2:4] == ["4", "60"]
-    assert "2 of 5" in sheet.note
+    assert rows(sheet)[0][2:4] == ["4", "60"]
+    assert "2 of 5" in sheet.notes[0]
     line = next(csv.DictReader(io.StringIO(render_csv(report.columns()))))
     assert float(line["ring.frequency change_fixed healthy_low [Hz]"]) == pytest.approx(59 - 181 / 3)
     assert line["ring.frequency change_fixed within_healthy"] == "1"

@@ -9,7 +9,7 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
-from hydrofdi.report.estimates.block import estimate_records, estimates_block
+from hydrofdi.report.estimates import estimate_records, estimates_block
 from hydrofdi.studies.estimates.judging import judge_estimates
 
 STUDY = """
@@ -104,8 +104,8 @@ def test_the_report_says_it_in_the_units_of_a_person(data):
     flow = faults.bias * np.sqrt(8e6) * 60e3
     assert records["leakage", "faults"]["mean_error_L_per_min"] == pytest.approx(flow)
     assert "mean_error_percent" in records["bulk_modulus", "healthy"]
-    assert len(sheet.rows) == len(records)
-    assert "90 %" in sheet.note
+    assert len(sheet) == len(records)
+    assert "90 %" in sheet.notes[0]
 
 
 def test_leaks_that_set_in_later_are_left_out_with_the_reason(data):
@@ -114,17 +114,17 @@ def test_leaks_that_set_in_later_are_left_out_with_the_reason(data):
     later = replace(data, experiment=data.experiment.model_copy(update={"leakage": leakage}))
     assert {population for _, population in judged(later)} == {"healthy", "stiffer"}
     (sheet,) = estimates_block(judge_estimates(later)[0]).tables
-    assert "Faults are left out: leaks set in during the record" in sheet.note
+    assert "Faults are left out: leaks set in during the record" in sheet.notes[0]
     (sheet,) = estimates_block(judge_estimates(data)[0]).tables
-    assert "left out" not in sheet.note
+    assert "left out" not in sheet.notes[0]
 
 
 def test_estimates_that_state_no_deviation_are_named(data):
     told = with_columns(data, **{"observer.bulk_modulus": data.columns["balance.bulk_modulus"]})
     (sheet,) = estimates_block(judge_estimates(told)[0]).tables
-    assert "Not listed because they state no deviation: observer.bulk_modulus." in sheet.note
+    assert "Not listed because they state no deviation: observer.bulk_modulus." in sheet.notes[0]
     (sheet,) = estimates_block(judge_estimates(data)[0]).tables
-    assert "Not listed" not in sheet.note
+    assert "Not listed" not in sheet.notes[0]
 
 
 def test_nothing_is_said_where_nothing_is_estimated(tmp_path):

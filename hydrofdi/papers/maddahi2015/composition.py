@@ -17,7 +17,7 @@ from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.papers.maddahi2015.views import asked_views
 from hydrofdi.report.composition import answers, compose_empty, document_of
 from hydrofdi.report.document import Block, Document
-from hydrofdi.report.sections.indicators import indicator_blocks
+from hydrofdi.report.indicators.section import indicator_blocks
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.runs import doubts_block, holes_block, remarks_block, settled_block
 

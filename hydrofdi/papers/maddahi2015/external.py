@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from hydrofdi.report.document import Block, group_breaks
+from hydrofdi.report.intervals import span_of
 from hydrofdi.report.runs import EXTERNAL, LevelChanges, RunTable, TableRow, finite
-from hydrofdi.report.sections.runs import span_of
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import (
     doubt_columns,

@@ -1,190 +1,239 @@
-"""The answer in plain English, and the table that it is taken from."""
+"""What is found with which sensors, what the number rests on, and why less is found than was asked for."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator
 
 import numpy as np
 
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.report.detection.ranking import ranking_note, ranking_sheet
-from hydrofdi.report.detection.reasons import (
-    exceeded_in,
-    missing_thresholds,
-    unfound,
-    why_nothing,
-    why_unsure,
-)
 from hydrofdi.report.detection.selection import (
     answers,
-    best_of_sensors,
+    best_with_sensors,
     distinct,
     first_of_sensors,
+    of_sensors,
     tested,
     wavelet_rules,
 )
+from hydrofdi.report.detection.tables import KEEPING
 from hydrofdi.report.detection.wording import (
+    FROM_LEVELS,
     false_alarms_in_words,
-    found_sentence,
-    percent,
     probability_in_words,
-    sensors_in_words,
+    rate_text,
+    sensors,
     severity_unit,
+    symbol,
+    symbols,
 )
 from hydrofdi.report.document import Block
+from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import capitalized, joined
 from hydrofdi.settings.counting import counted
 from hydrofdi.studies.judgement import Detection, Judgement
 
-_MOST = 6
-"""Sets of sensors that the answer names."""
+_MOST, _MOST_REMARKS = 5, 30
+"""Rows of the table of the answer, and remarks on scores."""
 
-_TITLE = "The best with each set of sensors, and wavelet rules"
+_P_VALUE = re.compile(r" \(p = [^)]*\)")
 
-_KINDS = {
-    (Kind.HEALTHY, True): "healthy to set the thresholds",
-    (Kind.HEALTHY, False): "healthy to test them",
-    (Kind.FAULT, True): "leaking to train on",
-    (Kind.FAULT, False): "leaking to detect",
-    (Kind.SHIFT, False): "in shifts",
-    (Kind.CONFUSION, False): "with another fault",
-    (Kind.ALONE, False): "with a single nuisance",
-    (Kind.SOBOL, False): "of a Sobol design",
-}
+_TESTING = {Kind.HEALTHY: "healthy", Kind.FAULT: "leaking", Kind.SHIFT: "shifted"}
 
 
-def answer_block(detection: Detection, *, is_complete: bool = True, remark: str = "") -> Block:
-    """What is found with which sensors, from how many records; while runs are missing, the table alone."""
-    rules = wavelet_rules(detection)
-    shown = distinct(*first_of_sensors(detection), *rules)
-    sheet = ranking_sheet(detection, shown, "best", _TITLE)
+def answer_block(
+    detection: Detection, *, is_complete: bool = True, without_noise: tuple[str, ...] = ()
+) -> Block:
+    """What is found with which sensors, the sentence last; while runs are missing, the table alone."""
+    table, rests = _answer_table(detection), " ".join(_rests_on(detection, without_noise))
     if not is_complete:
-        return Block("answer", "Records so far", (_records_sentence(detection),), (sheet,))
-    answer, lacking = answer_sentence(detection), missing_thresholds(detection)
-    lacking = f"{capitalized(lacking)}." if lacking and lacking not in answer else ""
-    sentences = (
-        answer, _beyond_nominal(detection), *unfound(detection), remark, lacking,
-        _comparison(detection, rules), _counts(detection), _among_many(detection),
+        return Block("answer", "Records so far", (rests,), (table,))
+    said = filter(None, (rests, _gain(detection), answer_sentence(detection)))
+    figures = ("answer",) if answers(detection) else ()
+    return Block("answer", "What is found", tuple(said), (table,), figures)
+
+
+def _answer_table(detection: Detection) -> Table:
+    """The best with each set of sensors, and the best wavelet rule."""
+    unit, healthy = severity_unit(detection), tested(detection, Kind.HEALTHY)[:1]
+    rules = wavelet_rules(detection)[:1]
+    shown = distinct(*first_of_sensors(detection)[: _MOST - len(rules)], *rules)
+    bounds = [each.smallest.get("q90_95") for each in shown]
+    has_both = not math.isnan(unit.per_mean_flow)
+    columns = (
+        Column("Sensors", list(map(sensors, shown)), is_text=True),
+        Column("Score", [each.scored.name + KEEPING[each.keeps_its_rate] for each in shown], is_text=True),
+        Column(
+            f"{unit.quantity.capitalize()}{unit.bracket}",
+            found := list(map(unit.found, bounds)),
+        ),
+        *([Column(f"At 8 MPa{unit.bracket}", [unit.found(each, unit.per_mean_flow) for each in bounds])]
+          if has_both else []),
+        *(Column("Alarms [%]", [rate_text(each, population) for each in shown])
+          for population in healthy),
     )  # fmt: skip
-    return Block(
-        "answer",
-        "What is found",
-        tuple(filter(None, sentences)),
-        (replace(sheet, note=ranking_note(detection)),),
-        ("answer", "ranking") if answers(detection) else ("ranking",),
+    signs = {
+        "≤": "at most the smallest tested",
+        ">": "not found up to the largest tested",
+        FROM_LEVELS: "from the tested levels, without a curve",
+        "!": "more false alarms than set",
+        "?": "too few records to tell its false alarms",
+    }
+    texts = "".join([*found, *(KEEPING[each.keeps_its_rate] for each in shown)])
+    note = ["Alarms: of healthy records", *(f"{sign} {signs[sign]}" for sign in signs if sign in texts)]
+    return Table(columns, key="best", notes=("; ".join(note) + ".",))
+
+
+def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[str]:
+    """Records and scores behind the answer."""
+    records, judgements = detection.records, detection.judgements
+    sizes: Counter[tuple[Kind, bool]] = Counter()
+    for population in records.populations:
+        sizes[population.kind, population.is_fit] += records.rows(population).size
+    testing = [f"{sizes[kind, False]:,} {word}" for kind, word in _TESTING.items() if sizes[kind, False]]
+    yield (
+        f"{sizes[Kind.HEALTHY, True]:,} healthy records set the thresholds; {joined(testing) or 'no'} records"
+        " test them."
     )
+    n_kept = sum(each.keeps_its_rate is True for each in judgements)
+    yield f"{n_kept} of {counted(len(judgements), 'score')} kept to the false-alarm rate."
+    of_all = judgements[0].smallest.get("q90_95_of_all") if judgements else None
+    if of_all is not None and len(judgements) > 1 and judgements[0].keeps_its_rate:
+        unit = severity_unit(detection)
+        yield f"With confidence for the best of {len(judgements)}: {unit.found(of_all)} {unit.name}."
+    if without_noise:
+        yield f"{joined(without_noise)} {'are' if len(without_noise) > 1 else 'is'} simulated without noise."
+
+
+def _gain(detection: Detection) -> str:
+    """What further sensors add to the fewest that find a fault."""
+    unit, best = severity_unit(detection), best_with_sensors(detection)
+    able = {own: each for own, each in best.items() if own and each.smallest["q90_95"].value is not None}
+    if not able:
+        return ""
+    fewest = min(able, key=len)
+    first, parts = able[fewest], []
+    for own, scores in of_sensors(detection).items():
+        if fewest < own:
+            more = joined([symbol(each) for each in scores[0].scored.channels if each not in fewest])
+            found = unit.found(able[own].smallest["q90_95"])
+            is_better = able[own] is not first and found != unit.found(first.smallest["q90_95"])
+            parts.append(f"with {more} {found}" if is_better else f"{more} would not help")
+    base = f"{joined(symbols(first))} alone {unit.found(first.smallest['q90_95'])} {unit.name}".rstrip()
+    return f"More sensors: {'; '.join([base, *parts])}." if parts else ""
 
 
 def answer_sentence(detection: Detection) -> str:
-    """The question, answered for each set of sensors; the best first."""
-    unit, best = severity_unit(detection), best_of_sensors(detection)
-    found = answers(detection)[:_MOST]
-    asked = detection.rules
+    """The best that is found, or why nothing is."""
+    unit, asked = severity_unit(detection), detection.rules
     terms = (
         f"{probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"
-        f" at thresholds set for {false_alarms_in_words(asked.false_alarm_rate)}"
+        f" at {false_alarms_in_words(asked.false_alarm_rate)}"
     )
-    unsure = [each for each in detection.judgements if _has_bound(each)]
-    if not found and unsure and not best:
-        first = f"{_with(unsure[0])} {found_sentence(unsure[0].smallest['q90_95'], unit)}"
-        return f"{capitalized(first)} {terms}, but {why_unsure(detection)}."
-    if not found:
+    unsure = [each for each in detection.judgements if _finds(each)]
+    best = next(iter((*answers(detection), *unsure)), None)
+    if best is None or (not best.keeps_its_rate and best_with_sensors(detection)):
         keeping = " that kept to its false-alarm rate" if unsure else ""
-        return f"Nothing is found {terms}: {why_nothing(detection)}{keeping}."
-    parts = [
-        f"{_with(each)} {found_sentence(each.smallest['q90_95'], unit)}"
-        f"{' ' + terms if first else ''}"
-        f"{_measured_alarms(detection, each)}"
-        for first, each in zip([True] + [False] * len(found), found, strict=False)
-    ]
-    return f"{capitalized('; '.join(parts))}."
+        return f"Nothing is found {terms}: {_why_nothing(detection)}{keeping}."
+    bound, scored = best.smallest["q90_95"], best.scored
+    number = unit.found(bound).removeprefix("≤ ").removesuffix(FROM_LEVELS)
+    found = f"{number} {unit.name}".rstrip() + (" or less" if bound.place == "below" else "")
+    if not math.isnan(unit.per_mean_flow):
+        at_reference = unit.found(bound, unit.per_mean_flow).removeprefix("≤ ").removesuffix(FROM_LEVELS)
+        found += f" in this motion ({at_reference} at 8 MPa)"
+    plain = scored.indicator.replace("_", " ")
+    name = f"the {plain} ({scored.name})" if plain not in ("", scored.indicator) else scored.name
+    needs = f"with {joined(symbols(best))}, " if scored.channels else ""
+    but = "" if best.keeps_its_rate else f", but {_why_unsure(detection)}"
+    return f"{capitalized(f'{needs}{name} finds {found} {terms}{but}')}."
 
 
-def _beyond_nominal(detection: Detection) -> str:
-    """Where severities come from that are above the largest nominal one; empty if none is."""
-    unit, records = severity_unit(detection), detection.records
-    bounds = [each.smallest["q90_95"].value or 0.0 for each in answers(detection)[:_MOST]]
-    levels = records.chosen(Kind.FAULT, is_fit=False)
-    if not levels or max(bounds, default=0.0) <= unit.largest:
-        return ""
-    largest = max(float(np.nanmax(records.severity[records.rows(level)])) for level in levels)
-    return (
-        f"Records of the largest level, {unit.text(unit.largest)}, have a true mean {unit.quantity} of up to"
-        f" {unit.text(largest)}, because drawn parameters change it."
-    )
-
-
-def _has_bound(judgement: Judgement) -> bool:
+def _finds(judgement: Judgement) -> bool:
     """Whether a tested severity is found, whatever its false alarms are."""
     bound = judgement.smallest.get("q90_95")
     return bound is not None and bound.value is not None
 
 
-def _measured_alarms(detection: Detection, judgement: Judgement) -> str:
-    """The measured rate of false alarms with its interval, and whether that lies above the rate set."""
-    for population in tested(detection, Kind.HEALTHY)[:1]:
-        rate = judgement.false_alarms.get(population)
-        if rate is not None and rate.total and population not in judgement.counted:
-            asked = detection.rules.false_alarm_rate
-            more = f", more than the {100.0 * asked:g} % set" if rate.low > asked else ""
-            interval = f"{percent(rate.low)}–{percent(rate.high)} %"
-            return f" (measured false alarms {percent(rate.value)} %, {interval}{more})"
-    return ""
+def _why_nothing(detection: Detection) -> str:
+    """Why no severity is stated by a score that keeps its false-alarm rate, and what to change."""
+    best, unit = best_with_sensors(detection), severity_unit(detection)
+    if best:
+        return f"no {unit.quantity} up to {unit.text(unit.largest)} with any score"
+    if not any(judgement.threshold for judgement in detection.judgements):
+        return _why_no_threshold(detection)
+    if not detection.records.chosen(Kind.FAULT, is_fit=False):
+        return "no leaking record is tested; set study.faults"
+    if any(judgement.keeps_its_rate for judgement in detection.judgements):
+        refusals = [each for judgement in detection.judgements for each in judgement.refusals]
+        return refusals[0] if refusals else f"no {unit.quantity} can be stated"
+    return _why_unsure(detection)
 
 
-def _with(judgement: Judgement) -> str:
-    if not judgement.scored.channels:
-        return judgement.scored.name
-    return f"with {sensors_in_words(judgement)}, {judgement.scored.name}"
-
-
-def _comparison(detection: Detection, rules: Sequence[Judgement]) -> str:
-    """What the RMS of one detail and the largest change of the details find."""
-    unit = severity_unit(detection)
-    found = [
-        f"{each.scored.name} {found_sentence(each.smallest.get('q90_95'), unit)}{_exceeds(each)}"
-        for each in rules
-    ]
-    return f"For comparison, the usual wavelet rules: {'; '.join(found)}." if found else ""
-
-
-def _exceeds(judgement: Judgement) -> str:
-    names = joined([f"'{name}'" for name in exceeded_in(judgement)])
-    return f" (and exceeds its false-alarm rate in {names})" if names else ""
-
-
-def _among_many(detection: Detection) -> str:
-    """What the best is worth where it was chosen among many."""
-    if not detection.judgements:
-        return ""
-    first, n_tried = detection.judgements[0], len(detection.judgements)
-    found = first.smallest.get("q90_95_of_all")
-    if found is None or n_tried == 1 or not first.keeps_its_rate:
-        return ""
-    return (
-        f"The best was chosen among {n_tried}: with a confidence that holds for all of them together,"
-        f" {first.scored.name} {found_sentence(found, severity_unit(detection))}."
-    )
-
-
-def _records_sentence(detection: Detection) -> str:
-    records = detection.records
-    per_kind: Counter[tuple[Kind, bool]] = Counter()
-    for number, population in enumerate(records.populations):
-        per_kind[population.kind, population.is_fit] += int((records.of_record == number).sum())
-    parts = [f"{per_kind[key]:,} {words}" for key, words in _KINDS.items() if per_kind[key]]
-    return f"From {counted(records.of_record.size, 'record')}{': ' if parts else ''}{joined(parts)}."
-
-
-def _counts(detection: Detection) -> str:
+def _why_unsure(detection: Detection) -> str:
+    """Why no score is known to keep its false-alarm rate, and what to change."""
     judgements = detection.judgements
-    n_kept = sum(judgement.keeps_its_rate is True for judgement in judgements)
-    n_found = sum(judgement.keeps_its_rate is True and _has_bound(judgement) for judgement in judgements)
-    return (
-        f"{_records_sentence(detection)} {counted(len(judgements), 'score')} were tried;"
-        f" {n_kept} kept to the false-alarm rate as far as the data can show (healthy test records and"
-        f" shifts); {n_found} of these {'detects' if n_found == 1 else 'detect'} at least one of the tested"
-        " leaks."
+    if all(judgement.keeps_its_rate is False for judgement in judgements):
+        exceeded = (each for own in judgements for each in own.exceeded if each.kind is not Kind.CONFUSION)
+        names = dict.fromkeys(repr(each.name) for each in exceeded)
+        return (
+            f"every score exceeds its false-alarm rate (in {joined([*names])}); if these conditions are"
+            " normal, let study.population include them"
+        )
+    few = {
+        population.name: judgement.false_alarms[population].total
+        for judgement in judgements
+        for population in judgement.counted
+        if population.kind in (Kind.HEALTHY, Kind.SHIFT) and population in judgement.false_alarms
+    }
+    there = joined([f"{total:,} of '{name}'" for name, total in few.items()]) or "none"
+    needed = counted(detection.rules.records_for_false_alarms, "record")
+    return f"too few fault-free test records for a false-alarm rate: {there}; {needed} of each are needed"
+
+
+def _why_no_threshold(detection: Detection) -> str:
+    """Why no score has a threshold, and what to change."""
+    judgements, rules, records = detection.judgements, detection.rules, detection.records
+    n_fit, n_test = (
+        sum(records.rows(each).size for each in records.chosen(Kind.HEALTHY, is_fit=is_fit))
+        for is_fit in (True, False)
     )
+    needed = max((rules.records_for_threshold(each.direction) for each in judgements), default=0)
+    if needed <= n_fit:
+        reasons = dict.fromkeys(each.refusals[0] for each in judgements if each.refusals)
+        return "no score has a threshold" + (f": {'; '.join(reasons)}" if reasons else "")
+    test = rules.records_for_false_alarms
+    also = f", and study.healthy.test to {test} ({n_test:,} now) to measure the rate" if n_test < test else ""
+    return (
+        f"{n_fit:,} healthy records set the thresholds, {needed:,} are needed; set study.healthy.fit to"
+        f" {needed}{also}"
+    )
+
+
+def remarks_with_counts(detection: Detection) -> tuple[str, ...]:
+    """Remarks on all numbers, then what is not stated or remarked of some scores, with their number.
+
+    A score without any number has only its note.
+    """
+    n_score = len(detection.judgements)
+    notes, others = Counter[str](), Counter[str]()
+    for judgement in detection.judgements:
+        scored = judgement.scored
+        if np.isfinite(scored.values).any():
+            texts = (*judgement.refusals, *judgement.remarks, *filter(None, [scored.note]))
+            others.update({_P_VALUE.sub("", text) for text in texts})
+        else:
+            notes[scored.note] += 1
+    told = (*notes.most_common(), *others.most_common(_MOST_REMARKS))
+    return (
+        *detection.remarks,
+        *(f"{text} ({n} of {counted(n_score, 'score')})" if n < n_score else text for text, n in told),
+    )
+
+
+def remarks_block(detection: Detection) -> Block | None:
+    """What could not be stated, and remarks on what is stated; None if there are none."""
+    said = [f"{capitalized(text).rstrip('.')}." for text in remarks_with_counts(detection)]
+    return Block("caveats", "Limitations and remarks", tuple(said)) if said else None

@@ -13,14 +13,15 @@ from hydrofdi.evaluation.populations import Kind
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.selection import best_with_sensors, tested, wavelet_rules
-from hydrofdi.report.detection.wording import found_cell, rate_cell, sensors, severity_unit
-from hydrofdi.report.document import Block, Cell, Sheet
+from hydrofdi.report.detection.wording import rate_text, sensors, severity_unit
+from hydrofdi.report.document import Block
 from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.table import Column, Table
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.studies.designs import Detector, Gain, are_shown, gain
 from hydrofdi.studies.judgement import Detection, Judgement
 
-MOST = 6
+_MOST = 6
 """Columns of detectors."""
 
 
@@ -46,10 +47,7 @@ class Compared:
         """↑ detects more than in the first design, ↓ less, = no difference shown."""
         if self.gain is None:
             return ""
-        return ("↑" if self.gain.value > 0.0 else "↓") if self.is_shown else "="
-
-
-Table = tuple[Mapping[str, Compared], ...]
+        return (" ↑" if self.gain.value > 0.0 else " ↓") if self.is_shown else " ="
 
 
 def designs_block(detections: Sequence[Detection]) -> Block | None:
@@ -57,8 +55,15 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
     if len(detections) < 2:
         return None
     unit, rules = severity_unit(detections[0]), detections[0].rules
-    shown = f" [{unit.name}]" if unit.name else ""
-    confidence, share = f"{100.0 * rules.confidence:g} %", f"{100.0 * rules.probability:g}"
+    confidence = f"{100.0 * rules.confidence:g}"
+
+    def found(_: Detection, compared: Compared) -> str:
+        return unit.found(compared.judgement.smallest.get("q90_95")) + compared.mark
+
+    def alarms(detection: Detection, compared: Compared) -> str:
+        healthy = tested(detection, Kind.HEALTHY)
+        return rate_text(compared.judgement, healthy[0]) if healthy else HOLE
+
     sentence = (
         "Each design repeats the study with the same actuators. Columns: the best score with no more than"
         " these sensors in each design, and the wavelet rules."
@@ -66,17 +71,36 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
     note = (
         "↑ and ↓: detects more or fewer of the same leaking actuators than the first design, averaged over"
         " all tested leaks; =: no difference shown, which does not prove that there is none"
-        f" ({confidence} confidence for a column, thresholds resampled)."
+        f" ({confidence} % confidence for a column, thresholds resampled)."
     )
-    found = _sheet("designs", f"q{share}/{100.0 * rules.confidence:g}{shown}", detections, _found_cell, note)
-    alarms = _sheet(
-        "designs-false-alarms", "False alarms [%] of healthy test records", detections, _alarm_cell, ""
+    title = f"q{100.0 * rules.probability:g}/{confidence}{unit.bracket}"
+    tables = (
+        _table("designs", title, detections, found, (note,)),
+        _table("designs-false-alarms", "False alarms [%] of healthy test records", detections, alarms, ()),
     )
-    return Block("designs", "Comparison of designs", (sentence,), (found, alarms))
+    return Block("designs", "Comparison of designs", (sentence,), tables)
+
+
+def _table(
+    key: str,
+    title: str,
+    detections: Sequence[Detection],
+    text: Callable[[Detection, Compared], str],
+    notes: tuple[str, ...],
+) -> Table:
+    compared = _compared(tuple(detections))
+    columns = [Column("Design", [_label(detections, each) for each in detections], is_text=True)]
+    for name in [*dict.fromkeys(name for row in compared for name in row)][:_MOST]:
+        own = [
+            text(each, row[name]) if name in row else HOLE
+            for each, row in zip(detections, compared, strict=True)
+        ]
+        columns.append(Column(name, own))
+    return Table(tuple(columns), title, key, notes, (1,))
 
 
 @lru_cache(maxsize=4)
-def compared_designs(detections: tuple[Detection, ...]) -> Table:
+def _compared(detections: tuple[Detection, ...]) -> tuple[Mapping[str, Compared], ...]:
     """Column → detector, for each design; each column is a question of its own, and corrected by itself."""
     rows, confidence = [_columns(detection) for detection in detections], detections[0].rules.confidence
     table: list[dict[str, Compared]] = [{} for _ in rows]
@@ -87,38 +111,6 @@ def compared_designs(detections: tuple[Detection, ...]) -> Table:
             if detector is not None:
                 cells[name] = Compared(detector.judgement, found, is_shown)
     return tuple(table)
-
-
-def design_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
-    """The designs as plain data; empty for a single one."""
-    if len(detections) < 2:
-        return []
-    unit = severity_unit(detections[0])
-    return [
-        {
-            "design": design_record(detection),
-            "detectors": [
-                {
-                    "column": name,
-                    "indicator": each.judgement.scored.name,
-                    "channels": list(each.judgement.scored.channels),
-                    f"q90_95{unit.suffix}": found_cell(each.judgement.smallest.get("q90_95"), unit).value,
-                    "gain": _gain_record(each),
-                }
-                for name, each in row.items()
-            ],
-        }
-        for detection, row in zip(detections, compared_designs(tuple(detections)), strict=True)
-    ]
-
-
-def _gain_record(compared: Compared) -> dict[str, Any] | None:
-    """The difference of the rates of detection over all tested severities."""
-    own = compared.gain
-    if own is None:
-        return None
-    numbers = {name: finite(getattr(own, name)) for name in ("value", "low", "high", "p_value")}
-    return {**numbers, "is_shown": compared.is_shown}
 
 
 def _columns(detection: Detection) -> dict[str, Detector]:
@@ -137,42 +129,39 @@ def _gain(reference: Detector | None, other: Detector | None, confidence: float)
         return None
 
 
-def _sheet(
-    key: str,
-    title: str,
-    detections: Sequence[Detection],
-    cell: Callable[[Detection, Compared], Cell],
-    note: str,
-) -> Sheet:
-    table = compared_designs(tuple(detections))
-    names = list(dict.fromkeys(name for row in table for name in row))[:MOST]
-    rows = tuple(
-        (
-            Cell(_label(detections, detection)),
-            *(cell(detection, row[name]) if name in row else Cell(HOLE) for name in names),
-        )
-        for detection, row in zip(detections, table, strict=True)
-    )
-    return Sheet(key, title, ("Design", *names), rows, (1,), (0,), note)
-
-
-def _found_cell(detection: Detection, compared: Compared) -> Cell:
-    found = found_cell(compared.judgement.smallest.get("q90_95"), severity_unit(detection))
-    return Cell(f"{found.text} {compared.mark}".rstrip(), compared.is_shown, found.value)
-
-
-def _alarm_cell(detection: Detection, compared: Compared) -> Cell:
-    healthy = tested(detection, Kind.HEALTHY)
-    return rate_cell(compared.judgement, healthy[0]) if healthy else Cell(HOLE)
-
-
 def _label(detections: Sequence[Detection], detection: Detection) -> str:
     """What a design changes of the first one, which is named by what it sets."""
     own, first = detection.records.design, detections[0].records.design
-    changed = {
-        name: value for name, value in own.items() if detection is detections[0] or first.get(name) != value
-    }
     names: dict[str, list[str]] = defaultdict(list)
-    for name, value in changed.items():
-        names[shown_value(name, value)].append(name)
+    for name, value in own.items():
+        if detection is detections[0] or first.get(name) != value:
+            names[shown_value(name, value)].append(name)
     return ", ".join(f"{', '.join(alike)} = {value}" for value, alike in names.items()) or "as configured"
+
+
+def design_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
+    """The designs as plain data; empty for a single one."""
+    if len(detections) < 2:
+        return []
+    return [
+        {
+            "design": design_record(detection),
+            "detectors": [_detector_record(detection, name, each) for name, each in row.items()],
+        }
+        for detection, row in zip(detections, _compared(tuple(detections)), strict=True)
+    ]
+
+
+def _detector_record(detection: Detection, name: str, compared: Compared) -> dict[str, Any]:
+    """A detector, and the difference of its rates of detection over all tested severities."""
+    scored, unit, own = compared.judgement.scored, severity_unit(detection), compared.gain
+    found = compared.judgement.smallest.get("q90_95")
+    return {
+        "column": name,
+        "indicator": scored.name,
+        "channels": list(scored.channels),
+        f"q90_95{unit.suffix}": None if found is None or found.value is None else unit.value(found.value),
+        "gain": own
+        and {name: finite(getattr(own, name)) for name in ("value", "low", "high", "p_value")}
+        | {"is_shown": compared.is_shown},
+    }

@@ -3,36 +3,56 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.report.composition import answers, document_of
-from hydrofdi.report.detection.answer import answer_block
-from hydrofdi.report.detection.caveats import caveats_block
-from hydrofdi.report.detection.columns import detection_lines
+from hydrofdi.report.detection.answer import answer_block, remarks_block
 from hydrofdi.report.detection.designs import design_records, designs_block
-from hydrofdi.report.detection.false_alarms import false_alarms_block
-from hydrofdi.report.detection.levels import levels_block
-from hydrofdi.report.detection.populations import populations_block
-from hydrofdi.report.detection.progress import Progress
-from hydrofdi.report.detection.ranking import ranking_block
-from hydrofdi.report.detection.record import detection_records, study_record
-from hydrofdi.report.detection.sensors import Sensor, perfect_sensors, perfect_sentence
-from hydrofdi.report.detection.varied import Varied
-from hydrofdi.report.detection.why import why_block
-from hydrofdi.report.document import Block, Document
-from hydrofdi.report.estimates.block import estimate_records, estimates_block
-from hydrofdi.report.run_lengths.block import run_lengths_block
-from hydrofdi.report.run_lengths.record import run_length_lines, run_length_records
-from hydrofdi.studies.estimates.judging import Estimates
+from hydrofdi.report.detection.nuisances import why_block
+from hydrofdi.report.detection.populations import (
+    doubts_block,
+    holes_block,
+    n_computed_of,
+    populations_block,
+    progress_block,
+    without_noise,
+)
+from hydrofdi.report.detection.record import detection_lines, detection_records, study_record
+from hydrofdi.report.detection.tables import false_alarms_block, levels_block, ranking_block
+from hydrofdi.report.document import Document
+from hydrofdi.report.estimates import estimate_records, estimates_block
+from hydrofdi.report.run_lengths import run_length_lines, run_length_records, run_lengths_block
+from hydrofdi.report.sections.provenance import provenance_block
+from hydrofdi.report.sections.runs import remarks_block as runs_remarks_block
+from hydrofdi.scoring import has_extra
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout.names import STATUS
+from hydrofdi.studies.estimates.judging import Estimates, judge_estimates
+from hydrofdi.studies.judged import judge_study
 from hydrofdi.studies.judgement import Detection
+from hydrofdi.studies.left_out import asks_for_extra
 from hydrofdi.studies.run_lengths.judgement import RunLengths
+from hydrofdi.studies.run_lengths.reading import judge_run_lengths
 
 if TYPE_CHECKING:
     from hydrofdi.report.contract import FigureKind
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
+
+
+def report_study(data: ExperimentData) -> DetectionReport:
+    """Judge a stored study and report on it.
+
+    Raises
+    ------
+    ReportError
+        The experiment has no study, or its file does not contain the runs of its study.
+    """
+    return DetectionReport(data.experiment.name, data.path, judge_study(data), data)
 
 
 @dataclass(frozen=True)
@@ -47,41 +67,34 @@ class DetectionReport:
         The file that it was made from.
     detections : tuple of Detection
         One for each design of the records; the sections show the first.
-    varied : Varied
-        What differs between the records.
-    before, after : tuple of Block
-        Further sections, such as what is missing, and provenance.
-    progress : Progress or None
-        How far the sweep is; None if all records are there from the start, as measured ones are.
-    sensors : tuple of Sensor
-        Those that are simulated for the scores.
-    estimates : tuple of Estimates
-        Estimates against the truth, for each design; empty if the truth is not known.
-    run_lengths : tuple of RunLengths
-        Control charts of each design; empty if none is asked for.
-    has_results : bool
-        Whether any record can be judged; otherwise the report says only what is missing.
-    doubts : Block or None
-        Verdicts on the records, such as unsettled; None if all are ok.
+    data : ExperimentData or None
+        The runs behind simulated records.
     """
 
     name: str
     path: Path
     detections: tuple[Detection, ...]
-    varied: Varied = field(default_factory=Varied)
-    before: tuple[Block | None, ...] = ()
-    after: tuple[Block | None, ...] = ()
-    progress: Progress | None = None
-    sensors: tuple[Sensor, ...] = ()
-    estimates: tuple[Estimates, ...] = ()
-    run_lengths: tuple[RunLengths, ...] = ()
-    has_results: bool = True
-    doubts: Block | None = None
+    data: ExperimentData | None = None
+
+    @cached_property
+    def estimates(self) -> tuple[Estimates, ...]:
+        """Estimates against the truth, for each design; empty if the truth is not known."""
+        return judge_estimates(self.data) if self.data else ()
+
+    @cached_property
+    def run_lengths(self) -> tuple[RunLengths, ...]:
+        """Control charts of each design; empty if none is asked for."""
+        return judge_run_lengths(self.data) if self.data else ()
 
     @property
     def is_complete(self) -> bool:
         """Whether no record is still to come."""
-        return self.progress is None or self.progress.is_complete
+        return self.data is None or n_computed_of(self.data) == self.data.n_run
+
+    @property
+    def has_results(self) -> bool:
+        """Whether any record can be judged; otherwise the report says only what is missing."""
+        return self.data is None or bool((self.data.columns[STATUS].astype(str) == "ok").any())
 
     @property
     def usual_figure(self) -> str:
@@ -89,45 +102,43 @@ class DetectionReport:
         return "ranking"
 
     @property
-    def _has_charts(self) -> bool:
-        return any(each.charts for each in self.run_lengths)
-
-    @property
-    def _perfect(self) -> tuple[Sensor, ...]:
-        return perfect_sensors(self.sensors, self.detections[0])
+    def _without_noise(self) -> tuple[str, ...]:
+        return without_noise(self.data.experiment, self.detections[0]) if self.data else ()
 
     def document(self) -> Document:
         """The sections of the report."""
-        first = self.detections[0]
-        missing = (None if self.progress is None else self.progress.block(), *self.before)
+        first, data, is_complete = self.detections[0], self.data, self.is_complete
+        missing = (progress_block(data), runs_remarks_block(data), holes_block(data)) if data else ()
+        after = (provenance_block(_with_extra(data)),) if data else ()
         if not self.has_results:
-            return document_of(self.name, _LEAD, (*answers(*missing), *self.after))
+            return document_of(self.name, _LEAD, (*answers(*missing), *after))
+        has_charts = any(each.charts for each in self.run_lengths)
+        answer = answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
-            *answers(
-                *missing,
-                answer_block(first, is_complete=self.is_complete, remark=perfect_sentence(self._perfect)),
-            ),
-            self.doubts,
-            populations_block(first, self.varied, self.sensors),
+            *answers(*missing, answer),
+            doubts_block(data) if data else None,
+            populations_block(first, data.experiment if data else None),
             ranking_block(first),
             false_alarms_block(first),
-            run_lengths_block(self.run_lengths[0]) if self._has_charts and self.is_complete else None,
+            run_lengths_block(self.run_lengths[0]) if has_charts and is_complete else None,
             levels_block(first),
             estimates_block(self.estimates[0]) if self.estimates else None,
-            why_block(first) if self.is_complete else None,
-            designs_block(self.detections) if self.is_complete else None,
-            caveats_block(first),
-            *self.after,
+            why_block(first) if is_complete else None,
+            designs_block(self.detections) if is_complete else None,
+            remarks_block(first),
+            *after,
         )
         return document_of(self.name, _LEAD, blocks)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
+        data = self.data
+        runs = {"runs_computed": n_computed_of(data), "runs_planned": data.n_run} if data else {}
         return {
             "experiment": self.name,
             "is_complete": self.is_complete,
-            "perfect_sensors": [each.symbol for each in self._perfect],
-            **({} if self.progress is None else self.progress.record),
+            "perfect_sensors": list(self._without_noise),
+            **runs,
             "detection": [record for each in self.detections for record in detection_records(each)],
             "estimates": estimate_records(self.estimates),
             "run_lengths": run_length_records(self.run_lengths),
@@ -153,3 +164,10 @@ class DetectionReport:
     def checks(self) -> dict[str, bool | None]:
         """Nothing: a study states no goals."""
         return {}
+
+
+def _with_extra(data: ExperimentData) -> ExperimentData:
+    """The same with the version of scikit-learn, where scores were made with it for this report."""
+    if not (asks_for_extra(data.experiment.detection) and has_extra()):
+        return data
+    return replace(data, versions=data.versions | {"scikit-learn": version("scikit-learn")})

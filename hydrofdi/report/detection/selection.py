@@ -22,20 +22,10 @@ def best_with_sensors(detection: Detection) -> dict[frozenset[str], Judgement]:
         sensors: each
         for each in reversed(able)
         for sensors in of_sensors(detection)
-        if _suffice(sensors, each)
+        if sensors == frozenset(each.scored.channels)
+        or frozenset() < frozenset(each.scored.channels) < sensors
     }
     return dict(sorted(best.items(), key=lambda item: able.index(item[1])))
-
-
-def _suffice(sensors: frozenset[str], judgement: Judgement) -> bool:
-    """Whether a score needs no more than these sensors; it may need any if it names none."""
-    needed = frozenset(judgement.scored.channels)
-    return sensors == needed or (bool(needed) and needed < sensors)
-
-
-def best_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
-    """The best detectors with any set of sensors, each once, best first."""
-    return distinct(*best_with_sensors(detection).values())
 
 
 def of_sensors(detection: Detection) -> dict[frozenset[str], list[Judgement]]:
@@ -56,15 +46,11 @@ def first_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
     return tuple(each for each in detection.judgements if each in best)
 
 
-def worth_its_sensors(detection: Detection, judgement: Judgement) -> bool:
-    """Whether no other finds as small faults with fewer sensors; so of scores without named sensors."""
-    return not judgement.scored.channels or judgement.scored.name in detection.pareto
-
-
 def answers(detection: Detection) -> tuple[Judgement, ...]:
     """The best detectors that find a fault, and a smaller one than others with fewer sensors; best first."""
-    able = [each for each in best_of_sensors(detection) if each.smallest["q90_95"].value is not None]
-    return tuple(each for each in able if worth_its_sensors(detection, each))
+    best = distinct(*best_with_sensors(detection).values())
+    able = [each for each in best if each.smallest["q90_95"].value is not None]
+    return tuple(each for each in able if not each.scored.channels or each.scored.name in detection.pareto)
 
 
 def wavelet_rules(detection: Detection) -> tuple[Judgement, ...]:
@@ -78,7 +64,8 @@ def foremost(detection: Detection, most: int) -> tuple[Judgement, ...]:
     Sets of sensors with which nothing is found come after the wavelet rules.
     """
     named = wavelet_rules(detection)
-    best = sorted(best_of_sensors(detection), key=lambda each: each.smallest["q90_95"].value is None)
+    best = distinct(*best_with_sensors(detection).values())
+    best = tuple(sorted(best, key=lambda each: each.smallest["q90_95"].value is None))
     room = max(most - len(named), 1)
     chosen = distinct(*best[:room], *named, *best[room:], *detection.judgements)
     first = {each.scored.name for each in chosen[:most]}

@@ -12,11 +12,11 @@ from matplotlib.lines import Line2D
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.report.contract import FigureKind
-from hydrofdi.report.detection.wording import severity_unit_of
+from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.figures.detection.marks import panels
 from hydrofdi.report.figures.style import MARKERS, series
 from hydrofdi.report.figures.ticks import log_axis
-from hydrofdi.report.run_lengths.wording import hours
+from hydrofdi.report.run_lengths import hours
 from hydrofdi.studies.run_lengths.judgement import LeakDelay, RunLengths
 
 
@@ -46,7 +46,7 @@ def draw_delays(lengths: RunLengths) -> Any:
     styles = _styles(lengths)
     figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True)
     unit, every = (
-        severity_unit_of(lengths.records),
+        severity_unit(lengths),
         [hours(chart.false_alarm_every) for chart in lengths.charts],
     )
     for axis, level in zip(axes, levels, strict=True):

@@ -1,53 +1,153 @@
-"""Values and changes of each indicator over an experiment."""
+"""Values of each indicator over an experiment, and their changes against healthy runs and replicates."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
-from hydrofdi.report.indicators.changes import Changes, HealthySpread, changes, healthy_spread
-from hydrofdi.report.indicators.measured import (
-    MeasuredIndicator,
-    MeasuredOutput,
-    measured_indicators,
-)
-from hydrofdi.report.ranges import Range, range_of
+from hydrofdi.report.indicators.measured import MeasuredIndicator, MeasuredOutput, measured_indicators
+from hydrofdi.report.intervals import span_of
 from hydrofdi.report.runs import table_runs
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 
+Array = NDArray[np.float64]
+
+Range = tuple[float, float]
+"""Smallest and largest of some numbers; NaN if there is none."""
+
+LEAST_SHARE = 0.01
+"""A healthy value below this share of the largest size over all runs counts as near zero."""
+
 
 @dataclass(frozen=True)
-class GroupChange:
-    """Changes of the runs of a group.
+class Changes:
+    """Changes of all runs against one kind of baseline; each of shape (n_run,), NaN if there is none.
 
     Attributes
     ----------
-    group : Group
-    n_run : int
-        Runs of the group that have a number.
-    values : Range
-        Their numbers, in the unit of the output.
-    fixed, matched : Range
-        Changes against either baseline [%]; NaN if the healthy value of a run is near zero.
-    fixed_absolute, matched_absolute : Range
+    absolute : ndarray
+        In the unit of the number, above zero where it rose.
+    percent : ndarray
+        In percent of the size of the healthy value; NaN if that is near zero.
+    low, high : ndarray
+        Smallest and largest change of the healthy replicates of the baseline, in the unit of the number.
+    """
+
+    absolute: Array
+    percent: Array
+    low: Array
+    high: Array
+
+    @property
+    def is_healthy(self) -> NDArray[np.bool_]:
+        """Whether the change lies within those of the healthy replicates."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray((self.absolute >= self.low) & (self.absolute <= self.high))
+
+
+@dataclass(frozen=True)
+class HealthySpread:
+    """Spread of the healthy replicates of each run, shape (n_run,); NaN for runs without replicates.
+
+    Attributes
+    ----------
+    mean : ndarray
+        Mean of its replicates.
+    low, high : ndarray
+        Smallest and largest change of a replicate against the mean of the others, in the unit of the number.
+    width : ndarray
+        Largest minus smallest replicate; zero without replicates.
+    count : ndarray of int
+        Replicates with a number.
+    """
+
+    mean: Array
+    low: Array
+    high: Array
+    width: Array
+    count: NDArray[np.int64]
+
+
+def relative_change(healthy: Array, values: Array, width: Array | float = 0.0) -> Array:
+    """Change from a healthy value in percent of its size, above zero if the number rose.
+
+    NaN if the healthy value is near zero: its size is below 1 % of the largest size over all runs, or
+    below the width of its replicates.
+    """
+    largest = np.nanmax(np.abs(values), initial=0.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        known = np.abs(healthy) > np.maximum(LEAST_SHARE * largest, width)
+        change: Array = np.where(known, 100.0 * (values - healthy) / np.abs(healthy), np.nan)
+    return change
+
+
+def healthy_spread(values: Array, data: ExperimentData) -> HealthySpread:
+    """The spread of the replicates of each healthy run."""
+    mean, low, high = (np.full(data.n_run, np.nan) for _ in range(3))
+    width, count = np.zeros(data.n_run), np.zeros(data.n_run, dtype=np.int64)
+    for position in np.unique(data.replicate_of[data.replicate_of >= 0]).tolist():
+        found = values[data.replicate_of == position]
+        found = found[np.isfinite(found)]
+        count[position] = len(found)
+        if len(found) > 1:
+            own = found - (found.sum() - found) / (len(found) - 1)
+            mean[position], low[position], high[position] = found.mean(), own.min(), own.max()
+            width[position] = np.ptp(found)
+    return HealthySpread(mean, low, high, width, count)
+
+
+def changes(
+    values: Array, baseline: NDArray[np.int64], spread: HealthySpread, data: ExperimentData
+) -> Changes:
+    """Changes against the healthy run of each run, or the mean of its replicates if there are any.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_run,)
+    baseline : ndarray of int, shape (n_run,)
+        Row of the healthy run.
+    spread : HealthySpread
+        Made from `values`.
+    data : ExperimentData
+    """
+    healthy = spread.mean if data.has_replicates else values
+    against = np.where(baseline == names.NO_BASELINE, np.nan, healthy[baseline])
+    percent = relative_change(against, values, spread.width[baseline])
+    return Changes(values - against, percent, spread.low[baseline], spread.high[baseline])
+
+
+@dataclass(frozen=True)
+class Change:
+    """Changes of the runs of a group against one kind of baseline.
+
+    Attributes
+    ----------
+    percent : tuple of float
+        Their range [%]; NaN if the healthy value of a run is near zero.
+    absolute : tuple of float
         The same in the unit of the output.
-    fixed_is_healthy, matched_is_healthy : bool
+    is_healthy : bool
         Whether all of them lie within those of healthy replicates.
     """
+
+    percent: Range
+    absolute: Range
+    is_healthy: bool
+
+
+@dataclass(frozen=True)
+class GroupChange:
+    """Values of the `n_run` runs of a group that have a number, and their changes against each baseline."""
 
     group: Group
     n_run: int
     values: Range
-    fixed: Range
-    matched: Range
-    fixed_absolute: Range
-    matched_absolute: Range
-    fixed_is_healthy: bool
-    matched_is_healthy: bool
+    against: Mapping[str, Change]
 
 
 @dataclass(frozen=True)
@@ -57,19 +157,19 @@ class OutputStudy:
     Attributes
     ----------
     measured : MeasuredOutput
-    healthy : Range
-        Its values in the fixed baselines; the mean of their replicates if there are any.
-    spread : Range
-        Changes of the replicates of the fixed baselines, each against the mean of the others, in the unit of
-        the output.
+    healthy : tuple of float
+        Range of its values in the fixed baselines; of the mean of their replicates if there are any.
+    spread : tuple of float
+        Range of the changes of the replicates of the fixed baselines, each against the mean of the others,
+        in the unit of the output.
     replicates : HealthySpread
         Of each healthy run.
     n_healthy : int
         Number of fixed baselines, or of their replicates, that have a number.
     n_run : int
         Runs that have a number.
-    fixed, matched : Changes
-        Of all runs.
+    against : mapping of str to Changes
+        ``fixed`` and ``matched`` → changes of all runs.
     over : dict of str to tuple of GroupChange
         Axis → changes of its groups.
     """
@@ -80,8 +180,7 @@ class OutputStudy:
     replicates: HealthySpread
     n_healthy: int
     n_run: int
-    fixed: Changes
-    matched: Changes
+    against: Mapping[str, Changes]
     over: dict[str, tuple[GroupChange, ...]]
 
 
@@ -116,8 +215,8 @@ class IndicatorStudy:
     @property
     def varies(self) -> bool:
         """Whether any output differs between the runs of the table."""
-        spans = (range_of(output.measured.means.tolist()) for output in self.outputs)
-        return any(span.low < span.high for span in spans)
+        spans = (span_of(output.measured.means) for output in self.outputs)
+        return any(low < high for low, high in spans)
 
 
 def study_indicators(data: ExperimentData) -> tuple[IndicatorStudy, ...]:
@@ -153,52 +252,38 @@ def _study_output(
     measured: MeasuredOutput, data: ExperimentData, kept: NDArray[np.bool_], axes: tuple[Axis, ...]
 ) -> OutputStudy:
     values, spread = measured.means, healthy_spread(measured.means, data)
-    fixed = changes(values, data.fixed_baseline, spread, data)
-    matched = changes(values, data.matched_baseline, spread, data)
+    rows = {"fixed": data.fixed_baseline, "matched": data.matched_baseline}
+    against = {name: changes(values, baseline, spread, data) for name, baseline in rows.items()}
     baselines = np.unique(data.fixed_baseline[kept & (data.fixed_baseline != names.NO_BASELINE)])
     healthy = spread.mean if data.has_replicates else values
     sources = np.isin(data.replicate_of, baselines) if data.has_replicates else baselines
     return OutputStudy(
         measured=measured,
-        healthy=range_of(healthy[baselines].tolist()),
-        spread=range_of([*spread.low[baselines].tolist(), *spread.high[baselines].tolist()]),
+        healthy=span_of(healthy[baselines]),
+        spread=span_of([*spread.low[baselines], *spread.high[baselines]]),
         replicates=spread,
         n_healthy=int(np.isfinite(values[sources]).sum()),
         n_run=int(np.isfinite(values[kept]).sum()),
-        fixed=fixed,
-        matched=matched,
-        over={
-            axis.name: tuple(_group_change(group, values, fixed, matched) for group in axis.groups)
-            for axis in axes
-        },
-    )
+        against=against,
+        over={axis.name: tuple(_group_change(group, values, against) for group in axis.groups)
+              for axis in axes},
+    )  # fmt: skip
 
 
-def _group_change(group: Group, values: NDArray[np.float64], fixed: Changes, matched: Changes) -> GroupChange:
+def _group_change(group: Group, values: Array, against: Mapping[str, Changes]) -> GroupChange:
     rows = group.rows & np.isfinite(values)
-    return GroupChange(
-        group,
-        int(rows.sum()),
-        range_of(values[rows].tolist()),
-        _percent_range(fixed, rows),
-        _percent_range(matched, rows),
-        range_of(fixed.absolute[rows].tolist()),
-        range_of(matched.absolute[rows].tolist()),
-        _all_healthy(fixed, rows),
-        _all_healthy(matched, rows),
+    changed = {name: _change(own, rows & np.isfinite(own.absolute)) for name, own in against.items()}
+    return GroupChange(group, int(rows.sum()), span_of(values[rows]), changed)
+
+
+def _change(changes: Changes, rows: NDArray[np.bool_]) -> Change:
+    """In percent if every change has a percentage."""
+    percent = changes.percent[rows]
+    return Change(
+        span_of(percent if np.isfinite(percent).all() else []),
+        span_of(changes.absolute[rows]),
+        bool(rows.any() and changes.is_healthy[rows].all()),
     )
-
-
-def _percent_range(changes: Changes, rows: NDArray[np.bool_]) -> Range:
-    """The range in percent, if every change has a percentage."""
-    known = rows & np.isfinite(changes.absolute)
-    percent = changes.percent[known].tolist()
-    return range_of(percent if np.isfinite(percent).all() else [])
-
-
-def _all_healthy(changes: Changes, rows: NDArray[np.bool_]) -> bool:
-    known = rows & np.isfinite(changes.absolute)
-    return bool(known.any() and changes.is_healthy[known].all())
 
 
 def _unmeasured(measured: MeasuredIndicator, data: ExperimentData, kept: NDArray[np.bool_]) -> dict[int, str]:

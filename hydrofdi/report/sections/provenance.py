@@ -12,7 +12,8 @@ from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.seeds import seeds_of, shown_seeds
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.report.document import Block, Cell, Sheet
+from hydrofdi.report.document import Block
+from hydrofdi.report.table import Table
 from hydrofdi.store import ExperimentData
 
 Settings = dict[tuple[str, str], Any]
@@ -21,13 +22,8 @@ Settings = dict[tuple[str, str], Any]
 
 def provenance_block(data: ExperimentData) -> Block:
     """What the experiment states, the library versions, and the settings at their defaults."""
-    versions = Sheet(
-        "versions",
-        "Versions",
-        ("Library", "Version"),
-        tuple((Cell(name), Cell(version)) for name, version in sorted(data.versions.items())),
-        text_columns=(0, 1),
-    )
+    libraries = sorted(data.versions)
+    versions = {"Library": libraries, "Version": [data.versions[name] for name in libraries]}
     stated, others = _settings(data)
     return Block(
         "provenance",
@@ -37,9 +33,9 @@ def provenance_block(data: ExperimentData) -> Block:
             f"Seeds: {shown_seeds(seeds_of(data.experiment))}.",
         ),
         (
-            _settings_sheet("configuration", "What the experiment sets", stated),
-            versions,
-            replace(_settings_sheet("defaults", "Settings at their default values", others), is_folded=True),
+            _settings_table("configuration", "What the experiment sets", stated),
+            Table.of(versions, title="Versions", key="versions"),
+            replace(_settings_table("defaults", "Settings at their default values", others), is_folded=True),
         ),
     )
 
@@ -75,12 +71,12 @@ def _flat(configuration: dict[str, Any]) -> Iterator[tuple[tuple[str, str], Any]
             yield (section, name), content
 
 
-def _settings_sheet(key: str, title: str, settings: Settings) -> Sheet:
-    rows = (
-        (Cell(_key(section, name)), Cell(_text(name if "." in name else f"{section}.{name}", content)))
+def _settings_table(key: str, title: str, settings: Settings) -> Table:
+    texts = [
+        _text(name if "." in name else f"{section}.{name}", content)
         for (section, name), content in settings.items()
-    )
-    return Sheet(key, title, ("Key", "Value"), tuple(rows), text_columns=(0, 1))
+    ]
+    return Table.of({"Key": [_key(*each) for each in settings], "Value": texts}, title=title, key=key)
 
 
 def _text(name: str, content: Any) -> str:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.quality.doubts import DOUBTS
+from hydrofdi.quality.doubts import DOUBTS, Doubt
 from hydrofdi.quality.failures import remedy
 from hydrofdi.quality.settling import samples_per_period
 from hydrofdi.report.analysis import Analysis
@@ -153,12 +152,15 @@ def doubts_block(analysis: Analysis) -> Block | None:
         own = [row for row in doubtful if doubt in row.doubts]
         if own:
             worst = max(own, key=lambda row: row.doubt_numbers[doubt.word])
-            share = worst.doubt_numbers[doubt.word]
-            percent = f"{100.0 * share:.2g}" if share < 0.995 else f"{100.0 * share:.0f}"
-            meaning = f"{doubt.meaning.format(percent)} ({row_name(worst)})"
-            count = counted(len(own), "run")
-            lines.append(f"{doubt.word} ({doubt.mark}), {count}: {meaning}. Remedy: {doubt.remedy}.")
+            said = doubt_text(doubt, worst.doubt_numbers[doubt.word], f" ({row_name(worst)})")
+            lines.append(f"{doubt.word} ({doubt.mark}), {counted(len(own), 'run')}: {said}")
     return Block("doubts", "How reliable the runs are", tuple(lines))
+
+
+def doubt_text(doubt: Doubt, share: float, where: str = "") -> str:
+    """What a doubt means at its worst number, and the remedy."""
+    percent = f"{100.0 * share:.2g}" if share < 0.995 else f"{100.0 * share:.0f}"
+    return f"{doubt.meaning.format(percent)}{where}. Remedy: {doubt.remedy}."
 
 
 def baseline_title(table: RunTable, baseline: str) -> str:
@@ -240,9 +242,3 @@ def _rms_table(table: RunTable) -> Table:
     title = "RMS of the details of the chamber-1 pressure"
     columns = (*lead, *levels, *doubt_columns(rows))
     return Table(columns, title, "rms", doubt_notes(rows), n_lead=len(lead))
-
-
-def span_of(values: list[float]) -> tuple[float, float]:
-    """Smallest and largest of the finite numbers; NaN if there is none."""
-    known = [value for value in values if not math.isnan(value)]
-    return min(known, default=math.nan), max(known, default=math.nan)

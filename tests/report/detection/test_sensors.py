@@ -9,7 +9,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
 from hydrofdi.report.detection.report import DetectionReport
-from hydrofdi.report.detection.sensors import perfect_sentence
+from tests.report.rows import rows
 
 STUDY = """
 name: sensors
@@ -48,19 +48,18 @@ def test_a_report_shows_the_sensors_and_says_which_have_no_noise(study):
     made = report(study)
     blocks = {block.key: block for block in made.document().blocks}
     (sheet,) = [sheet for sheet in blocks["populations"].tables if sheet.key == "sensors"]
-    rows = {row[0].text.split()[0]: [cell.text for cell in row[1:]] for row in sheet.rows}
-    assert rows["P1"] == ["5 kPa", "1 kPa", "–"]
-    assert rows["xv"][0] == rows["Ps"][0] == "none"
+    shown = {row[0].split()[0]: row[1:] for row in rows(sheet)}
+    assert shown["P1"] == ["5 kPa", "1 kPa", "–"]
+    assert shown["xv"][0] == shown["Ps"][0] == "none"
     assert made.record()["perfect_sensors"] == ["Ps", "xv"]
     assert "at 8 MPa" in " ".join(blocks["answer"].paragraphs)
     assert 0.5 < made.detections[0].records.per_mean_flow < 5.0
-    assert any("Ps and xv are measured without noise here" in text for text in blocks["answer"].paragraphs)
+    assert "Ps and xv are simulated without noise" in " ".join(blocks["answer"].paragraphs)
 
 
 def test_noise_that_is_drawn_is_noise(study):
     made = report(study, "study.population.over.spool_sensor.noise={uniform: [0.1 µm, 1 µm]}")
-    assert [each.symbol for each in made.sensors if each.is_perfect] == ["Ps"]
-    assert "hold for perfect sensors" not in perfect_sentence(())
+    assert made.record()["perfect_sensors"] == ["Ps"]
 
 
 def test_scores_that_need_other_sensors_are_left_out_with_how_to_do_without(study):

@@ -5,9 +5,9 @@ from dataclasses import replace
 from rich.console import Console
 
 from hydrofdi.cli.tables import print_table
-from hydrofdi.report.run_lengths.block import run_lengths_block
-from hydrofdi.report.run_lengths.wording import time_text
+from hydrofdi.report.run_lengths import run_lengths_block, time_text
 from hydrofdi.studies.run_lengths.judgement import RunLengths
+from tests.report.rows import rows
 from tests.studies.test_run_lengths import EVERY, FIT, LARGE, SMALL, TEST, judged, traces
 
 
@@ -73,8 +73,8 @@ def test_times_stand_in_the_unit_that_a_person_reads():
     texts = [time_text(each) for each in (5.4, 60.0, 150.0, 3600.0, 3.1536e7)]
     assert texts == ["5.4 s", "1 min", "2.5 min", "1 h", "8,760 h"]
     delays, alarms = block(too_loud()).tables
-    assert {row[1].text for row in delays.rows} == {"16.7 min"}
-    measured = [row[5].text for row in alarms.rows]
+    assert {row[1] for row in rows(delays)} == {"16.7 min"}
+    measured = [row[5] for row in rows(alarms)]
     assert all(" s (" in each for each in measured)
 
 
@@ -86,7 +86,7 @@ def test_no_number_is_broken_at_eighty_columns():
     console = Console(width=80)
     for sheet in run_lengths_block(RunLengths(traces().records, tuple(charts), 0.95, 0.9)).tables:
         with console.capture() as shown:
-            print_table(console, sheet.as_table())
+            print_table(console, sheet)
         printed = shown.get()
-        numbers = [word for row in sheet.rows for cell in row[3:] for word in cell.text.split()]
+        numbers = [word for row in rows(sheet) for cell in row[3:] for word in cell.split()]
         assert all(word in printed for word in numbers)

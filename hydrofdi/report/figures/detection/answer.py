@@ -15,7 +15,6 @@ from hydrofdi.report.detection.wording import (
     FROM_LEVELS,
     SeverityUnit,
     false_alarms_in_words,
-    found_text,
     probability_in_words,
     score_title,
     severity_unit,
@@ -83,8 +82,8 @@ def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit) -> 
 
 def _number(found: DetectableSeverity, unit: SeverityUnit) -> str:
     if found.value is None:
-        return f"not found up to {unit.found(found)} {unit.name}".rstrip()
-    return f"{found_text(found, unit)} {unit.name}".rstrip()
+        return f"not found up to {unit.found(found).removeprefix('> ')} {unit.name}".rstrip()
+    return f"{unit.found(found)} {unit.name}".rstrip()
 
 
 def _signs(shown: tuple[Judgement, ...], unit: SeverityUnit) -> Iterator[str]:

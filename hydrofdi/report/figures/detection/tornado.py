@@ -8,20 +8,12 @@ from typing import Any
 
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.sensitivity.response import Reach
-from hydrofdi.report.detection.nuisances import (
-    TOGETHER,
-    TestedRange,
-    by_reach,
-    end,
-    nuisance_name,
-    tested_range,
-)
-from hydrofdi.report.detection.why import shown_nuisances
+from hydrofdi.report.detection.nuisances import TOGETHER, by_reach, end, shown_nuisances, tested_range
+from hydrofdi.report.detection.wording import SeverityUnit, severity_unit
 from hydrofdi.report.figures.detection.marks import panels
 from hydrofdi.report.figures.style import BLUE, INK, ORANGE
 from hydrofdi.settings.readable import two_digits
 from hydrofdi.studies.judgement import Detection
-from hydrofdi.studies.nuisances import Nuisances
 
 _MOST_PANELS, _MOST_ROWS = 6, 8
 _STUB, _START = 0.12, 0.3
@@ -36,32 +28,25 @@ def draw_tornado(detection: Detection) -> Any:
     ReportError
         The study has no records for it, or no leak moves a score.
     """
-    tested = tested_range(detection)
-    shown = [(name, rows) for name, found in shown_nuisances(detection) if (rows := _rows(found))][
-        :_MOST_PANELS
-    ]
+    tested, unit = tested_range(detection), severity_unit(detection)
+    found = ((name, by_reach(own, _MOST_ROWS)) for name, own in shown_nuisances(detection))
+    shown = [(name, rows) for name, rows in found if rows][:_MOST_PANELS]
     if tested is None or not shown:
         raise ReportError("no nuisance can be expressed as a leak: set study.sensitivity.alone, and leaks")
     height = 0.9 + 0.2 * max(len(rows) for _, rows in shown)
     figure, axes = panels(len(shown), 2, width=4.4, height=height)
     for axis, (name, rows) in zip(axes, shown, strict=True):
         _draw_panel(axis, name, rows, tested)
-    unit = tested.unit
+        _ticks(axis, tested, unit)
     figure.supxlabel(
         f"← {unit.quantity} that is hidden          {unit.quantity} that a healthy record looks like →"
-        + (f"   [{unit.name}]" if unit.name else ""),
+        f"  {unit.bracket}",
         fontsize=9,
     )
     return figure
 
 
-def _rows(found: Nuisances) -> list[tuple[str, Reach]]:
-    """All together on top, then the nuisances that move the score furthest."""
-    named = [(nuisance_name(each), each.reach) for each in by_reach(found, _MOST_ROWS)]
-    return [(label, reach) for label, reach in ((TOGETHER, found.together), *named) if reach is not None]
-
-
-def _draw_panel(axis: Any, name: str, rows: Sequence[tuple[str, Reach]], tested: TestedRange) -> None:
+def _draw_panel(axis: Any, name: str, rows: Sequence[tuple[str, Reach]], tested: tuple[float, float]) -> None:
     for row, (label, reach) in enumerate(rows):
         for sign, fault, color in ((1.0, reach.imitated, ORANGE), (-1.0, reach.hidden, BLUE)):
             faded = 0.45 if label == TOGETHER else 0.9
@@ -73,22 +58,18 @@ def _draw_panel(axis: Any, name: str, rows: Sequence[tuple[str, Reach]], tested:
     axis.axvline(0.0, color=INK, linewidth=0.6)
     axis.grid(visible=False, axis="y")
     axis.set_title(name, fontsize=8.5)
-    _ticks(axis, tested)
 
 
-def _place(severity: float, tested: TestedRange) -> float:
+def _place(severity: float, tested: tuple[float, float]) -> float:
     """Decades from where the tested leaks begin; what is smaller or larger than these lies outside."""
     if severity == 0.0:
         return _STUB
-    end = _START + math.log10(tested.largest / tested.smallest)
-    return (
-        min(_START + math.log10(severity / tested.smallest), end) if math.isfinite(severity) else end + _START
-    )
+    end = _START + math.log10(tested[1] / tested[0])
+    return min(_START + math.log10(severity / tested[0]), end) if math.isfinite(severity) else end + _START
 
 
-def _ticks(axis: Any, tested: TestedRange) -> None:
-    unit = tested.unit
-    first, last = unit.value(tested.smallest), unit.value(tested.largest)
+def _ticks(axis: Any, tested: tuple[float, float], unit: SeverityUnit) -> None:
+    first, last = map(unit.value, tested)
     decades = range(math.ceil(math.log10(first) - 1e-9), math.floor(math.log10(last) + 1e-9) + 1)
     severities = [10.0**decade / unit.value(1.0) for decade in decades]
     places = [(_place(severity, tested), two_digits(unit.value(severity))) for severity in severities]

@@ -6,8 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from hydrofdi.report.document import Block, Cell, Sheet, group_breaks
+from hydrofdi.evaluation.rates import Rate
+from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import joined
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.estimates.judging import EstimateJudgement, Estimates
@@ -24,33 +26,39 @@ _ORDER = (
 
 def estimates_block(estimates: Estimates) -> Block | None:
     """How far estimates are from the truth; None if nothing is estimated."""
-    if not estimates.judgements:
+    rows = estimates.judgements
+    if not rows:
         return None
     level = f"{100.0 * estimates.confidence:g} %"
-    headers = (
-        "Indicator",
-        "Estimate",
-        "Population",
-        "Mean error",
-        "1σ of errors",
-        "1σ stated",
-        "Covered [%]",
+    numbers = {"Mean error": "bias", "1σ of errors": "deviation", "1σ stated": "stated"}
+    columns = (
+        Column("Indicator", [each.indicator for each in rows], is_text=True),
+        Column("Estimate", [_NAMES[each.quantity] for each in rows], is_text=True),
+        Column("Population", [each.population for each in rows], is_text=True),
+        *(
+            Column(title, [_shown(each.quantity, getattr(each, name)) for each in rows], text=_two_digits)
+            for title, name in numbers.items()
+        ),
+        Column("Covered [%]", [each.covered if each.n else None for each in rows], text=_share_text),
     )
     note = (
         f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. 1σ stated: root mean square. Covered:"
         f" records whose stated {level} interval contains the truth, with the {level} interval of that share."
         f"{_left_out(estimates)}"
     )
-    sheet = Sheet(
-        "estimates",
-        "Estimates against the truth",
-        headers,
-        tuple(_row(each) for each in estimates.judgements),
-        group_breaks([(each.indicator, each.quantity) for each in estimates.judgements]),
-        (0, 1, 2),
-        note,
-    )
-    return Block("estimates", "Estimates", (_ORDER,), (sheet,))
+    breaks = group_breaks([(each.indicator, each.quantity) for each in rows])
+    table = Table(columns, "Estimates against the truth", "estimates", (note,), breaks)
+    return Block("estimates", "Estimates", (_ORDER,), (table,))
+
+
+def _two_digits(value: float) -> str:
+    return HOLE if math.isnan(value) else two_digits(value)
+
+
+def _share_text(rate: Rate | None) -> str:
+    if rate is None:
+        return HOLE
+    return f"{100.0 * rate.value:.0f} ({100.0 * rate.low:.0f}–{100.0 * rate.high:.0f})"
 
 
 def _left_out(estimates: Estimates) -> str:
@@ -66,19 +74,6 @@ def _left_out(estimates: Estimates) -> str:
 def estimate_records(judged: Sequence[Estimates]) -> list[dict[str, Any]]:
     """Plain data for JSON, one record for each estimate and population."""
     return [_record(each) for estimates in judged for each in estimates.judgements]
-
-
-def _row(each: EstimateJudgement) -> tuple[Cell, ...]:
-    numbers = (_shown(each.quantity, value) for value in (each.bias, each.deviation, each.stated))
-    rate = each.covered
-    covered = f"{_percent(rate.value)} ({_percent(rate.low)}–{_percent(rate.high)})" if each.n else HOLE
-    return (
-        Cell(each.indicator),
-        Cell(_NAMES[each.quantity]),
-        Cell(each.population),
-        *(Cell(HOLE if math.isnan(value) else two_digits(value), value=finite(value)) for value in numbers),
-        Cell(covered, value=finite(100.0 * rate.value)),
-    )
 
 
 def _record(each: EstimateJudgement) -> dict[str, Any]:
@@ -102,7 +97,3 @@ def _shown(quantity: str, value: float) -> float:
     if quantity == "bulk_modulus":
         return 100.0 * value
     return convert(value * math.sqrt(REFERENCE_PRESSURE), "L/min")
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f}"

@@ -1,1 +1,0 @@
-"""What a study says of estimates whose truth is known."""

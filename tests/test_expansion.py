@@ -49,10 +49,6 @@ def test_a_leakage_flow_is_solved_at_the_baselines_bulk_modulus():
         assert run.calibration.leakage.internal_flow == 2e-6
 
 
-def test_a_given_coefficient_needs_no_calibration():
-    assert all(run.calibration is None for run in table_of("leakage.internal_coefficient=1e-8").runs)
-
-
 def test_no_leakage_is_one_run_however_it_is_written():
     written = ["leakage.external_coefficient=0", "leakage.internal_flow=0", "leakage.internal_coefficient=0"]
     assert len({run_identity(table_of(setting).runs[0]) for setting in written}) == 1
@@ -110,11 +106,6 @@ def test_the_baseline_of_the_file_rules():
 def test_an_impossible_combination_names_the_point():
     with pytest.raises(ConfigError, match=r"at record.step = 0.3 ms.*not a multiple"):
         table_of("sweep.grid.record.step=[0.1 ms, 0.3 ms]")
-
-
-def test_points_that_do_not_fit_each_other_are_refused():
-    with pytest.raises(ConfigError, match=r"at wavelet.levels = 9: .* needs 7,680"):
-        table_of("record.duration=4 s", "sweep.grid.wavelet.levels=[5, 9]")
 
 
 @pytest.mark.parametrize("chamber", [1, 2])

@@ -5,8 +5,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 import hydrofdi
 
 PACKAGE = Path(hydrofdi.__file__).parent
@@ -69,17 +67,17 @@ HOMES = {
 }
 """Outside library → where it may be imported."""
 
-FILES = sorted(path for path in PACKAGE.rglob("*.py"))
-TREES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in FILES}
+FILES = sorted(PACKAGE.rglob("*.py"))
+TREES = {path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in FILES}
+ROOMS = {room for layer in LAYERS for room in layer}
+BELOW_THE_API = {"execution", "monitor", "papers", "simulation", "store", "studies", "config.load_experiment"}
+"""What commands do, they do through ``hydrofdi.api``: they import none of these when they run."""
+EXCEPTIONS = {"cli/report.py"}
+"""Commands that still do; the list only shrinks."""
 
 
-def place(path):
-    return path.relative_to(PACKAGE).as_posix()
-
-
-def room(path):
-    first = path.relative_to(PACKAGE).parts[0]
-    return first.removesuffix(".py")
+def room(place):
+    return place.partition("/")[0].removesuffix(".py")
 
 
 def imported(tree):
@@ -92,90 +90,63 @@ def imported(tree):
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def rooms_imported(path):
-    rooms = {layer for group in LAYERS for layer in group}
-    names = (name.split(".") for name in imported(TREES[path]))
-    return {parts[1] for parts in names if parts[0] == "hydrofdi" and len(parts) > 1 and parts[1] in rooms}
+def rooms_imported(place):
+    names = (name.split(".") for name in imported(TREES[place]))
+    return {parts[1] for parts in names if parts[0] == "hydrofdi" and len(parts) > 1} & ROOMS - {room(place)}
 
 
-INSIDE = [path for path in FILES if room(path) not in ("__init__", "__main__")]
+INSIDE = [place for place in TREES if room(place) not in ("__init__", "__main__")]
 
 
-def test_every_room_has_its_layer():
-    assert {room(path) for path in INSIDE} <= {name for layer in LAYERS for name in layer}
-
-
-@pytest.mark.parametrize("path", INSIDE, ids=place)
-def test_a_module_imports_only_from_below(path):
+def test_a_module_imports_only_from_below():
+    assert {room(place) for place in INSIDE} <= ROOMS
     height = {name: position for position, layer in enumerate(LAYERS) for name in layer}
-    here = room(path)
-    for other in rooms_imported(path) - {here}:
-        assert height[other] > height[here] or (here, other) in SIDEWAYS, f"{place(path)} imports {other}"
+    wrong = [
+        f"{place} imports {other}"
+        for place in INSIDE
+        for other in rooms_imported(place)
+        if height[other] <= height[room(place)] and (room(place), other) not in SIDEWAYS
+    ]
+    assert wrong == []
 
 
-def test_nothing_imports_the_command_line():
-    importers = {room(path) for path in FILES if "cli" in rooms_imported(path)}
-    assert importers <= {"cli", "__main__"}
-
-
-BELOW_THE_API = {
-    "execution", "monitor", "papers", "simulation", "store", "studies",
-    "config.load_experiment",
-}  # fmt: skip
-"""What commands do, they do through ``hydrofdi.api``: they import none of these when they run."""
-
-EXCEPTIONS = {
-    "cli/report.py",
-}  # fmt: skip
-"""Commands that still do; the list only shrinks."""
-
-
-def used_below_the_api(path):
-    names = {name.removeprefix("hydrofdi.") for name in imported(without_type_checking(TREES[path]))}
-    return {name for name in names if {name, name.split(".")[0]} & BELOW_THE_API}
-
-
-def without_type_checking(tree):
-    kept = [node for node in tree.body if ast.unparse(getattr(node, "test", node)) != "TYPE_CHECKING"]
-    return ast.Module(kept, [])
-
-
-COMMANDS = [path for path in INSIDE if room(path) == "cli"]
-
-
-@pytest.mark.parametrize("path", COMMANDS, ids=place)
-def test_a_command_acts_through_the_public_api(path):
-    assert bool(used_below_the_api(path)) == (place(path) in EXCEPTIONS), used_below_the_api(path)
+def test_commands_act_through_the_public_api():
+    at_run_time = {
+        place: ast.Module([n for n in tree.body if ast.unparse(getattr(n, "test", n)) != "TYPE_CHECKING"], [])
+        for place, tree in TREES.items()
+        if room(place) == "cli"
+    }
+    below = {
+        place
+        for place, tree in at_run_time.items()
+        for name in imported(tree)
+        if {name.removeprefix("hydrofdi."), name.removeprefix("hydrofdi.").split(".")[0]} & BELOW_THE_API
+    }
+    assert below == EXCEPTIONS
 
 
 def test_there_are_no_circles_between_rooms():
     below = {}
-    for path in INSIDE:
-        below.setdefault(room(path), set()).update(rooms_imported(path) - {room(path)})
+    for place in INSIDE:
+        below.setdefault(room(place), set()).update(rooms_imported(place))
     while leaves := {name for name, others in below.items() if not others & below.keys()}:
         below = {name: others for name, others in below.items() if name not in leaves}
     assert not below
 
 
-@pytest.mark.parametrize("library", HOMES)
-def test_an_outside_library_is_imported_only_at_home(library):
-    for path in FILES:
-        if any(name.split(".")[0] == library for name in imported(TREES[path])):
-            assert place(path).startswith(HOMES[library]), f"{place(path)} imports {library}"
-
-
-@pytest.mark.parametrize("path", FILES, ids=place)
-def test_what_is_public_has_a_docstring(path):
-    tree = TREES[path]
-    assert ast.get_docstring(tree), place(path)
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
-            assert ast.get_docstring(node), f"{place(path)}: {node.name}"
+def test_an_outside_library_is_imported_only_at_home():
+    found = {(name.split(".")[0], place) for place, tree in TREES.items() for name in imported(tree)}
+    astray = [
+        f"{place} imports {name}"
+        for name, place in sorted(found)
+        if name in HOMES and not place.startswith(HOMES[name])
+    ]
+    assert astray == []
 
 
 def test_names_that_say_nothing_are_not_used():
     empty = {"utils", "util", "core", "common", "helpers", "helper", "manager", "misc"}
-    assert not {part for path in FILES for part in path.relative_to(PACKAGE).with_suffix("").parts} & empty
+    assert not {part for place in TREES for part in Path(place).with_suffix("").parts} & empty
 
 
 def test_what_reads_records_never_loads_what_makes_them():

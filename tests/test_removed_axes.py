@@ -22,11 +22,6 @@ def test_null_takes_an_inherited_axis_away(tmp_path):
     assert load_experiment(file).sweep.names == ["leakage.internal_flow"]
 
 
-def test_null_on_the_command_line_does_so_as_well(tmp_path):
-    experiment = load_experiment(on_top(tmp_path, ""), ["sweep.grid.fluid.bulk_modulus=null"])
-    assert experiment.sweep.names == ["leakage.internal_flow"]
-
-
 def test_null_for_an_axis_that_nothing_passes_on_is_a_mistake(tmp_path):
     file = on_top(tmp_path, "sweep: {grid: {supply.pressure: null}}")
     with pytest.raises(ConfigError, match=r"mine\.yaml:3: sweep\.grid\.supply\.pressure"):

@@ -32,21 +32,6 @@ def _own(base: Path, text: str) -> Path:
     return file
 
 
-def test_the_file_of_the_short_duration_is_blamed_and_that_of_the_inherited_discard_is_named(
-    base: Path,
-) -> None:
-    own = _own(base, "name: own\nrecord: {duration: 2 s}\n")
-    refusal = _refusal(own)
-    assert refusal.startswith(f"{own}:3: record.duration = 2 s leaves 0 samples after analysis.discard")
-    assert f"analysis.discard is in {base}:2" in refusal
-
-
-def test_a_setting_is_blamed_before_any_file(base: Path) -> None:
-    refusal = _refusal(base, "input.period=8 s")
-    assert refusal.startswith("settings input.period=8 s: ")
-    assert f"record.duration is in {base}:3" in refusal
-
-
 @pytest.mark.parametrize(
     "text",
     [

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import pytest
 
-import hydrofdi
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
 from tests.commands import run
@@ -83,19 +82,6 @@ def test_the_unit_is_no_part_of_what_a_run_is():
     assert expand_runs(one).runs[0].request == expand_runs(other).runs[0].request
 
 
-def test_plan_and_report_speak_in_the_units_of_the_file(press):
-    plan = run("plan", press.config, cwd=press.folder).stdout
-    assert "fluid.bulk_modulus [bar]: 2 values from 8000 to 12000" in plan
-    assert "valve.lap [mm]: 2 values from 0.01 to 0.02" in plan
-    assert "MPa" not in plan
-    assert "µm" not in plan
-    text = run("report", press.directory, "--full", cwd=press.folder).stdout
-    assert "Fixed baseline: sealed, EBM 12000 bar" in text
-    assert "valve.lap [mm]" in text
-    assert "EBM [MPa]" not in text
-    assert "[µm]" not in text
-
-
 STUDY = """
 name: study
 record: {duration: 4 s}
@@ -108,42 +94,7 @@ study:
 """
 
 
-def test_the_report_of_a_study_has_the_units_of_its_file(tmp_path):
-    study = sweep_in(tmp_path, STUDY)
-    text = run("report", study.directory, "--full", cwd=tmp_path).stdout
-    assert "152 … 168 bar" in text
-    assert "MPa" not in text.partition("Configuration")[0].replace("at 8 MPa", "").replace("551 MPa", "")
-
-
 def test_programs_read_the_same_columns_whatever_the_unit(press):
     rows = json.loads(run("report", press.directory, "--json", cwd=press.folder).stdout)["rows"]
     assert {row["bulk_modulus_MPa"] for row in rows} == {800.0, 1200.0}
     assert {row["labels"]["valve.lap"] for row in rows} == {1e-5, 2e-5}
-
-
-def test_a_figure_has_the_units_of_the_file(press):
-    picture = press.folder / "responses.svg"
-    run("report", press.directory, "--figure", picture, cwd=press.folder)
-    figure = hydrofdi.load(press.directory).plot("responses")
-    labels = {axis.get_xlabel() for axis in figure.axes}
-    assert any("bar" in label for label in labels), labels
-    assert not any("MPa" in label for label in labels), labels
-
-
-def test_python_speaks_in_the_units_of_its_arguments():
-    run = hydrofdi.simulate(bulk_modulus="0.689 GPa", duration="2 s")
-    assert repr(run).startswith("EBM 0.689 GPa, sealed")
-    assert hydrofdi.plan({"name": "own", "sweep": {"grid": {"supply.pressure": ["100 bar"]}}}).units == {
-        "supply.pressure": "bar"
-    }
-
-
-def test_a_unit_that_reports_would_ignore_is_refused(tmp_path) -> None:
-    path = tmp_path / "own.yaml"
-    path.write_text("name: own\nunits: {leakage.internal_flow: mL/min}\n")
-    with pytest.raises(
-        ConfigError, match=r"own\.yaml:2: units: leakage\.internal_flow: is always shown in L/min"
-    ):
-        load_experiment(str(path))
-    path.write_text("name: own\nunits: {leakage.internal_flow: l/min}\n")
-    assert load_experiment(str(path)).units

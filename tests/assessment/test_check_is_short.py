@@ -6,13 +6,11 @@ import json
 
 import pytest
 
-from hydrofdi.api.inspection import inspect_experiment
 from hydrofdi.api.selection import select_runs
 from hydrofdi.config import load_experiment
 from tests.commands import run_hydrofdi
 
 SHORT = "record: {duration: 2 s}\ninput: {period: 1 s}\n"
-UNSTABLE = ("record.step=2 ms", "valve.natural_frequency=1000 Hz")
 SAMPLE = SHORT + (
     "sweep: {sample: {count: 40, over: {fluid.bulk_modulus: {uniform: [540 MPa, 690 MPa]},"
     " friction.viscous: {uniform: [40, 60]}}}}\n"
@@ -45,16 +43,6 @@ def test_many_runs_are_summed_up_in_one_sentence_and_one_table(tmp_path, text):
         if line.split()[:1] in (["least"], ["largest"])
     )
     assert (least, largest) == pytest.approx((min(moduli), max(moduli)), rel=1e-5)
-
-
-def test_runs_that_fail_alike_are_one_problem(tmp_path):
-    file = tmp_path / "coarse.yaml"
-    file.write_text(SAMPLE)
-    inspection = inspect_experiment(select_runs(load_experiment(file, UNSTABLE)))
-    failed = [problem for problem in inspection.problems if "diverged" in problem]
-    assert len(failed) == 1
-    assert failed[0].count("EBM") == 3
-    assert failed[0].startswith(f"diverged: {len(inspection.modes)} of {len(inspection.modes)} runs, at EBM")
 
 
 def test_some_records_of_every_population_of_a_study_are_looked_at(tmp_path):

@@ -47,19 +47,3 @@ def test_too_few_healthy_hours_are_told_with_the_number_needed(warned):
     (test,) = warned("study.healthy.test=500")
     assert "study.healthy.test = 500 records do not show that a limit holds" in test
     assert "needs 600 of them (3 h)" in test
-
-
-@pytest.mark.parametrize(
-    ("settings", "sentence"),
-    [
-        (
-            ["leakage={onset: constant, onset_time: 0 s}"],
-            "leakage.onset = constant: leaks are there from the",
-        ),
-        (["leakage.onset_time=1 s"], "leakage.onset_time = 1 s is outside of what charts watch"),
-        (["leakage.onset_time=25 s"], "leakage.onset_time = 25 s is outside of what charts watch"),
-        (["baseline={leakage.onset: step}"], "makes them the flow after the onset"),
-    ],
-)
-def test_leaks_that_do_not_set_in_as_stated_are_warned_of(warned, settings, sentence):
-    assert any(sentence in text for text in warned(*settings))

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.charts import chart_kind, chart_names, make_chart
-from hydrofdi.errors import ConfigError
+from hydrofdi.detectors.charts import chart_names, make_chart
 
 SHORT = {"glr": {"window": 20}, "moving_window": {"window": 8}}
 
@@ -86,21 +85,6 @@ def test_an_infinite_score_is_the_largest_and_not_a_hole(name, scores):
     statistic = short(name, direction="rising").follow(scores)
     assert np.isfinite(statistic[3, 10:]).all()
     assert statistic[3, 10] > 1e3
-
-
-@pytest.mark.parametrize("name", chart_names())
-def test_a_chart_says_what_it_is(name):
-    kind = chart_kind(name)
-    assert kind.summary.endswith(".")
-    assert kind.caution.endswith(".")
-    assert kind.source
-    assert "x" in kind.equation
-    assert "catalogue" not in kind.Options.__doc__
-
-
-def test_an_unknown_chart_is_a_mistake_of_the_user():
-    with pytest.raises(ConfigError, match="did you mean 'cusum'"):
-        make_chart("cusun")
 
 
 def test_cusum_sums_by_hand():

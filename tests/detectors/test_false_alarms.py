@@ -106,14 +106,6 @@ def test_every_group_comes_equally_often_and_whole():
     assert (drawn[0, np.flatnonzero(drawn[0] == 1.0) + 1] == 2.0).all()
 
 
-def test_a_larger_mean_time_has_a_larger_limit():
-    healthy = FalseAlarms(make_chart("ewma"), autoregressive(7, 50, 400, 0.7), 1.0)
-    limits = [healthy.limit(wanted).value for wanted in (5000.0, 100.0, 1000.0)]
-    assert limits[1] < limits[2] < limits[0]
-    again = FalseAlarms(make_chart("ewma"), autoregressive(7, 50, 400, 0.7), 1.0)
-    assert again.limit(100.0).value == pytest.approx(limits[1], rel=2e-4)
-
-
 class _Impatient(FalseAlarms):
     """Counts the false alarms of no more than 200 limits."""
 

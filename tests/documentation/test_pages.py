@@ -5,7 +5,7 @@ import re
 import pytest
 
 from tests.commands import run
-from tests.documentation.pages import ROOT, blocks, compare, edit, follow
+from tests.documentation.pages import ROOT, blocks, compare, follow
 
 DOCS = ROOT / "docs"
 LONG = {
@@ -52,12 +52,3 @@ def test_output_that_is_not_printed_is_noticed(shown):
 @pytest.mark.parametrize("shown", ["a 3 b\nx\nc", "a … b\n…\nc", "…", "…\nx\n…"])
 def test_output_may_be_shortened(shown):
     compare(shown, "a 3   b\nx\nc\n\n", "page.md")
-
-
-def test_lines_are_put_in_place_of_those_with_the_same_key(tmp_path):
-    file = tmp_path / "mine.yaml"
-    file.write_text("a:\n  b: 1   # one\nc: {b: 2}\n")
-    edit(file, "  b: 3\n")
-    assert file.read_text() == "a:\n  b: 3\nc: {b: 2}\n"
-    with pytest.raises(AssertionError, match="0 lines"):
-        edit(file, "  d: 3\n")

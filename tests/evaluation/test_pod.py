@@ -15,7 +15,6 @@ from hydrofdi.evaluation.pod.monotone import detected_level, monotone_detection
 from hydrofdi.evaluation.pod.smallest import smallest_detectable
 from hydrofdi.evaluation.pod.tally import tally
 from hydrofdi.evaluation.refusal import NotStatedError
-from hydrofdi.evaluation.threshold import quantile_threshold
 from tests.evaluation.repeats import holds_at_least, holds_in
 
 LEVELS = np.logspace(-2.0, 0.0, 9)
@@ -163,20 +162,6 @@ def test_bounds_of_a_faint_rise_are_those_of_curves_that_do_not_fall():
     np.testing.assert_allclose(lower_bound(curve, LEVELS), likely.min(axis=0), atol=0.003)
 
 
-def test_more_confidence_and_more_probability_ask_for_more():
-    curve = probability_of_detection(
-        SEVERITY, hits(np.random.default_rng(9), SEVERITY), false_alarm_rate=0.01
-    )
-    estimate = smallest_detectable(curve, confidence=None).severity
-    bounds = [
-        smallest_detectable(curve, confidence=confidence).severity for confidence in (0.6, 0.9, 0.95, 0.99)
-    ]
-    assert estimate < bounds[0]
-    assert bounds == sorted(bounds)
-    by_probability = [smallest_detectable(curve, probability=p).severity for p in (0.3, 0.5, 0.9, 0.95)]
-    assert by_probability == sorted(by_probability)
-
-
 def test_nothing_is_extrapolated():
     draw = np.random.default_rng(10)
     weak = probability_of_detection(SEVERITY, hits(draw, SEVERITY, location=0.3, spread=0.3))
@@ -188,14 +173,6 @@ def test_nothing_is_extrapolated():
     strong = probability_of_detection(SEVERITY, hits(draw, SEVERITY, location=-3.5, spread=0.5))
     assert smallest_detectable(strong).place == "below"
     assert smallest_detectable(strong).sentence("L/min", 1.0) == "at most 0.01 L/min"
-
-
-def test_an_estimate_within_reach_may_have_a_bound_beyond_it():
-    severity = np.repeat(LEVELS, 12)
-    outcomes = hits(np.random.default_rng(11), severity, location=-0.35, spread=0.12, floor=0.0)
-    curve = probability_of_detection(severity, outcomes)
-    assert smallest_detectable(curve, confidence=None).place == "within"
-    assert smallest_detectable(curve).place == "above"
 
 
 def test_a_detector_that_sees_nothing_finds_nothing_at_any_severity():
@@ -256,16 +233,6 @@ def test_severities_in_another_unit_give_the_same_in_it():
     )
 
 
-def test_monotone_transforms_of_the_scores_change_no_curve():
-    draw = np.random.default_rng(14)
-    healthy, faulty = draw.normal(size=300), draw.normal(3.0 + 2.0 * np.log10(SEVERITY))
-    curves = [
-        probability_of_detection(SEVERITY, quantile_threshold(bend(healthy), 0.05).outcomes(bend(faulty)))
-        for bend in (np.asarray, np.exp, np.arctan)
-    ]
-    assert len({(curve.intercept, curve.slope) for curve in curves}) == 1
-
-
 def test_the_floor_keeps_false_alarms_from_counting_as_detections():
     severity = np.repeat(LEVELS, 400)
     outcomes = hits(np.random.default_rng(15), severity, location=-0.8, spread=0.1, floor=0.1)
@@ -287,15 +254,6 @@ def test_a_right_curve_seldom_lacks_fit_and_a_wrong_one_does():
     plateau = (draw.random(SEVERITY.size) < np.where(SEVERITY > 0.1, 0.6, 0.01)).astype(float)
     assert lack_of_fit(probability_of_detection(SEVERITY, plateau)).p_value < 1e-6
     assert np.isnan(lack_of_fit(probability_of_detection([0.1, 0.2], [0.0, 1.0])).p_value)
-
-
-def test_lack_of_fit_of_measured_severities_is_found_in_cells():
-    draw = np.random.default_rng(17)
-    severity = 10.0 ** draw.uniform(-2.0, 0.0, size=3000)
-    curve = probability_of_detection(severity, hits(draw, severity), false_alarm_rate=0.01)
-    result = lack_of_fit(curve)
-    assert 3 <= result.degrees <= 8
-    assert result.p_value > 0.001
 
 
 def test_29_of_29_show_90_percent_with_95_percent_confidence_and_28_of_28_do_not():

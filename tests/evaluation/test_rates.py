@@ -203,10 +203,3 @@ def test_areas_of_the_same_actuators_before_and_after_hold_the_truth(repeats):
         area = clustered_area(healthy, faulty, names, names)
         held += area.low <= truth <= area.high
     assert holds_in(held, repeats, 0.95)
-
-
-def test_few_groups_give_no_interval():
-    with pytest.raises(NotStatedError, match="5 groups, not 4"):
-        group_bootstrap(lambda rows: float(rows.size), list("aabbccdd"))
-    with pytest.raises(NotStatedError, match="most resamples"):
-        group_bootstrap(lambda rows: math.nan, list("abcdef"), n_draw=10)

@@ -100,13 +100,6 @@ def test_indices_know_neither_unit_nor_zero_of_a_score():
     np.testing.assert_allclose(values(plain.total), values(scaled.total), atol=1e-9)
 
 
-def test_indices_of_too_few_points_or_of_a_constant_are_not_stated():
-    with pytest.raises(NotStatedError, match="16 base points"):
-        sobol_indices(*pages(ishigami, 3, 8, seed=6))
-    with pytest.raises(NotStatedError, match="no variance to explain"):
-        sobol_indices(*pages(lambda points: np.ones(len(points)), 3, 32, seed=6))
-
-
 @pytest.mark.parametrize("n_alone", [49, 200])
 def test_the_interval_of_a_relative_spread_holds_what_is_true(n_alone):
     draw = np.random.default_rng(7)
@@ -166,14 +159,6 @@ def test_a_median_that_falls_between_levels_is_made_monotone():
     for half_width, place in ((2.9, "within"), (3.4, "above")):
         scores = np.linspace(-half_width, half_width, 4000)
         assert found.reach(scores, population(0.0, seed=8)).imitated.place == place
-
-
-def test_a_score_that_no_leak_moves_has_no_equivalent():
-    flat = [population(0.0, seed=seed) for seed in (1, 2, 3)]
-    with pytest.raises(NotStatedError, match="does not change"):
-        Response(population(0.0), flat, LEVELS)
-    with pytest.raises(NotStatedError, match="two tested severities"):
-        Response(population(0.0), flat[:1], LEVELS[:1])
 
 
 def test_the_interval_of_an_equivalent_leak_holds_what_is_true():

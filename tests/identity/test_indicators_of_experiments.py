@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators, measure
@@ -53,18 +52,6 @@ def test_outputs_are_what_the_indicators_measure_of_the_stored_signals(several):
             np.testing.assert_array_equal(file[name], values)
 
 
-def test_they_are_read_back_beside_the_numbers_of_the_paper(several):
-    columns = read_results(several.file).columns
-    assert columns["second.d1"].shape == (2,)
-    np.testing.assert_array_equal(columns["detail_rms"][:, 2], columns["dwt.d3"])
-
-
-def test_names_alone_are_enough(tmp_path):
-    file = tmp_path / "file.yaml"
-    file.write_text("indicators: [dwt, modwt]\n")
-    assert load_experiment(file).indicators == {"dwt": {}, "modwt": {}}
-
-
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
@@ -87,9 +74,3 @@ def test_the_options_of_dwt_are_those_of_the_wavelet(tmp_path):
     short.write_text("wavelet: {levels: 3, name: db4}\n")
     long.write_text("indicators: {dwt: {levels: 3, name: db4}}\n")
     assert load_experiment(short) == load_experiment(long)
-
-
-def test_a_report_is_made_where_the_transform_of_the_paper_is_not_measured(hydrofdi, experiment_file):
-    config = experiment_file(SEVERAL.replace("dwt: {levels: 3}\n  ", ""))
-    assert hydrofdi("sweep", config, "--engine", "in-process").returncode == 0
-    assert hydrofdi("report").returncode == 0

@@ -155,11 +155,3 @@ def test_workers_measure_stored_signals_as_well(first, tmp_path, hydrofdi):
     )
     assert result.returncode == 0, result.stderr
     assert json.loads(result.stdout)["measured"] == 4
-
-
-def test_a_run_measured_from_stored_signals_can_be_computed_again(first, tmp_path, hydrofdi):
-    directory = copied(first, tmp_path)
-    swept(noisy(tmp_path, "all", *OTHER), directory)
-    again = hydrofdi("rerun", directory, "1")
-    assert again.returncode == 0, again.stderr
-    assert "the same bits" in again.stdout

@@ -1,20 +1,16 @@
 """Where an indicator could not measure a record, the sweep stores why."""
 
-import csv
-import io
 import json
 import shutil
 
 import h5py
 import numpy as np
 import pytest
-import xarray
 
 from hydrofdi.api.records.opened import open_source
 from hydrofdi.api.stored import read_results
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.record_measures import measure_sources
-from hydrofdi.indicators.registry import indicator_kind
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
 
@@ -81,39 +77,9 @@ def test_shards_tell_what_the_file_tells(reasons, tmp_path):
         assert whole[name].tolist() == shards[name].tolist()
 
 
-def test_xarray_reads_reasons_as_texts(reasons):
-    with xarray.open_dataset(reasons.file, engine="h5netcdf") as runs:
-        assert runs["return.obstacle"].dims == ("run",)
-        assert NO_RETURN in runs["return.obstacle"].values.tolist()
-
-
 def test_a_run_that_could_not_be_measured_is_computed_again_with_its_reason(reasons):
     again = run_hydrofdi("rerun", reasons.directory, "0", cwd=reasons.folder)
     assert "the same bits" in again.stdout, again.stderr
-
-
-def test_the_report_gives_the_reason_in_every_form(reasons):
-    def reported(form):
-        return run_hydrofdi("report", reasons.directory, "--format", form, cwd=reasons.folder).stdout
-
-    assert f"{NO_RETURN}." in reported("markdown")
-    record = json.loads(reported("json"))
-    (returned,) = [each for each in record["indicators"] if each["label"] == "return"]
-    assert {each["why"] for each in returned["not_measured"]} == {NO_RETURN, "diverged"}
-    lines = list(csv.DictReader(io.StringIO(reported("csv"))))
-    assert {line["return.obstacle"] for line in lines} == {NO_RETURN, "diverged"}
-
-
-def test_where_a_file_does_not_say_the_report_speaks_in_general(reasons, tmp_path):
-    folder = tmp_path / "reasons"
-    shutil.copytree(reasons.directory, folder)
-    with h5py.File(folder / reasons.file.name, "a") as data:
-        for name in [name for name in data if name.endswith(".obstacle")]:
-            del data[name]
-    printed = run_hydrofdi("report", folder / reasons.file.name, "--format", "markdown", cwd=tmp_path)
-    assert printed.returncode == 0, printed.stderr
-    assert NO_RETURN not in printed.stdout
-    assert indicator_kind("pressure_statistics").absence in printed.stdout
 
 
 def test_without_an_obstacle_nothing_is_stored(small_sweep):

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from hydrofdi.indicators import make_indicators
 from hydrofdi.records import RecordBatch
-from indicators.signals import P1, assert_rows_stand_alone, batch, measured
+from indicators.signals import P1, batch, measured
 
 SAMPLING_FREQUENCY = 500.0
 
@@ -46,19 +45,3 @@ def ringing(seed, n_record, n_time=4000):
     square = np.where(time % 2.0 < 1.0, 1.0, -1.0)
     motion = square * (1.0 - np.exp(-decay * phase) * np.cos(2 * np.pi * frequency * phase))
     return 8e6 + 2e6 * motion + draw.normal(0, 5e3, (n_record, n_time))
-
-
-def assert_batch_has_no_effect(name, samples, **options):
-    """Each record gives the same bits alone, in company, in another order and another layout of memory."""
-    assert_rows_stand_alone(records(samples), name, **options)
-
-
-def assert_unit_scales(name, samples, **options):
-    """Twice the numbers give twice the outputs in the unit of the channel; the others stay."""
-    (indicator,) = make_indicators({name: options}).values()
-    one, two = values(name, samples, **options), values(name, 2.0 * samples, **options)
-    for output in indicator.outputs:
-        factor = 2.0 if output.unit == "Pa" else 1.0
-        np.testing.assert_allclose(
-            two[output.name], factor * one[output.name], rtol=1e-9, err_msg=output.name
-        )

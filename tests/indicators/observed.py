@@ -28,3 +28,15 @@ def simulated(*settings, leaks=LEAKS, moduli=MODULI):
             U: signals.input_voltage,
         }
     )
+
+
+def noisy(records, row, n_record, seed):
+    """Copies of a run with sensor noise: 5 kPa, 10 µm, 0.2 µm of the spool."""
+    draw = np.random.default_rng(seed)
+    sizes = {P1: 5e3, P2: 5e3, X: 10e-6, XV: 0.2e-6, U: 0.0}
+    return batch(
+        {
+            channel: records[channel][row] + size * draw.normal(size=(n_record, records.n_time))
+            for channel, size in sizes.items()
+        }
+    )

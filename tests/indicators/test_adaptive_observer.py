@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.records import Channel
-from indicators.observed import LEAKS, MODULI, XV, U, X, simulated
+from indicators.observed import LEAKS, MODULI, simulated
 from indicators.signals import P1, P2, measured
 
 
@@ -48,13 +47,6 @@ def test_it_settles_with_its_time_constant(runs):
     assert settled == pytest.approx(time_constant, rel=0.25)
 
 
-def test_an_actuator_seen_from_its_other_side_leaks_the_same(runs):
-    mirrored = {P1: runs[P2], P2: runs[P1], X: -runs[X], XV: -runs[XV], U: -runs[U]}
-    one, other = measured_by(runs), measured_by(replace(runs, channels=mirrored))
-    for name, values in one.items():
-        np.testing.assert_allclose(other[name], values, rtol=1e-3, atol=1e-10, err_msg=name)
-
-
 def test_a_wrong_supply_counts_as_leakage_and_a_measured_one_does_not(runs):
     supply = np.full_like(runs[P1], 17.2e6)
     with_supply = replace(runs, channels={**runs.channels, Channel.SUPPLY_PRESSURE: supply})
@@ -74,22 +66,3 @@ def test_an_estimate_that_is_not_physical_is_a_status_with_a_sentence(runs):
     values, obstacles = measured(runs, "adaptive_observer", leakage_time="1e-6 s")
     assert "it diverged: K_i or β is not physical" in obstacles[0]
     assert all(np.isnan(array).all() for array in values.values())
-
-
-def test_missing_channels_and_counts_are_refused(runs):
-    for channel in (P1, P2, X, XV):
-        left = {each: samples for each, samples in runs.channels.items() if each is not channel}
-        _, obstacles = measured(replace(runs, channels=left), "adaptive_observer")
-        assert obstacles[0].startswith(f"has no {channel.value}")
-    _, obstacles = measured(replace(runs, relative=frozenset({P1})), "adaptive_observer")
-    assert "is in counts" in obstacles[0]
-
-
-def test_what_may_be_estimated_is_said():
-    with pytest.raises(ConfigError, match="estimate"):
-        make_indicators({"adaptive_observer": {"estimate": ["compressibility"]}})
-
-
-def test_nothing_is_estimated_twice():
-    with pytest.raises(ConfigError, match="twice"):
-        make_indicators({"adaptive_observer": {"estimate": ["leakage", "leakage"]}})

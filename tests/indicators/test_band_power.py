@@ -6,10 +6,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators
 from indicators.laws import (
     SAMPLING_FREQUENCY,
-    assert_batch_has_no_effect,
-    assert_unit_scales,
     noise,
-    obstacle,
     ringing,
     values,
 )
@@ -48,33 +45,6 @@ def test_white_noise_has_the_share_of_the_width_of_a_band():
     for octave in range(1, 6):
         rms = np.sqrt(np.mean(found[f"b{octave}"] ** 2))
         assert rms == pytest.approx(4.0 * 2 ** (-octave / 2), rel=0.04)
-
-
-def test_a_record_that_stands_still_has_no_power():
-    assert all(
-        rms == pytest.approx(0.0, abs=1e-3) for rms in values("band_power", np.full(1000, 8e6)).values()
-    )
-
-
-def test_neither_the_batch_nor_its_layout_changes_a_bit():
-    assert_batch_has_no_effect("band_power", ringing(4, 7, 1501))
-
-
-def test_another_unit_scales_the_numbers():
-    assert_unit_scales("band_power", ringing(5, 2))
-
-
-@pytest.mark.parametrize(
-    ("n_time", "options", "reason"),
-    [
-        (499, {}, "a segment of 1 s has 500 samples, but the record only 499"),
-        (999, {"segment": "10 ms"}, "a segment of 0.01 s has 5 samples; 8 are needed"),
-        (999, {"bands": [[0, 10], [10, 251]]},
-         "a band ends at 251 Hz, above half of the sampling frequency, 250 Hz"),
-    ],
-)  # fmt: skip
-def test_what_cannot_be_measured_says_why(n_time, options, reason):
-    assert obstacle("band_power", noise(6, n_time), **options) == reason
 
 
 def test_a_band_that_falls_is_a_mistake():

@@ -93,6 +93,14 @@ class TestEachIndicator:
         for row, reason in enumerate(measures.obstacles[name]):
             assert reason or any(np.isfinite(array[row]).any() for array in measures.values.values())
 
+    def test_names_a_channel_that_it_lacks(self, name):
+        records = all_channels(2)
+        (indicator,) = make_indicators([name]).values()
+        for channel in indicator.channels:
+            left = {each: samples for each, samples in records.channels.items() if each is not channel}
+            reason = measure(replace(records, channels=left), {name: indicator}).obstacles[name][0]
+            assert f"has no {channel.value}" in reason
+
     def test_says_what_it_is_with_a_sentence_for_each_option(self, name):
         said = describe(name)
         assert said.summary.endswith(".")
@@ -100,3 +108,40 @@ class TestEachIndicator:
         assert said.equation
         assert not [option.name for option in said.options if not option.text]
         assert len({output.long_name for output in said.outputs}) == len(said.outputs)
+
+
+WITH_OPTIONS = [
+    ("a4", {"level": 2, "wavelet": "haar"}), ("dwt", {"phase": "all"}), ("modwt", {"boundary": "circle"}),
+    ("modwt", {"boundary": "left_out"}), ("flow_balance", {"spool": "command", "supply": "nominal"}),
+    ("flow_balance", {"chambers": 1}), ("weak_rls", {"spool": "command", "supply": "sum"}),
+    ("weak_rls", {"chambers": 1, "supply": "nominal"}), ("pressure_decay", {"rest": "whole", "settling": 0}),
+    ("ring_down", {"steps": "signal"}), ("envelope", {"steps": "command"}), ("vmd", {"most_iterations": 50}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "options"), WITH_OPTIONS)
+def test_a_record_is_measured_alike_in_any_batch_with_other_options_too(name, options):
+    assert_rows_stand_alone(all_channels(), name, **options)
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        *((name, {}) for name in ("a4", "band_power", "cross_correlation", "dwt", "emd", "envelope")),
+        ("modwt", {}),
+        *((name, {}) for name in ("post_step_ac", "pressure_statistics", "ring_down", "stft", "vmd")),
+        ("wavelet_packet", {}), ("pressure_decay", {"rest": "whole"}),
+    ],
+)  # fmt: skip
+def test_another_unit_of_pressure_scales_what_is_a_pressure_and_nothing_else(name, options):
+    records = all_channels(2)
+    (indicator,) = make_indicators({name: options}).values()
+    scaled = {
+        channel: 4.0 * samples if channel.is_pressure else samples
+        for channel, samples in records.channels.items()
+    }
+    one = measure(records, {name: indicator}).values
+    other = measure(replace(records, channels=scaled), {name: indicator}).values
+    for output in indicator.outputs:
+        key, factor = f"{name}.{output.name}", 4.0 if output.unit.startswith("Pa") else 1.0
+        np.testing.assert_allclose(other[key], factor * one[key], rtol=1e-9, atol=1e-12, err_msg=key)

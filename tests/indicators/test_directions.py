@@ -8,7 +8,6 @@ from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import RecordBatch
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
-from tests.commands import run_json
 
 LEAKS = [0.0, 1e-9, 5e-9, 1.3e-8]
 
@@ -35,9 +34,3 @@ def test_a_growing_leak_moves_an_output_in_its_direction(square, name):
     direction = next(o.direction for o in indicator.outputs if f"{label}.{o.name}" == name)
     change = np.diff(measure(square, {label: indicator}).values[name])
     assert ({"rising": change, "falling": -change}[direction] > 0.0).all()
-
-
-def test_directions_are_shown_and_only_where_theory_decides():
-    outputs = {each["name"]: each["direction"] for each in run_json("indicators", "dwt")["outputs"]}
-    expected = {name: "falling" if name in ("d2", "d3") else None for name in ("d1", "d2", "d3", "d4", "a5")}
-    assert {name: outputs[name] for name in expected} == expected

@@ -9,7 +9,6 @@ from estimation.plants import PER_LITRE_PER_MINUTE, simulated
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.records import Channel
 from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
@@ -153,18 +152,3 @@ def test_the_healthy_filter_tells_a_leak_by_its_signature(open_loop):
     assert (np.diff(values["nis"]) > 0.0).all()
     assert 0.3 < values["nis"][0] < 1.2
     assert 5e3 < values["residual"][0] < 30e3
-
-
-@pytest.mark.parametrize(
-    ("name", "options", "words"),
-    [
-        ("ekf_joint", {"states": ["bulk_modulus"]}, "must contain leakage"),
-        ("ekf_joint", {"states": ["leakage", "leakage"]}, "named twice"),
-        ("ekf_innovation", {"states": ["leakage"]}, "use ekf_joint"),
-        ("ekf_joint", {"coulomb_friction": "300 N"}, "less than coulomb_friction"),
-        ("ekf_joint", {"supply": "sum"}, "nominal"),
-    ],
-)
-def test_options_that_contradict_each_other_are_refused(name, options, words):
-    with pytest.raises(ConfigError, match=words):
-        make_indicators({name: options})

@@ -6,10 +6,7 @@ from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.transforms.analytic import analytic_signal
 from indicators.laws import (
     SAMPLING_FREQUENCY,
-    assert_batch_has_no_effect,
-    assert_unit_scales,
     noise,
-    obstacle,
     records,
     ringing,
     values,
@@ -77,30 +74,3 @@ def test_a_record_that_stands_still_has_no_decay():
     assert found["amplitude"] == pytest.approx(0.0, abs=1e-3)
     assert found["steps"] == 0
     assert np.isnan(found["decay_rate"])
-
-
-def test_a_circular_shift_leaves_the_amplitude():
-    record = ringing(4, 1)
-    one, other = values("envelope", record), values("envelope", np.roll(record, 321, axis=1))
-    assert one["amplitude"] == pytest.approx(other["amplitude"][0], rel=1e-9)
-
-
-def test_neither_the_batch_nor_its_layout_changes_a_bit():
-    assert_batch_has_no_effect("envelope", ringing(5, 7, 2501))
-
-
-def test_another_unit_scales_the_numbers():
-    assert_unit_scales("envelope", ringing(6, 2))
-
-
-@pytest.mark.parametrize(
-    ("n_time", "options", "reason"),
-    [
-        (999, {"band": [100, 300]}, "a band ends at 300 Hz, above half of the sampling frequency, 250 Hz"),
-        (999, {"window": "10 ms"}, "a window of 0.01 s has 5 samples; 8 are needed"),
-        (500, {"band": [60, 63]}, "a band of 3 Hz needs records of 1.33 s"),
-        (999, {"steps": "period"}, "the period of the drive is unknown"),
-    ],
-)
-def test_what_cannot_be_measured_says_why(n_time, options, reason):
-    assert obstacle("envelope", noise(6, n_time), **options) == reason

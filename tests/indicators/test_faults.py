@@ -7,9 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.errors import Issue
 from hydrofdi.indicators import Indicator, Output, make_indicators, measure
-from hydrofdi.indicators.faults import made_soundly
 from hydrofdi.records import Channel, RecordBatch
 
 P1 = Channel.CHAMBER_1_PRESSURE
@@ -78,26 +77,3 @@ def test_a_fault_is_a_sentence_of_every_record_and_the_others_go_on(gives: Any, 
     assert np.isnan(measured.values["swing.range"]).tolist() == [True] * 3
     assert np.isfinite(measured.values["dwt.d1"]).all()
     assert measured.obstacles["dwt"] == (None,) * 3
-
-
-def test_a_fault_in_what_it_says_of_the_batch_is_one_too() -> None:
-    faulty = type("Faulty", (Swing,), {"obstacle": lambda self, batch: batch.nothing})()
-    measured = measure(records(), {"swing": faulty})
-    assert "raised AttributeError" in measured.faults["swing"]
-
-
-@pytest.mark.parametrize(
-    ("declared", "sentence"),
-    [
-        ({"outputs": ()}, "it has no outputs"),
-        ({"outputs": (Output("a/b", "1", ""),)}, "'a/b' is not a valid name"),
-        ({"outputs": (Output("a", "1", ""), Output("a", "1", ""))}, "two outputs 'a'"),
-        ({"outputs": (Output("analysis_id", "1", ""),)}, "'analysis_id' is not a valid name"),
-        ({"outputs": ("range",)}, "not a tuple of Output"),
-        ({"channels": frozenset({"P1"})}, "not a set of Channel"),
-    ],
-)
-def test_a_faulty_declaration_is_a_mistake(declared: dict[str, Any], sentence: str) -> None:
-    with pytest.raises(ConfigError, match="indicator 'swing' is faulty") as error:
-        made_soundly(type("Faulty", (Swing,), declared), "swing", Swing.Options())
-    assert sentence in str(error.value)

@@ -5,13 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.config import load_experiment
-from hydrofdi.indicators.balancing import BalanceOptions
 from hydrofdi.records import Channel
-from hydrofdi.simulation import simulate_batch
-from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
+from indicators.observed import XV, X, noisy, simulated
+from indicators.signals import P1, P2, U, batch, measured
 
-X, XV = Channel.PISTON_POSITION, Channel.SPOOL_POSITION
 LEAKS = np.array([0.0, 0.0, 0.0, 1e-9, 5e-9, 1.3e-8])
 MODULI = np.array([551e6, 689e6, 827e6, 551e6, 689e6, 551e6])
 KNOWN = {
@@ -25,32 +22,7 @@ KNOWN = {
 @pytest.fixture(scope="module")
 def runs():
     """Healthy at three EBM, and three that leak; 6 s, without noise."""
-    parameters = [
-        load_experiment(None, [f"fluid.bulk_modulus={modulus} Pa", "record.duration=6 s"]).nominal_parameters
-        for modulus in MODULI
-    ]
-    signals = simulate_batch(parameters, list(LEAKS))
-    return batch(
-        {
-            P1: signals.chamber_1_pressure,
-            P2: signals.chamber_2_pressure,
-            X: signals.piston_position,
-            XV: signals.spool_position,
-            U: signals.input_voltage,
-        }
-    )
-
-
-def noisy(records, row, n_record, seed):
-    """Copies of a run with sensor noise: 5 kPa, 10 µm, 0.2 µm of the spool."""
-    draw = np.random.default_rng(seed)
-    sizes = {P1: 5e3, P2: 5e3, X: 10e-6, XV: 0.2e-6, U: 0.0}
-    return batch(
-        {
-            channel: records[channel][row] + size * draw.normal(size=(n_record, records.n_time))
-            for channel, size in sizes.items()
-        }
-    )
+    return simulated("record.duration=6 s", leaks=LEAKS, moduli=MODULI)
 
 
 @pytest.mark.parametrize("options", [{}, {"spool": "command"}, {"half_window": 6}, {"least_opening": 0.0}])
@@ -85,21 +57,13 @@ def test_an_actuator_seen_from_its_other_side_leaks_the_same(runs):
 
 
 def test_a_valve_and_sensors_that_are_not_nominal_are_found_and_hide_no_leak():
-    settings = [
-        "record.duration=6 s", "valve.lap=-0.5 um", "valve.lap_leakage=2e-14 m^3/(s*Pa)",
-        "valve.flow_gain=0.0298 m^1.5/kg^0.5", "supply.pressure=16.6 MPa", "fluid.bulk_modulus=689 MPa",
-    ]  # fmt: skip
-    parameters = load_experiment(None, settings).nominal_parameters
     leaks = np.array([0.0, 1e-10, 1e-9])
-    signals = simulate_batch([parameters] * 3, list(leaks))
-    shown = batch(
-        {
-            P1: signals.chamber_1_pressure + 30e3,
-            P2: signals.chamber_2_pressure - 20e3,
-            X: signals.piston_position,
-            XV: signals.spool_position - 0.4e-6,
-        }
-    )
+    shown = simulated(
+        "record.duration=6 s", "valve.lap=-0.5 um", "valve.lap_leakage=2e-14 m^3/(s*Pa)",
+        "valve.flow_gain=0.0298 m^1.5/kg^0.5", "supply.pressure=16.6 MPa", leaks=leaks, moduli=[689e6] * 3,
+    )  # fmt: skip
+    for channel, error in ((P1, 30e3), (P2, -20e3), (XV, -0.4e-6)):
+        shown.channels[channel] = shown[channel] + error
     values, _ = measured(shown, "flow_balance")
     np.testing.assert_allclose(values["internal_coefficient"], leaks, atol=3e-11)
     np.testing.assert_allclose(values["offset"], -0.4e-6, rtol=0.05)
@@ -110,20 +74,11 @@ def test_a_valve_and_sensors_that_are_not_nominal_are_found_and_hide_no_leak():
 
 
 def test_in_closed_loop_lap_is_found_and_samples_near_the_null_would_mislead():
-    settings = [
-        "record.duration=10 s", "control.law=pi", "input.shape=steps", "input.period=1 s", "valve.lap=0.8 um",
-    ]  # fmt: skip
-    parameters = load_experiment(None, settings).nominal_parameters
     leaks = np.array([0.0, 3e-10])
-    signals = simulate_batch([parameters] * 2, list(leaks))
-    shown = batch(
-        {
-            P1: signals.chamber_1_pressure,
-            P2: signals.chamber_2_pressure,
-            X: signals.piston_position,
-            U: signals.input_voltage,
-        }
-    )
+    shown = simulated(
+        "record.duration=10 s", "control.law=pi", "input.shape=steps", "input.period=1 s",
+        "valve.lap=0.8 um", leaks=leaks, moduli=[551e6] * 2,
+    )  # fmt: skip
     gated, kept = (
         measured(shown, "flow_balance", spool="command", least_opening=size)[0] for size in (2e-6, 0.0)
     )
@@ -134,17 +89,8 @@ def test_in_closed_loop_lap_is_found_and_samples_near_the_null_would_mislead():
 
 
 def test_a_laminar_leak_is_seen_by_the_flow_past_piston_and_valve():
-    settings = ["record.duration=6 s", "leakage.law=laminar", "leakage.laminar_reference=10 MPa"]
-    signals = simulate_batch([load_experiment(None, settings).nominal_parameters], [1e-9])
-    shown = batch(
-        {
-            P1: signals.chamber_1_pressure,
-            P2: signals.chamber_2_pressure,
-            X: signals.piston_position,
-            XV: signals.spool_position,
-        }
-    )
-    values, _ = measured(shown, "flow_balance")
+    laminar = "record.duration=6 s", "leakage.law=laminar", "leakage.laminar_reference=10 MPa"
+    values, _ = measured(simulated(*laminar, leaks=[1e-9], moduli=[551e6]), "flow_balance")
     np.testing.assert_allclose(values["cross_port_leakage"], 1e-9 * np.sqrt(10e6) * 0.8, rtol=0.1)
 
 
@@ -180,32 +126,6 @@ def test_the_supply_may_be_measured_nominal_or_the_sum_of_the_pressures(runs):
     assert 1e-11 < error[2] < 2e-10 < error[0]
     one, _ = measured(runs, "flow_balance", chambers=1, supply="sum")
     np.testing.assert_allclose(one["supply_pressure"], 17.2e6, rtol=0.02)
-
-
-def test_chambers_may_differ(runs):
-    """Chamber 2 given in other units of area and volume is chamber 2 in other units."""
-    one = BalanceOptions(piston_area_2=1e-4, chamber_volume_2=2e-4)
-    assert one.areas == (633e-6, 1e-4)
-    assert one.volumes == (280e-6, 2e-4)
-    same, _ = measured(runs, "flow_balance", piston_area_2=633e-6, chamber_volume_2=280e-6)
-    np.testing.assert_array_equal(same["bulk_modulus"], measured(runs, "flow_balance")[0]["bulk_modulus"])
-
-
-def test_a_record_stands_alone(runs):
-    for options in ({}, {"spool": "command", "supply": "nominal"}, {"chambers": 1}):
-        assert_rows_stand_alone(runs, "flow_balance", **options)
-
-
-def test_a_later_start_changes_little(runs):
-    whole, part = (measured(r, "flow_balance")[0] for r in (runs, runs.window(333)))
-    np.testing.assert_allclose(part["bulk_modulus"], whole["bulk_modulus"], rtol=2e-3)
-
-
-def test_counts_are_refused_and_short_records_too(runs):
-    counts = replace(runs, relative=frozenset({P2}))
-    assert "is in counts" in measured(counts, "flow_balance")[1][0]
-    assert "1 windows are too few" in measured(runs.window(0, 40), "flow_balance")[1][0]
-    assert "has no spool_position" in measured(batch({P1: [1.0], P2: [1.0], X: [1.0]}), "flow_balance")[1][0]
 
 
 @pytest.mark.parametrize("value", [0.0, np.nan, 8e6])

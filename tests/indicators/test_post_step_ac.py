@@ -1,7 +1,7 @@
 import numpy as np
 
 from indicators.laws import noise
-from indicators.signals import P1, U, assert_rows_stand_alone, batch, measured, square_wave
+from indicators.signals import P1, U, batch, measured, square_wave
 
 N, HALF = 5000, 500
 
@@ -47,27 +47,9 @@ def test_only_the_windows_after_steps_count():
     assert measured(stepping(quiet), "post_step_ac", delay="0.3 s")[0]["rms"] > 1e3
 
 
-def test_another_unit_scales_what_has_a_unit():
-    record = noise(2, (2, N))
-    values, other = (measured(stepping(k * record), "post_step_ac")[0] for k in (1.0, 4.0))
-    np.testing.assert_allclose(other["rms"], 4.0 * values["rms"], rtol=1e-9)
-    np.testing.assert_allclose(other["relative"], values["relative"], rtol=1e-9)
-
-
-def test_a_record_stands_alone():
-    records = stepping(noise(3, (5, N)))
-    records[U][1] = square_wave(N, 300)
-    records[U][3] = 0.0
-    assert_rows_stand_alone(records, "post_step_ac")
-
-
 def test_a_record_without_steps_says_so():
     records = stepping(noise(4, (2, N)))
     records[U][1] = 1.5
     values, obstacles = measured(records, "post_step_ac")
     assert np.isnan(values["rms"]).tolist() == [False, True]
     assert obstacles == (None, "no step of the drive is followed by a full window")
-
-
-def test_a_window_that_the_trend_fits_is_refused():
-    assert "which the trend fits" in measured(stepping(np.ones(N)), "post_step_ac", window="8 ms")[1][0]

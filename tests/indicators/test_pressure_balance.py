@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.config import load_experiment
-from hydrofdi.simulation import simulate_batch
+from indicators.observed import simulated
 from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
 
 LEAKS = np.array([0.0, 0.0, 0.0, 3e-10, 1e-9, 3e-9])
@@ -14,12 +13,7 @@ MODULI = [551e6, 689e6, 827e6, 551e6, 689e6, 551e6]
 @pytest.fixture(scope="module")
 def runs():
     """Healthy at three EBM, and three that leak; 10 s, without noise and position."""
-    parameters = [
-        load_experiment(None, [f"fluid.bulk_modulus={modulus} Pa", "record.duration=10 s"]).nominal_parameters
-        for modulus in MODULI
-    ]
-    signals = simulate_batch(parameters, list(LEAKS))
-    return batch({P1: signals.chamber_1_pressure, P2: signals.chamber_2_pressure, U: signals.input_voltage})
+    return without_position(simulated("record.duration=10 s", leaks=LEAKS, moduli=MODULI))
 
 
 @pytest.mark.parametrize(("chambers", "tolerance", "error"), [("both", 0.05, 1e-10), (1, 0.15, 2e-10)])
@@ -27,10 +21,6 @@ def test_leakage_comes_out_at_any_bulk_modulus(runs, chambers, tolerance, error)
     values, _ = measured(runs, "pressure_balance", chambers=chambers)
     np.testing.assert_allclose(values["internal_coefficient"], LEAKS, rtol=tolerance, atol=error)
     assert (values["leakage_error"] < 0.03 / 60e3).all()
-
-
-def test_the_flow_gain_of_a_nominal_actuator_is_nominal(runs):
-    np.testing.assert_allclose(measured(runs, "pressure_balance")[0]["flow_gain"][:3], 1.0, atol=0.01)
 
 
 def test_the_softer_spring_is_the_longer_way(runs):
@@ -65,13 +55,12 @@ def test_one_pressure_alone_is_enough_where_the_drive_is_a_square_wave(runs, dri
 
 
 def test_jumps_of_a_load_in_closed_loop_are_weighed_down():
-    settings = [
+    leaks = np.array([0.0, 3e-10])
+    settings = (
         "record.duration=20 s", "control.law=pi", "input.shape=steps", "input.period=1 s",
         "load.random_force=1 kN", "load.random_period=0.5 s",
-    ]  # fmt: skip
-    leaks = np.array([0.0, 3e-10])
-    signals = simulate_batch([load_experiment(None, settings).nominal_parameters] * 2, list(leaks))
-    shown = batch({P1: signals.chamber_1_pressure, P2: signals.chamber_2_pressure, U: signals.input_voltage})
+    )  # fmt: skip
+    shown = without_position(simulated(*settings, leaks=leaks, moduli=[551e6] * 2))
     robust, plain = (
         np.abs(measured(shown, "pressure_balance", robust=way)[0]["internal_coefficient"] - leaks).max()
         for way in (True, False)
@@ -87,3 +76,7 @@ def test_ringing_is_waited_for(runs):
         for options in ({}, {"settling": 0.0, "half_window": 8})
     ]
     assert error[0] < 0.2 * error[1]
+
+
+def without_position(records):
+    return batch({channel: records[channel] for channel in (P1, P2, U)})

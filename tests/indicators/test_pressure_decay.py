@@ -1,11 +1,9 @@
 import numpy as np
 import pytest
 
-from hydrofdi.indicators import make_indicators
-from hydrofdi.indicators.measuring import output_unit
-from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.records import Channel
 from indicators.laws import noise
-from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
+from indicators.signals import P1, P2, U, batch, measured
 
 X = Channel.PISTON_POSITION
 N = 5000
@@ -71,14 +69,6 @@ def test_noise_scatters_the_rate_as_least_squares_say():
     assert abs(values["chamber_1"].mean()) < 4 * expected / np.sqrt(200)
 
 
-def test_another_unit_scales_the_rates():
-    channels = falling(-3e4, 2e4)
-    half = {channel: samples / (2.0 if channel.is_pressure else 1.0) for channel, samples in channels.items()}
-    values, other = (measured(batch(c), "pressure_decay")[0] for c in (channels, half))
-    np.testing.assert_allclose(other["difference"], values["difference"] / 2.0, rtol=1e-9)
-    assert other["duration"] == values["duration"]
-
-
 def test_a_record_without_rest_says_so_and_the_others_go_on():
     rows = [falling(-3e4, 2e4) for _ in range(3)]
     rows[1][U] = np.full(N, 2.0)
@@ -86,20 +76,6 @@ def test_a_record_without_rest_says_so_and_the_others_go_on():
     values, obstacles = measured(batch(channels), "pressure_decay")
     assert np.isnan(values["chamber_1"]).tolist() == [False, True, False]
     assert obstacles == (None, "no rest is long enough", None)
-
-
-def test_what_tells_no_rest_is_refused():
-    assert "rest: whole" in measured(batch({P1: TIME, P2: TIME}), "pressure_decay")[1][0]
-    channels = {P1: np.ones(3), P2: np.ones(3)}
-    assert "no rest" in measured(batch(channels), "pressure_decay", rest="whole")[1][0]
-
-
-def test_a_record_stands_alone():
-    rows = [falling(-1e4 * k, 2e4) for k in range(5)]
-    channels = {channel: np.stack([row[channel] for row in rows]) for channel in rows[0]}
-    channels[P1] += noise(3, (5, N), mean=0.0)
-    channels[U][2] = 1.0
-    assert_rows_stand_alone(batch(channels), "pressure_decay")
 
 
 def test_what_settles_after_the_motion_is_left_out():
@@ -125,10 +101,3 @@ def test_a_position_in_counts_tells_the_rest_by_its_range():
     counts = batch({**channels, X: 1e5 * channels[X]}, relative=frozenset({X}))
     for name, value in measured(batch(channels), "pressure_decay")[0].items():
         np.testing.assert_allclose(measured(counts, "pressure_decay")[0][name], value, rtol=1e-9)
-
-
-def test_a_rate_of_counts_is_in_counts_per_second():
-    (indicator,) = make_indicators(["pressure_decay"]).values()
-    records = RecordBatch({}, 1.0, (), relative=frozenset({P1, P2}))
-    units = [output_unit(indicator, output, records) for output in indicator.outputs]
-    assert units == ["counts/s"] * 3 + ["s"]

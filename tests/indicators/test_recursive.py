@@ -103,20 +103,3 @@ def test_estimates_are_due_at_the_same_samples_whatever_the_chunks(n_before, siz
         due += [place + each for each in instants(place, size, every).tolist()]
         place += size
     assert due == [each for each in range(n_before, place) if (each + 1) % every == 0]
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_instants_of_a_kept_trace_are_those_of_its_estimates(name):
-    kept = indicator_of(name, trace_duration="4 s", interval="0.5 s")
-    records = all_channels(1)
-    expected = kept.trace(records).time[: kept.n_instant] - records.start_time
-    np.testing.assert_allclose(kept.trace_instants(records.sampling_frequency), expected, atol=1e-9)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_record_that_is_too_short_for_a_rounded_interval_is_refused(name):
-    """1.5 samples become 2, so that the estimates of 3 s take 4 s."""
-    kept = indicator_of(name, trace_duration="4 s", interval="3 ms")
-    found = measure(all_channels(1), {name: kept})
-    assert found.obstacles[name] == ("4 s are shorter than the trace of 4 s",)
-    assert not found.faults

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.records import Channel
-from indicators.observed import LEAKS, MODULI, XV, X, simulated
+from indicators.observed import LEAKS, MODULI, simulated
 from indicators.signals import P1, P2, batch, measured
 
 SEALED, SMALL, LARGE = 0.0, 4e-10, 4e-9
@@ -74,11 +74,3 @@ def test_a_valve_that_never_opens_and_pressures_that_are_equal_tell_nothing(runs
     values, obstacles = measured(equal, "reduced_order")
     assert obstacles[0] == sentence
     assert np.isnan(values["residual"]).all()
-
-
-def test_missing_channels_and_counts_are_refused(runs):
-    for channel in (P1, P2, X, XV):
-        left = {each: samples for each, samples in runs.channels.items() if each is not channel}
-        _, obstacles = measured(replace(runs, channels=left), "reduced_order")
-        assert obstacles[0].startswith(f"has no {channel.value}")
-    assert "is in counts" in measured(replace(runs, relative=frozenset({P1})), "reduced_order")[1][0]

@@ -6,7 +6,7 @@ import pytest
 from hydrofdi.config import load_experiment
 from hydrofdi.physics.hydraulic_mode import mode_frequency
 from hydrofdi.simulation import simulate_batch
-from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured, ringing_pressure
+from indicators.signals import P1, P2, U, batch, measured, ringing_pressure
 from indicators.signals import square_wave as square
 
 N, HALF = 5000, 500
@@ -96,16 +96,6 @@ def test_the_steps_may_be_found_by_the_command_the_period_or_the_pressure():
     np.testing.assert_allclose(found_by["signal"], found_by["command"], rtol=1e-6)
 
 
-def test_a_record_stands_alone():
-    rows = [
-        ringing(frequency, damping_ratio, noise=1e4, seed=seed)
-        for seed, (frequency, damping_ratio) in enumerate([(60, 0.01), (25, 0.2), (40, 1.5), (90, 0.05)])
-    ]
-    channels = {channel: np.concatenate([row[channel] for row in rows]) for channel in (P1, U)}
-    channels[U][1] = square(N, 300)
-    assert_rows_stand_alone(batch(channels), "ring_down")
-
-
 @pytest.mark.parametrize("pressure", [np.full(N, 8e6), np.full(N, np.nan), np.zeros(N)])
 @pytest.mark.parametrize("command", [square(N, HALF), np.ones(N)])
 def test_a_pressure_that_does_not_move_has_no_numbers_and_says_so(pressure, command):
@@ -118,21 +108,3 @@ def test_a_ramp_does_not_ring():
     values, _ = measured(batch({P1: np.arange(N) * 1e3, U: square(N, HALF)}), "ring_down")
     assert values["steps"] == 0.0
     assert values["overdamped"] == 1.0
-
-
-def test_a_record_without_steps_says_so():
-    values, obstacles = measured(
-        batch({P1: np.random.default_rng(1).normal(size=N), U: np.ones(N)}), "ring_down"
-    )
-    assert np.isnan(values["steps"]).all()
-    assert "no step of the drive" in obstacles[0]
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [({"window": "20 ms"}, "10 samples; 24 are needed"), ({"steps": "period"}, "period of the drive"),
-     ({"steps": "command"}, "has no input_voltage")],
-)  # fmt: skip
-def test_what_cannot_be_measured_says_why(options, words):
-    _, obstacles = measured(batch({P1: np.ones(N)}), "ring_down", **options)
-    assert words in obstacles[0]

@@ -19,10 +19,3 @@ def test_a_listed_default_is_the_default(name) -> None:
         value = kind.Options.model_fields[option.name].get_default(call_default_factory=True)
         if isinstance(value, float) and option.unit not in ("", "1"):
             assert parse_quantity(option.default, option.unit) == pytest.approx(value, rel=1e-12, abs=0)
-
-
-def test_defaults_have_units_that_suit_them() -> None:
-    shown = {option.name: option.default for option in describe("flow_balance").options}
-    assert shown["piston_area"] == "633 mm²"
-    assert shown["bulk_modulus"] == "551 MPa"
-    assert shown["settling"] == "0 s"

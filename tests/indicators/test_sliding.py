@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators, measure
 from indicators.test_catalogue import all_channels
 
@@ -45,23 +44,3 @@ def test_windows_with_a_missing_sample_have_no_number_and_later_ones_have():
     numbers = sliding(output="d2", window="1 s", interval="0.1 s").trace(records).values["d2"][0]
     ends = 50 * (np.arange(numbers.size) + 1)
     np.testing.assert_array_equal(np.isnan(numbers), (ends < 500) | ((ends > 900) & (ends <= 1400)))
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"of": "dtw"}, "there is no indicator 'dtw'; did you mean 'dwt'?"),
-        ({"output": "d22"}, "dwt has no output 'd22'; did you mean 'd2'?"),
-        ({"options": {"levles": 3}}, "options of dwt: levles"),
-        ({"of": "weak_rls"}, "weak_rls is already recursive and needs no sliding window"),
-        ({"of": "volterra"}, "coefficients of volterra is an array"),
-    ],
-)
-def test_what_cannot_be_followed_is_refused_in_a_sentence(options, message):
-    with pytest.raises(ConfigError, match=message.replace("?", r"\?")):
-        sliding(**options)
-
-
-def test_a_record_shorter_than_the_window_says_so():
-    found = measure(all_channels(1), {"sliding": sliding(window="5 s")})
-    assert found.obstacles["sliding"] == ("4 s are too few for a window of 5 s",)

@@ -5,11 +5,7 @@ from scipy.signal import ShortTimeFFT, get_window
 from hydrofdi.transforms.spectrum import short_time_spectra
 from indicators.laws import (
     SAMPLING_FREQUENCY,
-    assert_batch_has_no_effect,
-    assert_unit_scales,
     noise,
-    obstacle,
-    ringing,
     values,
 )
 
@@ -48,30 +44,3 @@ def test_only_the_band_is_looked_at():
     loud, quiet = tone(100.0), 0.1 * tone(60.0)
     assert values("stft", loud + quiet)["frequency"] == pytest.approx(100.0, abs=0.5)
     assert values("stft", loud + quiet, band=["40 Hz", "80 Hz"])["frequency"] == pytest.approx(60.0, abs=0.5)
-
-
-@pytest.mark.parametrize("level", [0.0, 8.123e6])
-def test_a_record_that_stands_still_has_no_frequency(level):
-    found = values("stft", np.full(1000, level))
-    assert np.isnan(found["frequency"])
-    assert found["amplitude"] == 0.0
-
-
-def test_neither_the_batch_nor_its_layout_changes_a_bit():
-    assert_batch_has_no_effect("stft", ringing(4, 7, 1501))
-
-
-def test_another_unit_scales_the_numbers():
-    assert_unit_scales("stft", ringing(5, 2))
-
-
-@pytest.mark.parametrize(
-    ("n_time", "options", "reason"),
-    [
-        (100, {}, "a segment of 0.25 s has 125 samples, but the record only 100"),
-        (999, {"band": [100, 300]}, "a band ends at 300 Hz, above half of the sampling frequency, 250 Hz"),
-        (999, {"band": [60, 64]}, "a band of 4 Hz needs segments of 0.5 s"),
-    ],
-)
-def test_what_cannot_be_measured_says_why(n_time, options, reason):
-    assert obstacle("stft", noise(6, n_time), **options) == reason

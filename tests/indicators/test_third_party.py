@@ -85,33 +85,6 @@ def test_one_that_cannot_be_loaded_is_named_in_a_line(environment: dict[str, str
     assert "dwt.d1" in everything.stdout
 
 
-def test_one_that_fails_is_named_and_stops_no_other(environment: dict[str, str], tmp_path: Path) -> None:
-    module = tmp_path / "packages" / "swing.py"
-    module.write_text(module.read_text().replace("axis=1", "axis=9"))
-    done = run_process("measure", MUSEUM, "--indicators", "swing,dwt", "--json", env=environment)
-    assert done.returncode == 1
-    assert re.search(r"^failed: indicator 'swing' raised AxisError: .*\(swing.py:\d+\)$", done.stderr, re.M)
-    record = json.loads(done.stdout)["records"][0]
-    assert record["values"]["dwt.d1"] > 0
-    assert "raised AxisError" in record["reasons"]["swing"]
-    (tmp_path / "swings.yaml").write_text("name: swings\nrecord: {duration: 1 s}\nindicators: [dwt, swing]\n")
-    done = run_process("sweep", "swings.yaml", "--engine", "in-process", env=environment, cwd=tmp_path)
-    assert done.returncode == 1
-    assert "raised AxisError" in done.stderr
-    with h5py.File(tmp_path / "results" / "swings" / "swings.h5") as file:
-        assert set(file["status"].asstr()[:]) == {"ok"}
-        assert np.isfinite(file["chamber_1_pressure"][:]).all()
-        assert "raised AxisError" in file["swing.obstacle"].asstr()[0]
-
-
-def test_one_with_the_name_of_ours_is_warned_of(environment: dict[str, str], tmp_path: Path) -> None:
-    points = tmp_path / "packages" / "swing-1.0.dist-info" / "entry_points.txt"
-    points.write_text("[hydrofdi.indicators]\ndwt = swing:Swing\n")
-    done = run_process("measure", MUSEUM, "--indicators", "dwt", "--json", env=environment)
-    assert done.returncode == 0
-    assert "warning: indicator 'dwt' of swing:Swing has the name of a built-in indicator" in done.stderr
-
-
 def test_results_are_read_without_its_package(environment: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "swings.yaml").write_text("name: swings\nrecord: {duration: 1 s}\nindicators: [dwt, swing]\n")
     sweep = ("sweep", "swings.yaml", "--engine", "in-process")

@@ -52,11 +52,6 @@ def test_points_close_together_make_it_the_extended_filter(runs, states):
     assert (np.abs(unscented["leakage"] - extended["leakage"]) < 0.4 * error).all()
 
 
-def test_it_gives_what_the_extended_filter_gives():
-    assert UkfJoint().outputs == EkfJoint().outputs
-    assert UkfJoint().channels == EkfJoint().channels
-
-
 @pytest.mark.parametrize("damage", ["nan", "jump"])
 def test_a_lost_record_has_no_number_and_leaves_its_neighbours_alone(runs, damage):
     pressure = runs[Channel.CHAMBER_1_PRESSURE].copy()

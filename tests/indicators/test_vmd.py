@@ -4,10 +4,6 @@ import pytest
 from hydrofdi.transforms.variational import variational_modes
 from indicators.laws import (
     SAMPLING_FREQUENCY,
-    assert_batch_has_no_effect,
-    assert_unit_scales,
-    noise,
-    obstacle,
     ringing,
     values,
 )
@@ -45,28 +41,6 @@ def test_modes_are_where_no_change_of_them_lowers_the_cost():
     others = spectrum / (1.0 + gains.sum(axis=0))  # what the modes leave of the spectrum at the optimum
     modes = np.where(np.isfinite(gains), gains, 0.0) * others
     np.testing.assert_allclose(np.sqrt(np.mean(modes**2, axis=1)), found.rms, rtol=1e-3)
-
-
-def test_iterations_end_at_their_limit():
-    assert values("vmd", ringing(3, 1, 1000), most_iterations=7, tolerance=1e-300)["iterations"] == 7
-
-
-@pytest.mark.parametrize("level", [0.0, 8.123e6])
-def test_a_record_that_stands_still_has_no_modes(level):
-    found = values("vmd", np.full(1000, level))
-    assert all(found[f"rms{mode}"] == 0.0 and np.isnan(found[f"frequency{mode}"]) for mode in (1, 2))
-
-
-def test_neither_the_batch_nor_its_layout_changes_a_bit():
-    assert_batch_has_no_effect("vmd", ringing(4, 3, 801), most_iterations=50)
-
-
-def test_another_unit_scales_the_numbers():
-    assert_unit_scales("vmd", ringing(5, 2, 1000))
-
-
-def test_a_record_that_is_too_short_is_not_measured():
-    assert obstacle("vmd", noise(6, 15)) == "a record of 15 samples has no modes; 16 are needed"
 
 
 def test_modes_are_those_of_vmdpy():

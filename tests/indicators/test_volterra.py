@@ -42,27 +42,6 @@ def test_coefficients_count_in_the_scales_that_are_given(signal):
     np.testing.assert_allclose(other["left"], 0.5 * one["left"], rtol=1e-5, atol=1e-10)
 
 
-def test_it_needs_the_channels_of_its_signal_alone():
-    records = moved()
-    for signal, channel in (("position_rate", X), ("load_pressure", P2), ("pressure", P1)):
-        left = {each: samples for each, samples in records.channels.items() if each is not channel}
-        obstacles = measured(batch(left), "volterra", signal=signal)[1]
-        assert obstacles[0].startswith(f"has no {channel.value}")
-    assert measured(batch({U: records[U], X: records[X]}), "volterra")[1] == (None,) * 3
-
-
-def test_too_few_values_are_refused():
-    obstacles = measured(moved().window(0, 1000), "volterra")[1]
-    assert obstacles[0] == "9 values are too few for 6 coefficients"
-
-
-def test_an_input_without_motion_and_no_ridge_is_a_status_with_a_sentence():
-    still = batch({U: np.zeros((1, 4000)), X: np.zeros((1, 4000))})
-    _, obstacles = measured(still, "volterra", ridge=0.0)
-    assert obstacles[0].startswith("the coefficients are not determined")
-    assert measured(still, "volterra")[1] == (None,)
-
-
 def test_a_study_judges_the_distance_from_healthy_records(tmp_path):
     study = sweep_in(tmp_path, STUDY.format(preset=REPOSITORY / "configs/detectors/volterra.yaml"))
     report = run_json("report", study.directory)

@@ -4,10 +4,7 @@ import pywt
 
 from indicators.laws import (
     SAMPLING_FREQUENCY,
-    assert_batch_has_no_effect,
-    assert_unit_scales,
     noise,
-    obstacle,
     ringing,
     values,
 )
@@ -43,17 +40,3 @@ def test_white_noise_has_its_standard_deviation_in_each_node():
     found = values("wavelet_packet", noise(3, (16, 8192), size=3.0, mean=0.0), extension="periodization")
     for rms in found.values():
         assert np.sqrt(np.mean(rms**2)) == pytest.approx(3.0, rel=0.05)
-
-
-def test_neither_the_batch_nor_its_layout_changes_a_bit():
-    assert_batch_has_no_effect("wavelet_packet", ringing(4, 7, 1501))
-
-
-def test_another_unit_scales_the_numbers():
-    assert_unit_scales("wavelet_packet", ringing(5, 2))
-
-
-def test_a_record_that_is_too_short_is_not_measured():
-    assert obstacle("wavelet_packet", noise(6, 200)) == (
-        "200 samples are too few for level 4 of db8: it needs 240; take longer records or windows"
-    )

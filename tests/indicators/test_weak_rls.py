@@ -1,20 +1,16 @@
 """Recursive least squares of the volume balance: what comes out of simulated runs, sample by sample."""
 
 import itertools
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.config import load_experiment
 from hydrofdi.indicators import load_indicators, make_indicators
-from hydrofdi.records import Channel
-from hydrofdi.simulation import simulate_batch
-from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
+from indicators.observed import XV, X, noisy, simulated
+from indicators.signals import P1, P2, batch, measured
 
-X, XV = Channel.PISTON_POSITION, Channel.SPOOL_POSITION
 LEAKS = np.array([0.0, 0.0, 1e-9, 5e-9])
 MODULI = np.array([551e6, 827e6, 551e6, 689e6])
 KNOWN = {
@@ -27,40 +23,10 @@ BLIND = {"spool": "command", "supply": "sum"}
 N_TIME = 3000
 
 
-def simulated(moduli, leaks, *settings_):
-    """Records of all channels without noise."""
-    parameters = [
-        load_experiment(None, [f"fluid.bulk_modulus={modulus} Pa", *settings_]).nominal_parameters
-        for modulus in moduli
-    ]
-    signals = simulate_batch(parameters, list(leaks))
-    return batch(
-        {
-            P1: signals.chamber_1_pressure,
-            P2: signals.chamber_2_pressure,
-            X: signals.piston_position,
-            XV: signals.spool_position,
-            U: signals.input_voltage,
-        }
-    )
-
-
 @pytest.fixture(scope="module")
 def runs():
     """Healthy at two EBM, and two that leak; 6 s."""
-    return simulated(MODULI, LEAKS, "record.duration=6 s")
-
-
-def noisy(records, row, n_record, seed):
-    """Copies of a run with sensor noise: 5 kPa, 10 µm."""
-    draw = np.random.default_rng(seed)
-    sizes = {P1: 5e3, P2: 5e3, X: 10e-6, U: 0.0}
-    return batch(
-        {
-            channel: records[channel][row] + size * draw.normal(size=(n_record, records.n_time))
-            for channel, size in sizes.items()
-        }
-    )
+    return simulated("record.duration=6 s", leaks=LEAKS, moduli=MODULI)
 
 
 @pytest.mark.parametrize("options", [{}, {"spool": "command"}, {"chambers": 1}, {"memory": "none"}])
@@ -109,19 +75,6 @@ def test_noise_of_the_pressures_biases_no_bulk_modulus(runs):
     assert biased["bulk_modulus"].mean() - MODULI[0] > 2.0 * abs(left.mean())
 
 
-def test_in_closed_loop_samples_near_the_null_would_mislead():
-    records = simulated(
-        [551e6] * 2, [0.0, 3e-10], "record.duration=10 s", "control.law=pi", "input.shape=steps",
-        "input.period=1 s", "valve.lap=0.8 um",
-    )  # fmt: skip
-    gated, kept = (
-        measured(records, "weak_rls", spool="command", least_opening=size)[0] for size in (2e-6, 0.0)
-    )
-    np.testing.assert_allclose(gated["lap"], 0.8e-6, rtol=0.15)
-    error, misled = (np.abs(v["internal_coefficient"] - [0.0, 3e-10]).max() for v in (gated, kept))
-    assert misled > 3.0 * error
-
-
 def test_at_rest_everything_keeps_its_prior():
     still = np.full((1, N_TIME), 8.6e6)
     records = batch({P1: still, P2: still, X: still * 0.0, XV: still * 0.0})
@@ -134,7 +87,8 @@ def test_at_rest_everything_keeps_its_prior():
 
 
 def test_the_trace_follows_a_leak_that_sets_in_and_the_whole_record_its_mean():
-    late = simulated([551e6], [5e-9], "record.duration=12 s", "leakage.onset=step", "leakage.onset_time=6 s")
+    onset = "record.duration=12 s", "leakage.onset=step", "leakage.onset_time=6 s"
+    late = simulated(*onset, leaks=[5e-9], moduli=[551e6])
     (indicator,) = make_indicators({"weak_rls": {"spool": "measured", "memory": "1 s"}}).values()
     trace = indicator.trace(late)
     flow = np.sqrt(8e6) * LEAKS[3]
@@ -158,25 +112,6 @@ def test_a_stream_gives_the_bits_of_the_record_whatever_is_measured(runs, option
     for key, values in whole.values.items():
         parts = np.concatenate([each.values[key] for each in traces], axis=1)
         np.testing.assert_array_equal(parts, values, err_msg=key)
-
-
-def test_a_record_stands_alone(runs):
-    for options in (BLIND, {"chambers": 1, "supply": "nominal"}):
-        assert_rows_stand_alone(runs, "weak_rls", **options)
-
-
-def test_what_is_missing_is_said(runs):
-    without = {channel: samples for channel, samples in runs.channels.items() if channel != P2}
-    one_pressure = replace(runs, channels=without)
-    assert "has no chamber_2_pressure" in measured(one_pressure, "weak_rls")[1][0]
-    assert measured(one_pressure, "weak_rls", chambers=1)[1] == (None,) * 4
-    counts = replace(runs, relative=frozenset({P1}))
-    assert "is in counts" in measured(counts, "weak_rls")[1][0]
-    gap = runs.rows([0])
-    gap[P1][0, 2000] = np.nan
-    values, reasons = measured(gap, "weak_rls")
-    assert np.isnan(values["leakage"]).all()
-    assert reasons[0].startswith("the record has samples that are not finite")
 
 
 def test_the_preset_states_the_defaults(runs):

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators
-from hydrofdi.simulation import simulate_batch
-from indicators.signals import P1, P2, U, batch, measured
-from indicators.test_weak_rls import XV, X
+from indicators.observed import noisy, simulated
+from indicators.signals import U, measured
 
 BLIND = {"spool": "command", "supply": "sum"}
 
@@ -16,19 +14,7 @@ BLIND = {"spool": "command", "supply": "sum"}
 @pytest.fixture(scope="module")
 def healthy():
     """One healthy record of 8 s with sensor noise."""
-    parameters = load_experiment(None, ["record.duration=8 s"]).nominal_parameters
-    signals = simulate_batch([parameters], [0.0])
-    draw = np.random.default_rng(5)
-    shape = signals.chamber_1_pressure.shape
-    return batch(
-        {
-            P1: signals.chamber_1_pressure + 5e3 * draw.normal(size=shape),
-            P2: signals.chamber_2_pressure + 5e3 * draw.normal(size=shape),
-            X: signals.piston_position + 10e-6 * draw.normal(size=shape),
-            XV: signals.spool_position,
-            U: signals.input_voltage,
-        }
-    )
+    return noisy(simulated("record.duration=8 s", leaks=[0.0], moduli=[551e6]), 0, 1, seed=5)
 
 
 @pytest.mark.parametrize("kind", ["weak_rls", "flow_balance", "adaptive_observer", "ekf_joint"])
@@ -44,13 +30,6 @@ def healthy():
 def test_sizes_that_no_actuator_has_are_refused(kind, option):
     with pytest.raises(ConfigError, match="must be at most"):
         make_indicators({kind: option})
-
-
-def test_windows_longer_than_the_record_give_no_prior_as_a_measurement(healthy):
-    for half_window in (600, 5000):
-        values, (reason,) = measured(healthy, "weak_rls", half_window=half_window)
-        assert "windows are too few" in reason
-        assert np.isnan(values["leakage"]).all()
 
 
 @pytest.mark.parametrize("option", ["supply_deviation", "flow_gain_deviation"])

@@ -28,11 +28,6 @@ def settled_error(trajectory: Trajectory) -> float:
     return float(np.mean(error[1900:2000]))  # before the reference reverses at 4 s
 
 
-def test_reference_has_the_shape_of_the_input_and_the_amplitude_of_the_control() -> None:
-    reference = simulate({}).reference_position[0]
-    np.testing.assert_array_equal(reference, np.where(np.arange(4000) < 2000, 5e-3, -5e-3))
-
-
 def test_proportional_control_leaves_an_error_against_a_spring_and_a_leak() -> None:
     trajectory = simulate({})
     error, voltage = settled_error(trajectory), float(trajectory.input_voltage[0, 1950])
@@ -71,10 +66,6 @@ def test_controllers_of_different_sample_times_share_a_batch_and_stay_themselves
     assert np.ptp(together.piston_position[:, 100]) > 0.0
 
 
-def test_open_loop_has_no_reference() -> None:
-    assert np.isnan(simulate({"control.law": "open", "input.amplitude": 0.2}).reference_position).all()
-
-
 def test_derivative_part_answers_to_the_change_of_the_error() -> None:
     voltage, _ = pid_step(3e-3, 1e-3, 0.0, 0.0, 0.0, 0.5, 2e-3, 5.0)
     assert voltage == pytest.approx(0.5 * 2e-3 / 2e-3)
@@ -85,8 +76,3 @@ def test_limited_integral_is_released_by_an_error_of_the_other_sign() -> None:
     released = pid_step(-1e-2, 1e-2, 7.0, 100.0, 50.0, 0.0, 2e-3, 5.0)
     assert wound == (5.0, 4.9)
     assert released == (5.0, pytest.approx(7.0 - 1e-3))
-
-
-def test_leakage_raises_the_voltage_that_holds_a_position() -> None:
-    sealed, leaky = (simulate({}, coefficient) for coefficient in (0.0, 5e-9))
-    assert leaky.input_voltage[0, 1950] > sealed.input_voltage[0, 1950] + 0.01

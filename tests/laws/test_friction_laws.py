@@ -12,12 +12,11 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.friction import FrictionConfig
-from hydrofdi.physics.friction import FRICTION_LAWS, LAWS, choice_of_law, chosen_friction
+from hydrofdi.physics.friction import LAWS, choice_of_law, chosen_friction
 from hydrofdi.physics.friction.lugre import bristle_friction_force, bristle_rate
 from hydrofdi.physics.friction.smooth import smooth_friction_force
 from hydrofdi.physics.friction.stribeck import decaying_exponential
 from hydrofdi.physics.friction.threshold import friction_force
-from hydrofdi.settings.schema import field_texts
 from hydrofdi.simulation import simulate_batch
 
 PARAMETERS = (200.0, 250.0, 50.0, 40.0, 1e-3)
@@ -137,13 +136,6 @@ def test_bristles_without_dry_friction_leave_viscous_friction_alone() -> None:
     short = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, "friction.scale": 0.0})
     bare, bristles = simulate_batch([short, short.with_values(LUGRE)], [1e-9, 1e-9]).chamber_1_pressure
     np.testing.assert_allclose(bristles, bare, rtol=1e-9)
-
-
-def test_every_law_is_a_choice_of_the_configuration_and_is_described_there() -> None:
-    section = FrictionConfig.model_json_schema()["properties"]["law"]
-    assert section["enum"] == list(FRICTION_LAWS)
-    text = field_texts(FrictionConfig)["law"]
-    assert all(f"``{name}``" in text for name in FRICTION_LAWS)
 
 
 def test_a_choice_runs_its_law_alone() -> None:

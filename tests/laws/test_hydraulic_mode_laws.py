@@ -89,16 +89,6 @@ def test_ring_down_has_the_damping_of_the_formula(ring_downs: list[tuple[float, 
     np.testing.assert_allclose([zeta for _, zeta in ring_downs], expected, rtol=0.01)
 
 
-def test_more_leakage_damps_more_at_every_bulk_modulus(ring_downs: list[tuple[float, float]]) -> None:
-    damping = np.array([zeta for _, zeta in ring_downs]).reshape(len(BULK_MODULI), len(COEFFICIENTS))
-    assert np.all(np.diff(damping, axis=1) > 0.0)
-
-
-def test_stiffer_fluid_rings_faster_at_every_leakage(ring_downs: list[tuple[float, float]]) -> None:
-    frequency = np.array([omega for omega, _ in ring_downs]).reshape(len(BULK_MODULI), len(COEFFICIENTS))
-    assert np.all(np.diff(frequency, axis=0) > 0.0)
-
-
 def test_piston_without_friction_and_leak_rings_for_ever() -> None:
     start = {"velocity": 0.01}
     motion = free_motion([{"actuator.load_stiffness": 0.0, **FRICTIONLESS}], [start], [0.0], 1.0, 1e-5)

@@ -41,16 +41,6 @@ def test_random_load_is_seeded_and_held() -> None:
     assert abs(np.corrcoef(force[0, ::50], force[2, ::50])[0, 1]) < 0.4
 
 
-def test_load_and_input_of_one_seed_are_independent() -> None:
-    values = {
-        "input.shape": "steps", "input.amplitude": 1e-9, "input.period": 0.1, "load.random_force": 1.0,
-        "load.random_period": 0.1,
-    }  # fmt: skip
-    record = simulate_batch([AT_REST.with_values(values)], [1e-8])
-    levels = record.input_voltage[0, ::50], record.load_force[0, ::50]
-    assert abs(np.corrcoef(*levels)[0, 1]) < 0.4
-
-
 def test_loads_of_a_batch_reach_their_own_runs() -> None:
     runs = [AT_REST.with_values({"load.constant_force": force}) for force in np.linspace(-800.0, 800.0, 20)]
     position = simulate_batch(runs, [1e-8] * 20).piston_position[:, -1]

@@ -11,7 +11,6 @@ from free_motion import free_motion
 from hydrofdi.config import RunParameters
 from hydrofdi.quality.operating_point import hydraulic_mode
 from hydrofdi.simulation import simulate_batch
-from hydrofdi.simulation.kernels.no_load import largest_opening
 
 NULL = 0.8e-6
 GAIN = RunParameters().valve.spool_gain
@@ -67,11 +66,6 @@ def test_controller_asks_for_the_voltage_of_the_null() -> None:
     settled = batch.time > 7.0
     expected = (NULL + drift * batch.time) / GAIN
     np.testing.assert_allclose(batch.input_voltage[0, settled], expected[settled], rtol=2e-3)
-
-
-def test_bound_of_the_opening_holds_the_null_at_its_farthest() -> None:
-    run = SHORT.with_values({"valve.null_offset": 1e-6, "valve.null_drift": -4e-6})
-    assert largest_opening(run) == pytest.approx(largest_opening(SHORT) + 3e-6)
 
 
 def test_working_point_of_the_hydraulic_mode_is_seen_from_the_null() -> None:

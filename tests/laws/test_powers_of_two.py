@@ -64,10 +64,3 @@ def test_modulus_is_the_printed_equation_over_all_usual_values(
 def test_modulus_of_absurd_pressures_is_finite_and_that_of_none_is_not(pressure: float) -> None:
     assert 0.0 < effective_bulk_modulus(pressure, 1.4e9, 0.01, 1.4, 101325.0) < math.inf
     assert np.isnan(effective_bulk_modulus(np.nan, 1.4e9, 0.01, 1.4, 101325.0))
-
-
-def test_modulus_of_numbers_and_of_arrays_is_the_same() -> None:
-    pressures = np.linspace(-1e5, 3e7, 100)
-    one_by_one = [effective_bulk_modulus(float(p), 1.4e9, 0.01, 1.4, 101325.0) for p in pressures]
-    together = effective_bulk_modulus(pressures, 1.4e9, 0.01, 1.4, 101325.0)
-    np.testing.assert_allclose(together, one_by_one, rtol=1e-14)

@@ -35,11 +35,6 @@ def test_hydraulic_mode_turns_unstable_at_its_limit(share: float, grows: bool) -
     assert (np.abs(motion["velocity"][0, -20:]).max() > 1e-6) == grows
 
 
-def test_millisecond_step_is_too_long_for_the_nominal_friction_alone() -> None:
-    limits = step_limits(RunParameters())
-    assert [part for part, limit in limits.items() if limit < 1e-3] == ["friction zone"]
-
-
 @given(st.floats(min_value=math.pi / 2, max_value=math.pi), st.floats(min_value=0.01, max_value=1e5))
 def test_no_step_below_the_limit_amplifies(angle: float, size: float) -> None:
     eigenvalue = size * complex(math.cos(angle), math.sin(angle))

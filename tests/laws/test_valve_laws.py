@@ -79,11 +79,6 @@ def test_slow_spool_travels_at_its_largest_speed() -> None:
     assert position[-1] == pytest.approx(44e-6, rel=0.02)
 
 
-def test_limits_out_of_reach_change_nothing() -> None:
-    free, limited = _spool(1e-4)[1], _spool(1e-4, largest_opening=1e-3, largest_speed=10.0)[1]
-    np.testing.assert_allclose(limited, free, rtol=1e-12, atol=1e-20)
-
-
 GAIN = (RunParameters().valve.flow_gain, RunParameters().valve.area_gradient)
 
 

@@ -7,6 +7,13 @@ from contextlib import ExitStack
 import pytest
 
 from tests.monitor.brokers import SECRET, Broker, running
+from tests.monitor.machines import make_machine
+
+
+@pytest.fixture(scope="session")
+def machine(tmp_path_factory):
+    """A machine that begins to leak, and its detector."""
+    return make_machine(tmp_path_factory.mktemp("machine"))
 
 
 @pytest.fixture

@@ -101,3 +101,7 @@ class Kept:
 
     def close(self):
         self.is_closed = True
+
+
+class Killed(BaseException):
+    """The process ends here."""

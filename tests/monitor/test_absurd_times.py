@@ -4,20 +4,7 @@ import json
 
 import pytest
 
-from hydrofdi.monitor.loop import monitor
-from hydrofdi.monitor.sinks.log import WindowLog
-from hydrofdi.monitor.state import StateFile
-from hydrofdi.monitor.watch import Watch
 from tests.commands import run
-from tests.monitor.brokers import needs_mosquitto
-from tests.monitor.machines import make_machine
-from tests.monitor.mqtt_streams import client_at, published, source_at
-from tests.monitor.streams import made_detector
-
-
-@pytest.fixture(scope="module")
-def machine(tmp_path_factory):
-    return make_machine(tmp_path_factory.mktemp("machine"))
 
 
 def records(log):
@@ -56,27 +43,3 @@ def test_in_a_file_it_is_counted_and_changes_no_window(machine, is_json, tmp_pat
     run("monitor", machine.detector, stream, *files, check=0)
     assert len(of_kind(log, "resumed")) == 1
     assert sum(each["count"] for each in of_kind(log, "malformed")) == 4
-
-
-@needs_mosquitto
-def test_from_a_broker_it_is_acknowledged_and_does_not_come_again(broker, tmp_path):
-    file, log, client = made_detector(), tmp_path / "log", client_at(broker)
-
-    def watch_until(kind):
-        source = source_at(broker.address(), is_open=False)
-        state_file = StateFile(tmp_path / "state", file, source.name)
-        kept = {"state_file": state_file, "log": WindowLog(log, file.unit)}
-        monitor(Watch(file), source, **kept, stop=lambda: log.exists() and bool(of_kind(log, kind)))
-
-    def send(time, frequency):
-        block = {"time": time, "sampling_frequency": frequency, "P1 [Pa]": [1, 2]}
-        published(client, "press/samples", json.dumps(block))
-
-    watch_until("connected")
-    send(0, 1e-300)
-    watch_until("malformed")
-    send(100, 1e3)
-    watch_until("gap")
-    assert [each["count"] for each in of_kind(log, "malformed")] == [1]
-    assert not of_kind(log, "not_stored")
-    assert len(of_kind(log, "resumed")) == 2

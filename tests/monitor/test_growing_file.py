@@ -60,60 +60,11 @@ def log(tmp_path):
     return tmp_path / "press.csv"
 
 
-def test_it_follows_a_file_from_its_beginning(log):
-    append(log, HEADER + "1,10\n2,2")
-    follower = Follower(log)
-    assert not follower.read().is_over
-    append(log, "0\n3,30\n")
-    follower.read()
-    assert follower.times == [1.0, 2.0, 3.0]
-    assert follower.events == []
-
-
 def test_the_end_of_the_file_is_the_end_of_the_stream_where_nobody_follows(log):
     append(log, HEADER + "1,10\n2,20")
     follower = Follower(log, follow=False)
     assert follower.read().is_over
     assert follower.times == [1.0, 2.0]
-
-
-def test_it_goes_on_at_the_unfinished_line(log):
-    append(log, HEADER + "1,10\n2,")
-    follower = Follower(log)
-    follower.read()
-    append(log, "20\n3,30\n")
-    follower.restart()
-    follower.read()
-    assert follower.times == [1.0, 2.0, 3.0]
-
-
-def test_a_renamed_file_is_read_to_its_end_before_the_new_one(log):
-    append(log, HEADER + "1,10\n")
-    follower = Follower(log)
-    follower.read()
-    log.rename(log.with_suffix(".csv.1"))
-    append(log.with_suffix(".csv.1"), "2,20\n")
-    log.touch()
-    follower.read()
-    append(log.with_suffix(".csv.1"), "3,30\n")
-    append(log, HEADER + "4,40\n")
-    follower.read()
-    assert follower.times == [1.0, 2.0, 3.0, 4.0]
-    assert [event.text for event in follower.events] == [
-        f"{log}: is a new file; the old one was read to its end"
-    ]
-
-
-def test_a_file_that_was_renamed_in_the_meantime_is_found_again(log):
-    append(log, HEADER + "1,10\n2,")
-    follower = Follower(log)
-    follower.read()
-    append(log, "20\n")
-    log.rename(log.with_name("old"))
-    append(log, HEADER + "3,30\n")
-    follower.restart()
-    follower.read()
-    assert follower.times == [1.0, 2.0, 3.0]
 
 
 def test_files_that_were_renamed_in_the_meantime_are_read_in_their_order(log):

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from io import StringIO
 
 from rich.console import Console
 
-from hydrofdi.cli.live_view import LiveView, instant_text
-from hydrofdi.errors import Issue
+from hydrofdi.cli.live_view import LiveView
 from hydrofdi.monitor.lines import Event, EventKind
-from hydrofdi.monitor.sources.malformed import malformed
 from hydrofdi.monitor.watch import Watch
-from tests.detectors.trained.made import detector
 from tests.monitor.streams import made_detector, part, stream
 
 FILE, CHART = made_detector(), made_detector(chart="cusum")
@@ -39,19 +35,6 @@ def text_of(seen):
     return "\n".join(line.plain for line in seen._lines())
 
 
-def test_before_the_first_sample_it_states_limit_and_promise():
-    text = text_of(LiveView(FILE, "standard input", console()))
-    assert " SILENT  waiting for samples" in text
-    assert "alarm above" in text
-    assert "Promise: 1 % of healthy windows lie beyond the limit (0 to 5 %), from 99 healthy windows" in text
-
-
-def test_estimates_are_not_called_windows():
-    text = text_of(LiveView(detector("weak_rls", window={"by": "estimate"}), "standard input", console()))
-    assert "0 estimates judged" in text
-    assert "window" not in text
-
-
 def test_health_and_alarm_are_said_in_words_with_the_instant_of_the_change():
     assert " HEALTHY  since 1.0 s" in text_of(view(10))
     for file in (FILE, CHART):
@@ -59,20 +42,6 @@ def test_health_and_alarm_are_said_in_words_with_the_instant_of_the_change():
         assert " ALARM  since " in text
         assert "24 windows judged, 12 beyond the limit, 1 alarm\n" in text
     assert ", chart " in text
-
-
-def test_the_last_windows_are_listed_with_their_verdicts():
-    text = text_of(view(chunk=stream(24, leaking=range(12, 20), stuck=range(20, 24))))
-    assert [text.count(each) for each in ("within the limit\n", "beyond the limit\n")] == [11, 8]
-    assert text.count("not judged, stuck") == 4
-    assert "4 not judged (stuck 4)" in text
-
-
-def test_a_window_that_is_not_judged_says_why_and_whether_its_score_is_beyond_the_limit():
-    seen = view()
-    last, fault = seen._windows[-1], Issue("the pressure is higher than ever", kind="novel")
-    seen._take(None, [replace(last, verdict=replace(last.verdict, alarm=None, fault=fault))])
-    assert "beyond the limit; not judged, novel: the pressure is higher than ever" in text_of(seen)
 
 
 def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were(monkeypatch):
@@ -88,22 +57,6 @@ def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were(monkeypatch):
     for wait, badge in ((4.0, " HEALTHY "), (6.0, " SILENT  no samples for 6")):
         monkeypatch.setattr("hydrofdi.cli.live_view.time.monotonic", lambda w=wait: now + w)
         assert badge in text_of(seen)
-
-
-def test_lines_that_cannot_be_read_are_said_with_the_first_reason():
-    seen = LiveView(FILE, "press.csv", console())
-    for text, why in (("a,b", "no number"), ("c", "too few cells")):
-        seen._take(malformed("line", text, why), [])
-    assert "2 malformed: malformed line 'a,b': no number\n" in text_of(seen)
-    seen._take(part(LEAKING, 0, 1000), [])
-    assert "'a,b'" not in text_of(seen)
-
-
-def test_what_goes_on_is_counted_once_and_its_end_adds_nothing():
-    seen = view(2)
-    gap = Event(EventKind.GAP, "a gap", 1.0)
-    seen._take(None, [gap, replace(gap, count=3, is_silent=True), replace(gap, count=4, is_end=True)])
-    assert "gap 4" in text_of(seen)
 
 
 def test_it_knows_no_more_after_a_million_windows_than_after_a_thousand():
@@ -127,8 +80,3 @@ def test_a_closed_view_leaves_a_summary_on_the_terminal():
         "gap 2",
     ):
         assert told in text
-
-
-def test_a_clock_that_counts_from_1970_is_shown_as_date_and_time():
-    assert instant_text(12.34) == "12.3 s"
-    assert instant_text(1.7e9).startswith("2023-11-1")

@@ -24,20 +24,17 @@ from hydrofdi.monitor.sources.text import growing_file
 from hydrofdi.monitor.sources.text.growing_file import GrowingFile
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.watch import Watch
-from tests.monitor.streams import P1, Kept, Samples, made_detector, stream
+from tests.monitor.streams import P1, Kept, Killed, Samples, made_detector, stream
 
 FILE = made_detector()
 MADE = stream(40, leaking=[12, 13, 30], stuck=[20, 21])
 
 
-class Killed(BaseException):
-    """The process ends here."""
-
-
-class KilledAt:
+class KilledAt(Kept):
     """A sink that ends the process at its n-th call, before the log."""
 
     def __init__(self, call):
+        super().__init__()
         self._left = call
 
     def put(self, chunk, lines):
@@ -45,9 +42,6 @@ class KilledAt:
         if self._left == 0:
             raise Killed
         return ()
-
-    def close(self):
-        pass
 
 
 class KilledAfterState(StateFile):
@@ -119,16 +113,6 @@ def test_a_torn_step_is_completed(undisturbed, n_written, tmp_path):
         log.write(waiting[:n_written])
     run(tmp_path)
     assert logged(tmp_path) == undisturbed
-
-
-def test_a_log_that_was_rotated_begins_anew(undisturbed, tmp_path):
-    with pytest.raises(Killed):
-        run(tmp_path, sinks=[KilledAt(20)])
-    (tmp_path / "log.jsonl").rename(tmp_path / "old")
-    run(tmp_path)
-    rest = logged(tmp_path)
-    assert 0 < len(rest) < len(undisturbed)
-    assert rest == undisturbed[-len(rest) :]
 
 
 def test_a_log_that_was_rotated_while_the_state_could_not_be_stored_has_each_window_once(
@@ -206,22 +190,6 @@ def test_a_sink_gets_each_window_at_least_once(tmp_path):
     numbers = [line.number for line in kept.lines if isinstance(line, WindowLine)]
     assert sorted(set(numbers)) == list(range(40))
     assert kept.is_closed
-
-
-def test_what_a_source_says_is_a_line(tmp_path):
-    said = Event(EventKind.MALFORMED, "no JSON", count=3)
-    run(tmp_path, Samples(MADE, events={1400: [said]}))
-    assert [
-        (each["count"], each["text"]) for each in logged(tmp_path) if each.get("event") == "malformed"
-    ] == [(3, "no JSON")]
-
-
-def test_what_was_counted_in_silence_is_summed_up_at_the_end(tmp_path):
-    said = [Event(EventKind.MALFORMED, "no JSON", is_silent=bool(n)) for n in range(3)]
-    run(tmp_path, Samples(MADE, events={1400: said}))
-    assert [each["text"] for each in logged(tmp_path) if each.get("is_end")][-1:] == [
-        "3 malformed in total, the first: no JSON"
-    ]
 
 
 def test_malformed_lines_are_said_alike_whatever_the_blocks_and_the_kills(tmp_path, monkeypatch):
@@ -402,16 +370,3 @@ def test_foreign_content_with_the_right_checksum_is_refused(header, body, tmp_pa
     (tmp_path / "state").write_bytes(checksum + b"\n" + content)
     with pytest.raises(StoreError):
         StateFile(tmp_path / "state", FILE, "made").read()
-
-
-@pytest.mark.parametrize(
-    "stored",
-    [Stored({"number": np.array(10**300)}, {}, {}), Stored({}, {"place": np.float32(1.0)}, {})],
-    ids=["no plain array", "no plain place"],
-)
-def test_what_cannot_be_stored_is_refused_in_a_sentence_and_leaves_the_state_as_it_was(stored, tmp_path):
-    state_file = StateFile(tmp_path / "state", FILE, "made")
-    state_file.write(Stored({"number": np.array(1)}, {}, {}))
-    with pytest.raises(StoreError, match="state: cannot be stored: "):
-        state_file.write(stored)
-    assert state_file.read().state == {"number": np.array(1)}

@@ -1,18 +1,15 @@
 """Samples over MQTT, by a real broker on this machine."""
 
-import sys
 from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.mqtt.publisher import payload_of
 from hydrofdi.monitor.sources import mqtt as mqtt_source
 from hydrofdi.monitor.sources import mqtt_deliveries
-from hydrofdi.monitor.sources.opening import open_stream
 from tests.monitor.brokers import Broker, needs_mosquitto
 from tests.monitor.mqtt_streams import (
     P1,
@@ -21,7 +18,6 @@ from tests.monitor.mqtt_streams import (
     client_at,
     connected,
     events,
-    killed,
     published,
     publisher_at,
     samples,
@@ -33,7 +29,6 @@ from tests.monitor.mqtt_streams import (
     until,
     wait_for,
 )
-from tests.monitor.streams import made_detector
 
 pytestmark = needs_mosquitto
 
@@ -54,23 +49,6 @@ def test_samples_arrive_in_order_and_to_the_bit(broker, closing):
     for channel in (P1, U):
         expected = np.concatenate([block.channels[channel] for block in blocks])
         np.testing.assert_array_equal(samples(readings, channel), expected)
-
-
-def test_what_was_not_confirmed_comes_again_and_what_was_does_not(broker, closing):
-    blocks = blocks_of(40)
-    first = source_at(broker.address())
-    connected(first)
-    publisher = closing(publisher_at(broker.address()))
-    sent(publisher, blocks[:10])
-    until(first, through(*blocks[:10]))
-    first.confirm()
-    sent(publisher, blocks[10:15])
-    until(first, through(*blocks[10:15]), confirms=False)
-    first.close()
-    wait_for(lambda: f"{first._connection._session.client_id} disconnected" in broker.log)
-    sent(publisher, blocks[15:])
-    again = until(closing(source_at(broker.address())), through(*blocks))
-    np.testing.assert_array_equal(times(again), all_times(blocks[10:]))
 
 
 def test_detectors_of_one_file_name_do_not_throw_each_other_out(broker, closing, tmp_path, monkeypatch):
@@ -206,17 +184,6 @@ def test_messages_that_are_no_samples_are_counted_and_done_with(broker, closing)
     client.loop_stop()
 
 
-def test_a_message_larger_than_allowed_says_so(broker, closing):
-    source = closing(source_at(broker.address(), largest=1000))
-    connected(source)
-    client = client_at(broker)
-    published(client, TOPIC, b"7" * 2000)
-    readings = until(source, unread)
-    assert "is larger than 1,000 bytes" in unread(readings)[0]
-    client.disconnect()
-    client.loop_stop()
-
-
 def test_a_sample_of_long_ago_that_the_broker_retains_is_not_read(broker, closing):
     old, new = blocks_of(2)
     client = client_at(broker)
@@ -248,55 +215,3 @@ def test_messages_that_the_broker_does_not_keep_are_lost_in_one_gap(broker, clos
     np.testing.assert_array_equal(times(after), blocks[29].time)
     client.disconnect()
     client.loop_stop()
-
-
-READER = """
-import os, sys
-from tests.monitor.mqtt_streams import source_at
-source, out = source_at(sys.argv[1]), open(sys.argv[2], "a")
-while True:
-    reading = source.read(0.02)
-    if reading.chunk:
-        out.write("".join(f"{time!r}\\n" for time in reading.chunk.time.tolist()))
-    if source.wants_confirmation:
-        out.flush()
-        source.confirm()
-"""
-
-
-def test_a_reader_that_is_killed_again_and_again_misses_no_sample(broker, closing, tmp_path):
-    blocks, out = blocks_of(60, n_sample=5), tmp_path / "times"
-    first = source_at(broker.address())
-    connected(first)
-    first.close()
-    publisher = closing(publisher_at(broker.address()))
-    for part in range(2):
-        with killed([sys.executable, "-c", READER, broker.address(), str(out)]):
-            sent(publisher, blocks[30 * part : 30 * part + 30])
-            target = blocks[30 * part + 10].time[-1] if part < 1 else blocks[-1].time[-1]
-            wait_for(lambda target=target: out.exists() and repr(float(target)) in out.read_text().split())
-    seen = {float(line) for line in out.read_text().split()}
-    assert set(all_times(blocks)) <= seen
-
-
-def test_the_configuration_names_the_key_of_time(broker, closing):
-    config = MonitorConfig.model_validate({"text": {"time": {"column": "stamp", "unit": "ms"}}})
-    source = closing(open_stream(broker.address(), config, made_detector(), Path("detector.json")))
-    source.open({})
-    connected(source)
-    client = client_at(broker)
-    client.publish("press/samples", b'{"stamp": 1500, "P1 [Pa]": 1}', qos=1).wait_for_publish(10.0)
-    readings = until(source, lambda readings: bool(times(readings).size))
-    client.disconnect()
-    client.loop_stop()
-    assert times(readings).tolist() == [1.5]
-
-
-def test_a_broker_that_stops_is_no_other_client(broker, closing):
-    source = closing(source_at(broker.address()))
-    connected(source)
-    broker._process.kill()
-    lost = until(source, lambda readings: any(event.kind == "disconnected" for event in events(readings)))
-    text = next(event.text for event in events(lost) if event.kind == "disconnected")
-    assert "the broker closed the connection" in text or "it is shutting down" in text
-    assert "another client" not in text

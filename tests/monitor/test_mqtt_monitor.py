@@ -2,7 +2,6 @@
 
 import json
 import random
-import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
@@ -14,8 +13,8 @@ from hydrofdi.monitor.sinks.log import WindowLog
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
 from tests.monitor.brokers import needs_mosquitto
-from tests.monitor.mqtt_streams import connected, killed, publisher_at, source_at, wait_for
-from tests.monitor.streams import N_SAMPLE, Samples, made_detector, part, stream
+from tests.monitor.mqtt_streams import connected, publisher_at, source_at, wait_for
+from tests.monitor.streams import N_SAMPLE, Kept, Killed, Samples, made_detector, part, stream
 
 pytestmark = needs_mosquitto
 
@@ -27,14 +26,11 @@ BLOCKS = [part(MADE, first, first + N_BLOCK) for first in range(0, N_WINDOW * N_
 CONCERNS_CONNECTIONS = {"started", "resumed", "stopped", "connected", "disconnected"}
 
 
-class Killed(BaseException):
-    """The process ends here."""
-
-
-class KilledAt:
+class KilledAt(Kept):
     """A sink that ends the process at its n-th reading with samples, between the log and the state."""
 
     def __init__(self, reading):
+        super().__init__()
         self._left = reading
 
     def put(self, chunk, lines):
@@ -42,9 +38,6 @@ class KilledAt:
         if self._left == 0:
             raise Killed
         return ()
-
-    def close(self):
-        pass
 
 
 def run(folder, source, sinks=(), stop=lambda: False):
@@ -143,27 +136,3 @@ def test_a_broker_that_starts_again_in_mid_stream_changes_no_window(subscribed, 
 def _windows(lines):
     """Without what a sender repeats because the broker's answer was lost: such samples are dropped."""
     return [line for line in lines if line.get("event") != "time_ran_back"]
-
-
-LIFE = """
-import sys
-from pathlib import Path
-from tests.monitor.mqtt_streams import source_at
-from tests.monitor.test_mqtt_monitor import run
-run(Path(sys.argv[2]), source_at(sys.argv[1], is_open=False))
-"""
-
-
-@pytest.mark.long
-def test_sigkill_and_broken_brokers_change_no_window(subscribed, undisturbed, tmp_path):
-    with ThreadPoolExecutor(1) as pool:
-        sending = pool.submit(send, subscribed, BLOCKS)
-        for number in (3, 9, 15, 22, 31, N_WINDOW):
-            command = [sys.executable, "-c", LIFE, subscribed.address(), str(tmp_path)]
-            with killed(command):
-                wait_for(lambda number=number: n_logged(tmp_path) >= number, timeout=120.0)
-            if number in (9, 22):
-                subscribed.stop()
-                subscribed.start()
-        sending.result()
-    assert logged(tmp_path) == undisturbed

@@ -38,13 +38,6 @@ def test_the_cut_into_messages_does_not_matter(n_time, spread, cuts):
     np.testing.assert_array_equal(time, PERIOD * np.arange(n_time))
 
 
-def test_nodes_may_come_one_after_the_other():
-    samples = np.arange(20.0).reshape(10, 2)
-    values = values_of(samples)
-    by_node = [[value for value in values if value.channel == node] for node in (1, 0)]
-    assert np.array_equal(joined(Joiner(2, PERIOD, wait=1.0), by_node)[1], samples)
-
-
 def test_an_instant_that_a_node_misses_is_given_with_nan_when_the_node_goes_on():
     values = values_of(np.arange(40.0).reshape(20, 2))
     without = [value for value in values if value[:2] != (5 * PERIOD, 1)]
@@ -78,8 +71,3 @@ def test_time_that_runs_back_is_left_to_the_stream_to_judge():
     later = [value._replace(time=value.time + 3600.0) for value in values_of(np.ones((10, 2)))]
     assert joiner.add(later, now=0.0)[0].size == 10
     assert joiner.add(values_of(np.ones((10, 2))), now=0.0)[0].size == 10
-
-
-def test_the_same_value_twice_is_one():
-    values = values_of(np.arange(20.0).reshape(10, 2))
-    assert joined(Joiner(2, PERIOD, wait=1.0), [values + values])[0].size == 10

@@ -39,9 +39,3 @@ def test_it_ends_when_told_to(kind):
     follows.stop()
     thread.join(60)
     assert not thread.is_alive()
-
-
-def test_it_ends_at_once_if_it_was_told_before_it_began():
-    follows = follower(ServerFollower)
-    follows.stop()
-    asyncio.run(asyncio.wait_for(follows.run(), 30))

@@ -14,12 +14,8 @@ import pytest
 from hydrofdi.api import replaying
 from hydrofdi.api.records.opened import open_source
 from hydrofdi.api.replaying import Pace
-from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
-from hydrofdi.monitor.sources.mqtt import MqttSource
-from hydrofdi.monitor.sources.payload import PayloadReader
 from tests.commands import COMMAND, run, run_json
-from tests.monitor.brokers import Broker, needs_mosquitto
-from tests.monitor.streams_of_text import joined, read_in_pieces, reader
+from tests.monitor.streams_of_text import read_in_pieces, reader
 
 EXPERIMENT = "record: {duration: 4 s}\nsweep: {grid: {leakage.internal_flow: [0 L/min, 0.5 L/min]}}\n"
 
@@ -71,32 +67,6 @@ def test_records_follow_each_other_with_a_gap(experiment):
     assert steps.max() == pytest.approx(10 * steps.min())
 
 
-def test_missing_samples_of_a_measured_file_stay_missing(tmp_path):
-    file = tmp_path / "run.csv"
-    file.write_text(
-        "time [ms],P1 [bar],x [mm]\n" + "".join(f"{n},{n / 3},{n}\n" for n in range(50)) + "50,,1\n"
-    )
-    for form in ("csv", "json"):
-        chunk, _ = replayed(file, "--format", form)
-        assert_same(chunk, records(file)[0][1])
-        assert np.isnan(chunk.channels["chamber_1_pressure"][-1])
-
-
-def test_settings_change_what_is_simulated(experiment):
-    change = ("leakage.onset=step", "leakage.onset_time=2 s")
-    chunk, _ = replayed(experiment, "--record", "2", "--set", change[0], "--set", change[1])
-    assert_same(chunk, records(experiment, change)[1][1])
-    assert not np.array_equal(
-        chunk.channels["chamber_1_pressure"], records(experiment)[1][1]["chamber_1_pressure"]
-    )
-
-
-def test_time_may_start_now(experiment):
-    before = time.time()
-    chunk, _ = replayed(experiment, "--record", "1", "--now")
-    assert before <= chunk.time[0] <= time.time()
-
-
 def test_nothing_comes_before_it_is_due():
     pace, begin = Pace(100.0), time.monotonic()
     assert pace.rate_of(1000.0) == 100.0
@@ -123,18 +93,6 @@ def test_what_can_be_fixed_is_said_in_a_line(experiment, arguments, said):
     assert said in done.stderr
     assert len([line for line in done.stderr.splitlines() if "simulating" not in line]) == 1
     assert done.stdout == ""
-
-
-def test_settings_are_for_what_is_simulated(tmp_path):
-    file = tmp_path / "run.csv"
-    file.write_text("time [s],P1 [bar]\n0,1\n1,2\n")
-    assert "is not simulated" in run("replay", file, "--set", "record.duration=3 s", check=2).stderr
-
-
-def test_channels_without_a_scale_are_refused(tmp_path):
-    file = tmp_path / "run.csv"
-    file.write_text("time [s],P1 [counts]\n0,1\n1,2\n")
-    assert "chamber_1_pressure has no scale" in run("replay", file, check=2).stderr
 
 
 @contextmanager
@@ -165,34 +123,6 @@ def test_an_interrupt_ends_it(experiment):
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=60)
     assert (process.returncode, errors.splitlines()[-1].split(" after ")[0]) == (0, "stopped")
-
-
-@needs_mosquitto
-def test_a_broker_gets_the_samples_to_the_bit(experiment, tmp_path):
-    folder = tmp_path / "broker"
-    folder.mkdir()
-    broker = Broker(folder)
-    broker.start()
-    address = MqttAddress.parse(broker.address())
-    source = MqttSource(address, MqttConfig(), PayloadReader().read, Path("detector"))
-    try:
-        source.open({})
-        while not any(event.kind == "connected" for event in source.read(0.1).events):
-            pass
-        done = run("replay", experiment, "--record", "1", "--rate", "max", "--to", str(address), check=0)
-        assert "played 2,000 samples" in done.stderr
-        times, channels = records(experiment)[0]
-        chunks = []
-        while sum(chunk.n_time for chunk in chunks) < times.size:
-            reading = source.read(0.1)
-            chunks += [reading.chunk] if reading.chunk else []
-            source.confirm()
-    finally:
-        source.close()
-        broker.stop()
-    chunk = joined(chunks)
-    assert np.array_equal(chunk.time, times)
-    assert_same(chunk, channels)
 
 
 @pytest.fixture(scope="module")
@@ -227,38 +157,6 @@ def test_a_stream_is_judged_as_the_records_are(trained):
     stream = run("replay", leaking, "--rate", "max", check=0).stdout
     done = run("monitor", detector, "-", "--json", input=stream, check=0)
     assert [judged(line) for line in windows(done.stdout)] == rows
-
-
-@pytest.mark.long
-def test_a_growing_file_is_judged_as_the_records_are_over_kills_and_renaming(trained, tmp_path):
-    detector, leaking, rows = trained
-    lines = run("replay", leaking, "--rate", "max", check=0).stdout.splitlines(keepends=True)
-    file, log, state = (tmp_path / name for name in ("press.csv", "log.jsonl", "state.json"))
-    arguments = ("monitor", detector, file, "--json", "--log", log, "--state", state)
-
-    def begun():
-        return log.read_text().count('"window"') if log.exists() else 0
-
-    for number, first in enumerate(range(0, len(lines), 6000)):
-        if number == 2:
-            file.rename(tmp_path / "press.old")
-            file.write_text(lines[0])
-        process = subprocess.Popen(
-            [*COMMAND, *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        seen, end = begun(), time.monotonic() + 120
-        with open(file, "a") as writer:
-            writer.write("".join(lines[first : first + 6000])[:-7])
-            writer.flush()
-            while begun() == seen and time.monotonic() < end:
-                time.sleep(0.01)
-            process.kill()
-            process.wait()
-            writer.write("".join(lines[first : first + 6000])[-7:])
-    run(*arguments, "--no-follow", check=0)
-    found = windows(log.read_text())
-    assert [line["number"] for line in found] == list(range(len(rows)))
-    assert [judged(line) for line in found] == rows
 
 
 def test_every_record_begins_anew_to_the_bit(experiment):

@@ -58,23 +58,6 @@ def test_a_full_queue_drops_one_long_piece_and_says_it_once():
     assert [event.kind for event in events if not event.is_silent] == [EventKind.DROPPED] * 2
 
 
-def test_a_piece_that_would_fit_does_not_split_the_gap():
-    queue = SampleQueue(CHANNELS, 100)
-    put(queue, 0, n=95)
-    put(queue, 95, n=10)
-    put(queue, 105, n=3)
-    (reading,) = everything(queue)
-    assert reading.chunk.n_time == 95
-    assert sum(event.count for event in reading.events) == 13
-
-
-def test_a_queue_that_nobody_reads_stays_bounded():
-    queue = SampleQueue(CHANNELS, 100)
-    for start in range(0, 100_000, 10):
-        put(queue, start)
-    assert sum(reading.chunk.n_time for reading in everything(queue)) == 100
-
-
 def test_a_fault_of_the_connection_is_raised_to_the_reader():
     queue = SampleQueue(CHANNELS, 100)
     queue.fail(RuntimeError("fault"))

@@ -1,14 +1,11 @@
 """Standard input as a stream: pipes and files, waiting, the end."""
 
 import os
-import subprocess
-import sys
 import threading
 import time
 
 import pytest
 
-from hydrofdi.errors import DataError
 from hydrofdi.monitor.sources.text.config import TextConfig
 from hydrofdi.monitor.sources.text.standard_input import StandardInput
 from tests.monitor.streams_of_text import samples
@@ -26,15 +23,6 @@ def opened(file, position=(), **options):
     source = StandardInput(config=TextConfig(**options), descriptor=file.fileno())
     source.open(dict(position))
     return source
-
-
-def test_samples_come_as_soon_as_their_line_is_whole(pipe):
-    reader, writer = pipe
-    source = opened(reader)
-    writer.write(b"time [s],P1 [Pa]\n1,2\n3,")
-    assert samples(source.read(1.0).chunk) == {"time": [1.0], "P1": [2.0]}
-    writer.write(b"4\n")
-    assert samples(source.read(1.0).chunk) == {"time": [3.0], "P1": [4.0]}
 
 
 def test_without_anything_new_it_waits(pipe):
@@ -56,17 +44,6 @@ def test_the_end_of_input_ends_the_stream_with_its_last_line(pipe):
     assert samples(last.chunk) == {"time": [1.0], "P1": [2.0]}
     assert source.read(1.0).is_over
     assert source.read(1.0).chunk is None
-
-
-def test_a_file_may_be_standard_input(tmp_path):
-    file = tmp_path / "run.csv"
-    file.write_text("time [s],P1 [Pa]\n" + "".join(f"{n},{n}\n" for n in range(50_000)))
-    with open(file, "rb") as content:
-        source, n_time = opened(content), 0
-        while not (reading := source.read(0.0)).is_over:
-            assert reading.chunk.n_time < 65_536
-            n_time += reading.chunk.n_time
-    assert n_time == 50_000
 
 
 def test_a_writer_that_is_faster_waits(pipe):
@@ -94,14 +71,3 @@ def test_counted_samples_go_on_behind_a_gap_after_a_restart(pipe):
     second = opened(reader, first.position, sampling_frequency=10)
     writer.write(b"P1 [Pa]\n3\n")
     assert second.read(1.0).chunk.time.tolist() == [0.4]
-
-
-def test_a_closed_standard_input_is_said():
-    code = (
-        "from hydrofdi.monitor.sources.text.standard_input import StandardInput\n"
-        "import os; os.close(0)\n"
-        "try: StandardInput().open({})\n"
-        "except Exception as error: print(repr(error))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == f"{DataError('standard input is closed')!r}\n"

@@ -60,12 +60,6 @@ def test_blanks_divide_columns_where_nothing_else_does():
     assert samples(chunk) == {"time": [0.5, 1.0], "P1": [1e5, 2e5]}
 
 
-def test_dates_with_a_zone_are_seconds():
-    text = b"time,P1 [Pa]\n1970-01-01T00:00:01Z,1\n1970-01-01T02:00:01.5+02:00,2\n"
-    chunk, _ = read_in_pieces(reader(), text)
-    assert chunk.time.tolist() == [1.0, 1.5]
-
-
 BAD = [b"2;3", b"1,2", b"1,2,3,4", b"x,2,3", b"1,2,3x", b"1,1_0,3", b"\xff\x00", b'1,"2,3', b"a,b,c"]
 
 
@@ -78,30 +72,12 @@ def test_malformed_lines_are_counted_and_the_others_stay(lines, cuts):
     assert len(unread) == n_bad
 
 
-def test_a_malformed_line_is_said_with_its_reason():
-    _, unread = read_in_pieces(reader(), b"time [s],P1 [Pa]\n1,2\n3,4x\n5,6\n")
-    assert unread == ["malformed line '3,4x': '4x' is not a number"]
-
-
-def test_decimal_commas_are_named_where_nobody_said_so():
-    _, [text] = read_in_pieces(reader(), b"time [s];P1 [Pa]\n0;1\n0,1;2\n")
-    assert text.endswith(
-        "'0,1' is not a number; if commas are decimal signs, write"
-        " 'text: {decimal: \",\"}' in the file of config"
-    )
-
-
 def test_malformed_json_lines_are_counted():
     good = b'{"time": 1, "P1 [Pa]": 2}\n'
     text = good + b'{"time": 2, "P1 [Pa]": "2"}\n{"time": 3,\n[1]\nhello\n' + good + b'{"a": 1}\n'
     chunk, unread = read_in_pieces(reader(), text)
     assert samples(chunk) == {"time": [1.0, 1.0], "P1": [2.0, 2.0]}
     assert len(unread) == 5
-
-
-def test_a_blank_line_is_no_sample_of_a_single_column():
-    chunk, _ = read_in_pieces(reader(sampling_frequency=1), b"P1\nPa\n1\n\n \r\n2\n")
-    assert samples(chunk) == {"time": [0.0, 1.0], "P1": [1.0, 2.0]}
 
 
 @pytest.mark.parametrize("good", [b"time [s],P1 [Pa]\n1,2\n", b'{"time": 1, "P1 [Pa]": 2}\n'])
@@ -131,23 +107,15 @@ def test_a_line_without_end_is_left_out_with_bounded_memory():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    "text",
     [
-        (b"1,2\n", "the stream: begins with '1,2', which is not a header"),
-        (b"hello\n1\n", "the stream: no column is named like a channel; found 'hello'"),
-        (b"time [s],P1\n1,2\n", "the stream: 'P1': has no unit; write it like 'P1 [bar]'"),
-        (b"time [s],P1 [counts]\n1,2\n", "the stream: 'P1 [counts]': is in counts"),
-        (
-            b"P1 [bar]\n1\n",
-            "has no column of time such as 'time [s]'; add it, or give the sampling frequency",
-        ),
-        (b'time [s],"P1\n1,2\n', "the stream: "),
+        b"1,2\n", b"hello\n1\n", b"time [s],P1\n1,2\n", b"time [s],P1 [counts]\n1,2\n", b"P1 [bar]\n1\n",
+        b'time [s],"P1\n1,2\n', CSV.decode().encode("utf-16"), CSV.decode().encode("utf-16-le"),
     ],
-)
-def test_a_stream_that_does_not_say_what_it_is_is_refused(text, said):
-    with pytest.raises(DataError) as refusal:
+)  # fmt: skip
+def test_a_stream_that_does_not_say_what_it_is_is_refused(text):
+    with pytest.raises(DataError, match=r"^the stream\b"):
         reader().read(text)
-    assert said in str(refusal.value)
 
 
 def test_samples_without_time_are_counted_and_lost_lines_leave_a_gap():
@@ -188,35 +156,6 @@ def test_lines_above_the_limit_are_counted_and_left_out(cuts):
     assert [text for text in unread if "longer than 1,024 bytes" in text]
 
 
-@pytest.mark.parametrize(
-    ("text", "encoding", "message"),
-    [
-        (CSV.decode(), "utf-16", "the stream: is in UTF-16; convert it to UTF-8 with 'iconv"),
-        (CSV.decode(), "utf-16-le", "the stream: is not text in UTF-8; is it a binary file, or in UTF-16?"),
-        ("time [s],P1 [bar],u [V],T [\u00b0C]\n1,2,3,4\n", "utf-16-be", "is not text in UTF-8"),
-    ],
-)
-def test_another_encoding_is_refused_by_its_name_in_one_plain_line(text, encoding, message):
-    with pytest.raises(DataError) as error:
-        reader().read(text.encode(encoding))
-    assert message in str(error.value)
-    assert str(error.value).isprintable()
-
-
-def test_no_word_of_the_csv_library_is_passed_on():
-    long = b'"' + b"1" * 200_000
-    _, [text] = read_in_pieces(reader(), b"time [s],P1 [Pa]\n1,2\n3," + long + b"\n5,6\n")
-    assert text.endswith(": cannot be split into cells")
-
-
-def test_a_needed_channel_in_a_unit_of_something_else_is_refused_at_once():
-    text = b"time [s],P1 [mm],P2 [bar],v [V]\n1,2,3,4\n"
-    with pytest.raises(DataError, match=r"the stream: 'P1 \[mm\]': the unit mm is not convertible to Pa"):
-        reader(needed=[Channel.CHAMBER_1_PRESSURE]).read(text)
-    chunk = reader(needed=[Channel.CHAMBER_2_PRESSURE]).read(text)
-    assert set(samples(chunk)) == {"time", "P2"}
-
-
 DATES = "2026-02-05T06:00:00.000Z,80\n2026-02-05T06:00:00.5Z,81\n"
 DATED = {
     "plain": ("Zeitstempel,P1 [bar]\n" + DATES, {}),
@@ -247,28 +186,3 @@ def test_dates_need_no_unit_and_are_found_by_the_names_of_files(form):
     chunk, unread = read_in_pieces(reader(**options), text.encode())
     assert samples(chunk) == {"time": [1770271200.0, 1770271200.5], "P1": [8e6, 8.1e6]}
     assert len(unread) == ("between" in form)
-
-
-@pytest.mark.parametrize("title", ["time [s]", "Time [ms]"])
-def test_a_time_in_numbers_comes_before_dates(title):
-    chunk, _ = read_in_pieces(reader(), f"Zeitstempel,{title},P1 [Pa]\n2026-02-05T06:00:00Z,0,1\n".encode())
-    assert chunk.time.tolist() == [0.0]
-
-
-def test_numbers_under_the_name_of_a_date_still_need_a_unit():
-    with pytest.raises(DataError, match="'Zeitstempel': has no unit"):
-        reader(time={"column": "Zeitstempel"}).read(b"Zeitstempel,P1 [Pa]\n1,2\n")
-
-
-def test_a_sampling_frequency_replaces_dates_that_nobody_named():
-    lines = reader(sampling_frequency="2 Hz")
-    chunk, _ = read_in_pieces(lines, b"Zeitstempel,P1 [Pa]\n05.02.2026 06:00:00,1\n05.02.2026 06:00:00,2\n")
-    assert chunk.time.tolist() == [0.0, 0.5]
-
-
-def test_dates_continue_in_the_middle():
-    header, *rows = ("Zeitstempel,P1\n-,bar\n" + DATES).splitlines(keepends=True)
-    before = reader()
-    before.read("".join([header, *rows[:2]]).encode())
-    chunk, _ = read_in_pieces(reader(before.position), rows[2].encode())
-    assert samples(chunk) == {"time": [1770271200.5], "P1": [8.1e6]}

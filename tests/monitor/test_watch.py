@@ -152,16 +152,6 @@ def test_a_clock_that_was_set_back_is_watched_on():
     assert windows(more)[0].number == len(windows(lines))
 
 
-def test_minutes_are_those_of_a_clock_that_was_set_back():
-    made = stream(250)
-    earlier = rearranged(Chunk(made.time - 6000.0, made.channels), np.repeat(np.arange(made.n_time), 2))
-    watch = Watch(FILES["side by side"])
-    state, _ = watch.step(watch.start(), stream(20))
-    _, lines = watch.step(state, earlier)
-    times = [event.time for event in events_of(lines, EventKind.DUPLICATE)][1:]
-    assert times == [-5940.0, -5880.0, -5820.0, -5760.0]
-
-
 def test_an_alarm_is_raised_once_and_cleared_after_ten_calm_windows():
     leaking = [20, 21, 25, 34]
     lines = lines_of(Watch(FILES["side by side"]), [stream(60, leaking=leaking)])
@@ -205,16 +195,6 @@ def test_the_state_holds_one_window_and_some_numbers():
         state, _ = watch.step(state, some)
         sizes.append(sum(array.nbytes for array in state.values()))
     assert max(sizes) < 2 * 8 * N_SAMPLE + 1000
-
-
-def test_an_alarm_is_not_cleared_before_it_was_raised():
-    watch, made = Watch(FILES["side by side"]), stream(100, leaking=[99])
-    state, lines = watch.step(watch.start(), made)
-    assert [event.time for event in events_of(lines, EventKind.ALARM_RAISED)] == [99.999]
-    calm = stream(100)
-    _, more = watch.step(state, Chunk(calm.time - 200.0, calm.channels))
-    (cleared,) = events_of(more, EventKind.ALARM_CLEARED)
-    assert cleared.text == "no alarm in 10 windows; the alarm was raised before the clock was set back"
 
 
 def test_novel_windows_whose_score_comes_to_lie_beyond_the_limit_are_said_anew():

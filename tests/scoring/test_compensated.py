@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from hydrofdi.evaluation.auc import area_under_curve
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.scoring import make_score
 
 SPREAD = 0.05
@@ -71,23 +70,3 @@ def test_a_proxy_given_twice_changes_nothing():
     fit, fresh = records(draw, 200), records(draw, 20)
     twice = fitted(fit[:, [0, 1, 1]]).score(fresh[:, [0, 1, 1]])
     np.testing.assert_allclose(twice, fitted(fit).score(fresh), atol=1e-9)
-
-
-def test_a_feature_alone_is_refused():
-    with pytest.raises(NotStatedError, match="needs a feature and at least one proxy"):
-        fitted(np.arange(20.0)[:, None])
-
-
-def test_a_feature_that_does_not_vary_is_refused():
-    values = np.random.default_rng(7).normal(size=(50, 3))
-    values[:, 0] = 1.0
-    with pytest.raises(NotStatedError, match="does not vary"):
-        fitted(values)
-
-
-def test_fewer_records_than_the_coefficients_need_are_refused_with_their_number():
-    values = np.random.default_rng(8).normal(size=(41, 6))
-    with pytest.raises(NotStatedError, match=r"21 coefficients and needs 42 .*, not 41") as refusal:
-        fitted(values)
-    assert refusal.value.records_needed == 42
-    fitted(np.vstack([values, values[:1]]))

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from hydrofdi.evaluation.auc import area_under_curve
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.scoring import cross_fitted_scores, make_score, score_names
 from tests.scoring.populations import Population
 
@@ -97,17 +96,3 @@ def test_every_fold_has_records_of_both_kinds_where_there_are_enough():
     for seed in range(20):
         scores = cross_fitted_scores(make_score("lda"), values, is_faulty, n_fold=6, seed=seed)
         assert np.isfinite(scores).all()
-
-
-def test_one_group_is_refused():
-    values, is_faulty = Population(seed=8).labelled(30, 30, 1.0)
-    with pytest.raises(NotStatedError, match="at least two groups of fit records"):
-        cross_fitted_scores(make_score("lda"), values, is_faulty, ["one"] * 60)
-
-
-def test_a_fold_that_leaves_no_healthy_record_is_refused():
-    values, is_faulty = Population(seed=9).labelled(30, 30, 1.0)
-    with pytest.raises(NotStatedError, match="needs 5 healthy fit records that have all features, not 0"):
-        cross_fitted_scores(
-            make_score("lda"), values, is_faulty, ["old" if each else "new" for each in is_faulty]
-        )

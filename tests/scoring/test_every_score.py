@@ -6,11 +6,9 @@ import sys
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
-from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.auc import area_under_curve
-from hydrofdi.evaluation.direction import Direction, learned_direction, suspicion
+from hydrofdi.evaluation.direction import learned_direction, suspicion
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.scoring import make_score, score_kind, score_names
 from tests.scoring.populations import Population
@@ -25,14 +23,6 @@ def population():
 
 def fitted(name, values, is_faulty):
     return make_score(name).fit(values, is_faulty)
-
-
-@every_score
-def test_a_score_says_what_it_is(name):
-    kind = score_kind(name)
-    assert kind.name == name
-    assert all([kind.summary, kind.source, kind.equation, kind.caution])
-    assert kind.direction in (Direction.RISING, None)
 
 
 @every_score
@@ -165,37 +155,10 @@ def test_too_few_records_are_refused_in_a_sentence(name, n_measured, population)
         fitted(name, values, is_faulty)
 
 
-@pytest.mark.parametrize("name", [name for name in score_names() if score_kind(name).needs_faulty])
-def test_a_score_that_needs_faulty_records_says_so(name, population):
-    with pytest.raises(
-        NotStatedError, match=f"{name} needs 5 faulty fit records that have all features, not 0"
-    ):
-        fitted(name, population.records(50), np.zeros(50, dtype=bool))
-
-
 @every_score
 def test_features_that_do_not_vary_are_refused(name):
     with pytest.raises(NotStatedError, match="var"):
         fitted(name, np.full((40, 3), 1.0 / 3.0), np.arange(40) >= 20)
-
-
-@every_score
-def test_another_number_of_features_is_a_mistake_of_the_caller(name, population):
-    model = fitted(name, *population.labelled(50, 50, 1.0))
-    with pytest.raises(ValueError, match="fitted on 6 features, not on 5"):
-        model.score(np.zeros((3, 5)))
-
-
-def test_an_unknown_name_is_named_with_the_nearest():
-    with pytest.raises(ConfigError, match="there is no score 'mahalanobi'; did you mean 'mahalanobis'"):
-        make_score("mahalanobi")
-
-
-def test_mistaken_options_are_refused():
-    with pytest.raises(ValidationError):
-        make_score("mahalanobis", {"shrinkage": 2.0})
-    with pytest.raises(ValidationError):
-        make_score("lda", {"ridge": 1.0})
 
 
 WITHOUT_THE_EXTRA = """

@@ -38,11 +38,6 @@ def test_gain_at_the_corner_is_3_db_down_and_the_phase_an_eighth_of_a_turn_per_p
     assert np.angle(gain * np.exp(0.25j * np.pi * order), deg=True) == pytest.approx(0.0, abs=0.5)
 
 
-@pytest.mark.parametrize(("order", "gain"), [(2, 1 / 36), (4, 1 / 1296)])
-def test_six_times_the_corner_is_down_by_the_power_of_the_order(order: int, gain: float) -> None:
-    assert abs(_gain(600.0, order)) == pytest.approx(gain, rel=0.02)
-
-
 def test_all_channels_pass_the_same_filter() -> None:
     """What is at rest is shown to the bit, what moves is smoothed."""
     still, moving = run_with("input.amplitude=0"), run_with("supply.droop=first_order")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.sensing import quantisation_noise
-from hydrofdi.sensing.conversion import quantised, saturated, systematic_error
+from hydrofdi.sensing.conversion import quantised
 from hydrofdi.sensing.noise import gaussian_noise
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -43,11 +43,6 @@ def test_noise_has_in_every_level_the_rms_that_its_gain_says(noise: np.ndarray, 
     assert np.all(np.abs(detail_rms(noise, wavelet) / expected - 1.0) < 2.0 * scatter)
 
 
-def test_orthogonal_wavelet_hands_white_noise_on_as_it_is() -> None:
-    np.testing.assert_allclose(noise_rms(WaveletConfig(name="db8", levels=6), (1.0,)), 1.0, rtol=1e-9)
-    assert max(noise_rms(WaveletConfig(name="bior3.3", levels=3), (1.0,))) > 1.1
-
-
 @pytest.mark.parametrize("bits", [1, 8, 12])
 def test_quantised_signal_lies_on_the_levels_within_half_a_level(bits: int) -> None:
     lowest, highest = -2e5, 25e6
@@ -66,19 +61,6 @@ def test_quantisation_error_is_the_white_noise_that_is_stated() -> None:
     resolution = 25e6 / 4095
     error = quantised(signal, 0.0, resolution) - signal
     assert np.std(error) == pytest.approx(quantisation_noise(resolution), rel=0.01)
-
-
-def test_saturation_holds_either_end_and_leaves_the_rest() -> None:
-    signal = np.array([-3.0, 0.5, 7.0])
-    np.testing.assert_array_equal(saturated(signal, 0.0, 5.0), [0.0, 0.5, 5.0])
-    np.testing.assert_array_equal(saturated(signal, None, 5.0), [-3.0, 0.5, 5.0])
-    np.testing.assert_array_equal(saturated(signal, 0.0, None), [0.0, 0.5, 7.0])
-    assert saturated(signal, None, None) is signal
-
-
-def test_drift_is_linear_in_time_and_starts_at_the_bias() -> None:
-    time = np.linspace(0.0, 10.0, 11)
-    np.testing.assert_allclose(systematic_error(time, 200.0, -30.0), 200.0 - 30.0 * time)
 
 
 @pytest.mark.parametrize("frequency", [5.0, 20.0])

@@ -76,15 +76,6 @@ def test_replicates_differ_in_what_is_measured_and_agree_in_what_happened(measur
                 np.testing.assert_array_equal(file[name][first], file[name][second])
 
 
-def test_noisy_input_voltage_is_kept_for_every_run(tmp_path: Path) -> None:
-    voltage = "voltage_sensor: {noise: 10 mV}\n" + SWEEP.replace("jitter: 20 µs", "jitter: 0 s")
-    with h5py.File(sweep_in(tmp_path, voltage).file) as file:
-        rows = file["input_voltage"][:]
-    assert rows.shape == (4, 1000)
-    assert len({row.tobytes() for row in rows}) == 4
-    np.testing.assert_allclose(np.std(rows - np.round(rows), axis=1), 0.01, rtol=0.1)
-
-
 def test_ready_sweep_over_noise_shows_the_spread_of_the_healthy_actuator(tmp_path: Path) -> None:
     config = REPOSITORY / "configs" / "sensor-noise.yaml"
     sweep = swept(tmp_path, config, "--set", "record.duration=2 s")

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment
+from hydrofdi.config import RunParameters, RunSpec, load_experiment
 from hydrofdi.config.analysis import PAPER
-from hydrofdi.execution import Job, compute_columns, split_jobs
+from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import CHANNELS, Measurement
 from hydrofdi.sensing.channels import CLOCK, random_generator
 from hydrofdi.sensing.measurement import sensor_reading
@@ -72,13 +72,6 @@ def test_without_sensors_the_trajectory_itself_is_handed_on() -> None:
     run = run_with("measurement.seed=7", "pressure_1_sensor.damping_ratio=0.5")
     trajectory = simulate_batch([run], [0.0])
     assert Measurement([run]).show(trajectory) is trajectory
-
-
-def test_a_run_without_sensors_is_reported_in_the_same_words_as_before_there_were_any() -> None:
-    text = run_with().text()
-    assert "sensor" not in text
-    assert "measurement" not in text
-    assert run_with(*NOISY).with_ideal_sensors().text() == text
 
 
 def test_a_sensor_alters_its_own_signal_alone() -> None:
@@ -147,16 +140,6 @@ def test_a_run_that_failed_does_not_disturb_its_neighbours(varied: dict[str, Any
     happened = simulate_batch([broken], [0.0]).chamber_1_pressure
     np.testing.assert_array_equal(columns["chamber_1_pressure"][:1], happened)
     np.testing.assert_array_equal(columns["chamber_1_pressure"][1], varied["chamber_1_pressure"][2])
-
-
-def test_replicates_share_one_batch_and_one_calibration() -> None:
-    seeds = "sweep.grid.measurement.seed=[0, 1, 2, 3]"
-    flows = "sweep.grid.leakage.internal_flow=[0.89 L/min]"
-    table = expand_runs(load_experiment(None, ["record.duration=2 s", *NOISY, seeds, flows]))
-    leaky = [run for run in table.runs if run.calibration is not None]
-    assert len(leaky) == 4
-    assert len({run.calibration.text() for run in leaky if run.calibration is not None}) == 1
-    assert len(split_jobs([Job("run", run.parameters, 0.0) for run in leaky], 1)) == 1
 
 
 def test_a_fraction_of_a_sample_of_delay_alone_moves_the_finest_levels() -> None:

@@ -5,16 +5,6 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
-from hydrofdi.physics.friction.threshold import friction_force
-from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
-from hydrofdi.physics.valve import (
-    chamber_1_orifice_drop,
-    chamber_2_orifice_drop,
-    control_flow,
-    spool_acceleration,
-)
-
 SCALES = np.array([1e-3, 1e-2, 1e-6, 1e-3, 1e4, 1e4])
 """Sizes of x_p, v_p, x_v, v_v, P_1, P_2 below which errors do not count relatively."""
 
@@ -52,31 +42,6 @@ def printed_rates(p, K_i, u):
             beta / (a.chamber_volume + a.piston_area * x_p) * (q_1 - q_il - K_e * P_1 - a.piston_area * v_p),
             beta / (a.chamber_volume - a.piston_area * x_p) * (-q_2 + q_il - K_e * P_2 + a.piston_area * v_p),
         ]
-
-    return rates
-
-
-def physics_rates(p, K_i, u):
-    """The right-hand side composed of the functions in ``hydrofdi.physics``."""
-    a, v, s, f = p.actuator, p.valve, p.supply, p.friction
-
-    def rates(_, y):
-        x_p, v_p, x_v, v_v, P_1, P_2 = y
-        F_f = friction_force(v_p, f.coulomb, f.breakaway, f.viscous, f.transition, f.velocity_threshold)
-        drop_1 = chamber_1_orifice_drop(x_v, P_1, s.pressure, s.return_pressure)
-        drop_2 = chamber_2_orifice_drop(x_v, P_2, s.pressure, s.return_pressure)
-        q_il = internal_leakage_flow(P_1 - P_2, K_i)
-        net_1 = control_flow(x_v, drop_1, v.flow_gain, v.area_gradient) - q_il - a.piston_area * v_p
-        net_2 = -control_flow(x_v, drop_2, v.flow_gain, v.area_gradient) + q_il + a.piston_area * v_p
-        net_1 -= external_leakage_flow(P_1, p.leakage.external_coefficient)
-        net_2 -= external_leakage_flow(P_2, p.leakage.external_coefficient)
-        rate_1, rate_2 = chamber_pressure_rates(
-            x_p, net_1, net_2, p.fluid.bulk_modulus, a.chamber_volume, a.piston_area
-        )
-        acceleration = piston_acceleration(x_p, P_1, P_2, F_f, a.mass, a.piston_area, a.load_stiffness)
-        omega = 2.0 * math.pi * v.natural_frequency
-        spool = spool_acceleration(x_v, v_v, u, omega, v.damping_ratio, v.spool_gain)
-        return [v_p, acceleration, v_v, spool, rate_1, rate_2]
 
     return rates
 

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from hydrofdi.config import load_experiment
 from hydrofdi.simulation import simulate_batch
@@ -11,28 +9,12 @@ from hydrofdi.transforms.wavelet import detail_rms
 from tests.simulation import reference
 
 NOMINAL = load_experiment().nominal_parameters
-ROUNDING = np.array([1e-15, 1e-9, 1e-15, 1e-9, 1e-1, 1e-1])
 """Of the rates of x_p, v_p, x_v, v_v, P_1 and P_2, where large terms cancel."""
 
 SMOOTH = (
     "record.duration=0.2 s", "wavelet.levels=2", "friction.coulomb=0", "friction.breakaway=0",
     "friction.viscous=500",
 )  # fmt: skip
-
-
-@given(
-    st.tuples(
-        st.floats(-0.2, 0.2), st.floats(-0.5, 0.5), st.floats(-1e-4, 1e-4), st.floats(-0.1, 0.1),
-        st.floats(-1e6, 20e6), st.floats(-1e6, 20e6),
-    ),
-    st.floats(0.0, 1e-7),
-    st.sampled_from([-2.0, 2.0]),
-)  # fmt: skip
-def test_the_equations_of_the_kernel_are_those_of_the_paper(state, K_i, u):
-    printed = reference.printed_rates(NOMINAL, K_i, u)(0.0, state)
-    composed = reference.physics_rates(NOMINAL, K_i, u)(0.0, state)
-    difference = np.abs(np.subtract(composed, printed))
-    assert np.all(difference <= 1e-9 * np.abs(printed) + ROUNDING)
 
 
 def smooth_record(parameters, step):

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from hydrofdi.compilation import compiling, object_code
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.equation import equation
 from hydrofdi.simulation import simulate_batch
 
 
@@ -55,26 +54,6 @@ def thrice(values: NDArray[Any]) -> None:
     for row in range(values.shape[0]):
         for column in range(values.shape[1]):
             values[row, column] *= 3.0
-
-
-@equation
-def deflate(matrix: NDArray[Any], row: NDArray[Any], scratch: NDArray[Any]) -> None:
-    for i in range(scratch.size):
-        scratch[i] = 0.0
-        for j in range(scratch.size):
-            scratch[i] += matrix[i, j] * row[j]
-    for i in range(scratch.size):
-        for j in range(scratch.size):
-            matrix[i, j] -= scratch[i] * scratch[j]
-
-
-def with_views(matrices: NDArray[Any], rows: NDArray[Any], scratch: NDArray[Any]) -> None:
-    for k in range(matrices.shape[0]):
-        for row in range(rows.shape[0]):
-            if rows[row, 0] > 0.0:
-                deflate(matrices[k], rows[row], scratch)
-            else:
-                deflate(matrices[k], rows[0], scratch)
 
 
 RECORD = np.dtype([("name", "i8"), ("level", "f8", (3,))])
@@ -131,23 +110,6 @@ def test_what_needs_the_runtime_of_numba_is_run_by_numba(folder: Path) -> None:
     kernel(with_memory_of_its_own)(values)
     assert values.tolist() == [3.0, 2.0, 1.0]
     assert not list(folder.iterdir())
-
-
-def test_views_of_arrays_need_no_runtime(folder: Path) -> None:
-    matrices, rows = np.ones((2, 3, 3)), np.array([[1.0, 0.0, 0.0], [-1.0, 2.0, 0.0]])
-    expected = matrices.copy()
-    with_views(expected, rows, np.zeros(3))
-    kernel(with_views)(matrices, rows, np.zeros(3))
-    np.testing.assert_allclose(matrices, expected)
-    assert len(list(folder.glob("with_views-*.o"))) == 1
-
-
-def test_one_row_or_sample_shares_the_code_of_several(folder: Path) -> None:
-    doubling, grid = kernel(in_place), np.ones((4, 5))
-    for part in (grid, grid[:1], grid[:1, 2:3], grid[:0]):
-        doubling(part)
-    np.testing.assert_array_equal(grid, [[4.0, 4.0, 8.0, 4.0, 4.0], *[[2.0] * 5] * 3])
-    assert len(list(folder.glob("in_place-*.o"))) == 1
 
 
 def test_a_cache_that_cannot_be_written_costs_time_alone(
@@ -221,15 +183,6 @@ def test_without_a_folder_of_its_own_nothing_is_kept_or_left_behind(
     assert sorted_.tolist() == [3.0, 2.0, 1.0]
     assert [path.name for path in tmp_path.iterdir()] == ["cache"]
     assert not list(tmp_path.rglob("*.o"))
-
-
-def test_kept_code_is_for_this_user_alone(folder: Path) -> None:
-    before = os.umask(0)
-    try:
-        kernel(in_place)(np.ones((2, 2)))
-    finally:
-        os.umask(before)
-    assert [file.stat().st_mode & 0o777 for file in folder.iterdir()] == [0o600]
 
 
 LATER = """

@@ -7,7 +7,6 @@ from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.config.store import SIGNALS, StoreConfig
-from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.store.layout import names
 
@@ -32,11 +31,6 @@ def test_a_choice_of_signals_has_one_text_and_is_read_back(given, text):
     store = StoreConfig(signals=given)
     assert store.signals == text
     assert StoreConfig.model_validate_json(store.model_dump_json()) == store
-
-
-def test_an_unknown_signal_is_refused_with_what_was_probably_meant():
-    with pytest.raises(ConfigError, match="no signal 'spool_postion'; did you mean 'spool_position'"):
-        load_experiment(settings=["store.signals=[spool_postion]"])
 
 
 def test_just_the_listed_signals_are_stored_and_what_holds_them_is_not_computed_again(tmp_path):

@@ -4,13 +4,11 @@ import json
 import shutil
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 import xarray
 
 from hydrofdi.api.stored import read_results
-from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.layout import names
 from tests.conftest import run_hydrofdi
 
@@ -56,16 +54,6 @@ def test_a_folder_is_reported_from_its_file(version):
     assert "not computed yet" not in reported(folder)
 
 
-def test_a_file_of_another_physics_names_it(tmp_path):
-    file = tmp_path / "kept.h5"
-    shutil.copy(MUSEUM / "format_4_physics_3" / "kept" / "kept.h5", file)
-    with h5py.File(file, "a") as held:
-        held.attrs["physics_version"] = PHYSICS_VERSION - 1
-    assert f"Computed with version {PHYSICS_VERSION - 1} of the physics" in " ".join(
-        reported(file, "--full").split()
-    )
-
-
 def test_shards_without_a_file_are_found_by_the_identities_of_their_own_physics(tmp_path):
     folder = tmp_path / "kept"
     shutil.copytree(MUSEUM / "format_4_physics_3" / "kept", folder)
@@ -82,21 +70,6 @@ def test_a_leaky_run_by_itself_is_no_longer_its_own_baseline(version):
     assert row["detail_rms_Pa"] == read_results(file).columns[names.DETAIL_RMS][0].tolist()
     assert row["delta_fixed_percent"] == row["delta_matched_percent"] == [None] * 5
     assert "single run" in record["delta_not_known"]
-
-
-@pytest.mark.parametrize("version", READABLE)
-@pytest.mark.parametrize("form", ["markdown", "csv"])
-def test_every_form_of_the_report_can_be_made(version, form):
-    assert all(reported(MUSEUM / version / name, "--format", form) for name in ("pressures.h5", "run.h5"))
-
-
-def test_a_figure_can_be_drawn_of_the_first_files(tmp_path):
-    picture = tmp_path / "responses.svg"
-    result = run_hydrofdi(
-        "report", MUSEUM / READABLE[0] / "pressures.h5", "--figure", picture, "--json", cwd=tmp_path
-    )
-    assert result.returncode == 0, result.stderr
-    assert picture.read_text(encoding="utf-8").startswith("<?xml")
 
 
 @pytest.mark.parametrize("version", READABLE)

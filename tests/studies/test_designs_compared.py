@@ -5,7 +5,6 @@ import pytest
 
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind, Population
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.studies.designs import Detector, are_shown, gain
 from hydrofdi.studies.judgement import Judgement
@@ -70,10 +69,3 @@ def test_lost_records_and_equal_designs_are_no_difference():
     second.judgement.scored.values[-20:] = np.nan
     second.judgement.scored.values[:5] = np.nan
     assert abs(gain(first, second).value) < 0.05
-
-
-def test_designs_with_other_records_are_not_compared():
-    with pytest.raises(NotStatedError, match="same actuators"):
-        gain(design(1.0, seed=1), design(1.0, seed=1, n=99))
-    with pytest.raises(NotStatedError, match="no threshold"):
-        gain(design(1.0, seed=1), design(1.0, seed=1, has_threshold=False))

@@ -8,7 +8,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored
 from hydrofdi.studies.rules import Rules
-from tests.studies.populations import FIT, TEST, rising, study, usual
+from tests.studies.populations import FIT, rising, usual
 
 RULES = Rules()
 
@@ -52,19 +52,3 @@ def test_the_number_of_scores_tried_widens_the_bound_of_the_best():
     assert first["q90_95_of_all"].severity > first["q90_95"].severity
     (alone,) = detect(records, scores[:1], RULES).judgements
     assert "q90_95_of_all" not in alone.smallest
-
-
-def test_the_confidence_of_all_together_is_a_percentage_of_few_digits():
-    records = study({FIT: 300, TEST: 300})
-    remarks = detect(records, [rising(records, name=f"s{number}") for number in range(7)], RULES).remarks
-    assert any("use the 99.29 % bound" in remark for remark in remarks)
-
-
-def test_remarks_say_how_many_were_tried_and_what_is_missing():
-    records = study({FIT: 300, TEST: 300})
-    scores = [rising(records, name=name) for name in "ab"]
-    dependent = replace(records, remarks=("the draws are not independent",))
-    remarks = detect(dependent, scores, RULES).remarks
-    assert remarks[0] == "the draws are not independent"
-    assert any("2 scores were tried" in remark for remark in remarks)
-    assert any("no faulty record" in remark for remark in remarks)

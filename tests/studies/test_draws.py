@@ -157,16 +157,6 @@ def test_seeds_and_phases_are_drawn_where_they_matter_and_the_file_names_none():
     assert per_record(*moving, "input.seed=5") == {"measurement.seed", "load.seed"}
 
 
-def test_phases_go_up_to_the_last_of_the_grid():
-    phases = drawn(expanded("wavelet.levels=2"), Kind.HEALTHY, "wavelet.phase", is_fit=True)
-    assert set(phases) == {0, 1, 2, 3}
-
-
-def test_a_study_keeps_no_signals_unless_asked():
-    assert load_experiment(settings=STUDY).store.signals == "none"
-    assert load_experiment(settings=[*STUDY, "store.signals=pressures"]).store.signals == "pressures"
-
-
 def test_all_cheap_indicators_are_measured_where_all_are_judged():
     experiment = load_experiment(settings=[*STUDY, "detection.indicators=all"])
     assert "ring_down" in experiment.indicators

@@ -9,7 +9,7 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
-from hydrofdi.report.estimates import estimate_records, estimates_block
+from hydrofdi.report.estimates import estimates_block
 from hydrofdi.studies.estimates.judging import judge_estimates
 
 STUDY = """
@@ -95,19 +95,6 @@ def test_records_without_an_estimate_are_counted_apart(data):
     assert np.isnan(each.bias)
 
 
-def test_the_report_says_it_in_the_units_of_a_person(data):
-    estimates = judge_estimates(data)
-    block = estimates_block(estimates[0])
-    (sheet,) = block.tables
-    records = {(each["quantity"], each["population"]): each for each in estimate_records(estimates)}
-    faults = judged(data)["internal_coefficient", "faults"]
-    flow = faults.bias * np.sqrt(8e6) * 60e3
-    assert records["leakage", "faults"]["mean_error_L_per_min"] == pytest.approx(flow)
-    assert "mean_error_percent" in records["bulk_modulus", "healthy"]
-    assert len(sheet) == len(records)
-    assert "90 %" in sheet.notes[0]
-
-
 def test_leaks_that_set_in_later_are_left_out_with_the_reason(data):
     """Neither K_i nor β of such a record has one truth."""
     leakage = data.experiment.leakage.model_copy(update={"onset": "step", "onset_time": 2.0})
@@ -117,20 +104,3 @@ def test_leaks_that_set_in_later_are_left_out_with_the_reason(data):
     assert "Faults are left out: leaks set in during the record" in sheet.notes[0]
     (sheet,) = estimates_block(judge_estimates(data)[0]).tables
     assert "left out" not in sheet.notes[0]
-
-
-def test_estimates_that_state_no_deviation_are_named(data):
-    told = with_columns(data, **{"observer.bulk_modulus": data.columns["balance.bulk_modulus"]})
-    (sheet,) = estimates_block(judge_estimates(told)[0]).tables
-    assert "Not listed because they state no deviation: observer.bulk_modulus." in sheet.notes[0]
-    (sheet,) = estimates_block(judge_estimates(data)[0]).tables
-    assert "Not listed" not in sheet.notes[0]
-
-
-def test_nothing_is_said_where_nothing_is_estimated(tmp_path):
-    text = STUDY.replace("balance: {kind: flow_balance, spool: command, supply: nominal}, ", "")
-    (tmp_path / "study.yaml").write_text(text)
-    run_sweep(load_experiment(tmp_path / "study.yaml"), tmp_path / "results", InProcessEngine())
-    (estimates,) = judge_estimates(read_results(tmp_path / "results"))
-    assert estimates.judgements == ()
-    assert estimates_block(estimates) is None

@@ -31,25 +31,6 @@ def test_the_area_of_unit_gaussians_is_that_of_their_distance():
         assert level.area.value == pytest.approx(norm.cdf(distance / np.sqrt(2.0)), abs=0.005)
 
 
-def test_areas_are_those_of_scikit_learn():
-    metrics = pytest.importorskip("sklearn.metrics")
-    records = usual(healthy=200, each=30)
-    scored = rising(records)
-    rounded = replace(scored, values=np.round(scored.values, 1))
-    judgement = judge(records, rounded, RULES)
-    faulty = [rounded.values[records.rows(level.population)] for level in judgement.levels]
-    healthy = rounded.values[records.rows(TEST)]
-    for level, scores in zip(judgement.levels, faulty, strict=True):
-        truth = np.repeat([0, 1], [healthy.size, scores.size])
-        expected = metrics.roc_auc_score(truth, np.concatenate((healthy, scores)))
-        assert level.area.value == pytest.approx(expected, abs=1e-12)
-    scores = np.concatenate((healthy, *faulty))
-    truth = np.repeat([0, 1], [healthy.size, scores.size - healthy.size])
-    assert judgement.partial_area == pytest.approx(
-        metrics.roc_auc_score(truth, scores, max_fpr=RULES.false_alarm_rate), abs=1e-12
-    )
-
-
 def test_shuffled_records_tell_nothing():
     records = usual()
     scored = rising(records)
@@ -113,13 +94,6 @@ def test_falling_and_two_sided_scores_are_mirror_images():
     both = judge(records, replace(scored, direction=Direction.BOTH), RULES)
     assert np.isfinite([both.threshold.low, both.threshold.high]).all()
     assert both.levels[-1].area.value > 0.95
-
-
-def test_a_direction_that_nobody_knows_is_both():
-    records = study({FIT: 300, TEST: 300, LEVELS[8]: 50})
-    judgement = judge(records, rising(records, direction=None), RULES)
-    assert judgement.direction is Direction.BOTH
-    assert any("both directions alarm" in remark for remark in judgement.remarks)
 
 
 def test_a_leak_of_zero_is_detected_at_the_false_alarm_rate():
@@ -353,11 +327,6 @@ def test_faulty_fit_records_are_never_tested():
     fallen = scored.values.copy()
     fallen[records.rows(PILOT)] *= -1.0
     assert judge(records, replace(scored, values=fallen), RULES).direction is Direction.FALLING
-
-
-def test_rows_of_a_population_are_its_own():
-    records = StudyRecords((FIT, TEST), np.array([1, 0, 1]), np.zeros(3))
-    assert records.rows(TEST).tolist() == [0, 2]
 
 
 @pytest.mark.parametrize("tested", [0, 1, 200])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from hydrofdi.config.study.detection import ScoreConfig
-from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.studies.detecting import detect
@@ -79,18 +78,6 @@ def test_shifts_and_confusions_teach_nothing_even_if_they_are_called_fit(kind, r
     np.testing.assert_array_equal(score.values, same.values)
 
 
-def test_a_score_says_its_channels_cost_direction_and_how_it_was_learned(records, measured):
-    (score,) = made(records, measured, "lda")
-    assert score.name == "made"
-    assert score.channels == ("chamber_1_pressure", "piston_position", "input_voltage")
-    assert score.cost == pytest.approx(0.3)
-    assert score.direction is Direction.RISING
-    assert "discriminant" in score.long_name
-    assert "population" in score.note
-    (free,) = made(records, [replace(each, cost=None) for each in measured], "lda")
-    assert free.cost is None
-
-
 def test_compensated_keeps_unit_and_direction_of_its_number_and_takes_several(records, measured):
     falling = [replace(each, direction=Direction.FALLING) for each in measured]
     scores = made(records, falling, "compensated", of=["a"], by=["a.high", "b.part"])
@@ -130,10 +117,3 @@ def test_changes_since_a_record_before_are_taken_where_the_name_says_so(records,
     assert not np.any(raw == changed)
     names = [each.name for each in made(records, every, "compensated", of=["a (change)"], by=["b"])]
     assert names == ["made.a.low (change)", "made.a.high (change)"]
-
-
-def test_a_number_that_is_not_measured_is_named(records, measured):
-    with pytest.raises(
-        ConfigError, match=r"the score 'made': 'a\.hihg' is not measured; did you mean 'a\.high'"
-    ):
-        made(records, measured, "lda", of=["a.hihg"])

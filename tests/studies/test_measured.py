@@ -1,9 +1,7 @@
 """Labelled records as a study: who is healthy, who fits, what is a score."""
 
 import numpy as np
-import pytest
 
-from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators.contract import Output
@@ -72,10 +70,3 @@ def test_halves_without_groups_and_groups_as_they_are():
     remarks = measured_study(COLUMNS, single, labels).records.remarks
     assert "only one healthy group" in remarks[0]
     assert "no group has both" in remarks[1]
-
-
-def test_labels_that_are_not_there_are_named():
-    with pytest.raises(ConfigError, match="no record has a label"):
-        measured_study(COLUMNS, [record(1.0, "")], Labels(("sound",)))
-    with pytest.raises(ConfigError, match=r"which records are healthy.*found 'worn'"):
-        measured_study(COLUMNS, [record(1.0, "worn")], Labels(()))

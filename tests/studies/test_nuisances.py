@@ -52,17 +52,6 @@ def test_failed_records_are_left_out_and_counted():
     assert found.refusals == ()
 
 
-def test_what_the_records_do_not_carry_is_refused_in_words():
-    found = nuisances_of(*study(alone=10, sobol=8).records())
-    assert [each.alone for each in found.each] == [None] * 4
-    assert any("49 records" in refusal for refusal in found.refusals)
-    assert any("16 base points" in refusal for refusal in found.refusals)
-
-
-def test_a_study_without_such_records_has_no_nuisances():
-    assert nuisances_of(*study(alone=0, sobol=0).records()) is None
-
-
 def test_without_leaks_spreads_and_indices_are_still_stated():
     found = nuisances_of(*study(levels=()).records())
     assert found.together is None

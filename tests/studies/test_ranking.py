@@ -6,17 +6,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored
 from hydrofdi.studies.rules import Rules
-from tests.studies.populations import LEVELS, rising, usual
-
-
-def test_of_scores_that_find_the_same_the_one_with_fewer_sensors_comes_first():
-    records = usual()
-    values = rising(records, slope=9.0).values
-    both = Scored("a", values, direction=Direction.RISING, channels=("p1", "u"))
-    one = Scored("b", values, direction=Direction.RISING, channels=("p1",))
-    detection = detect(records, [both, one], Rules())
-    assert [each.scored.name for each in detection.judgements] == ["b", "a"]
-    assert detection.pareto == {"b"}
+from tests.studies.populations import LEVELS, usual
 
 
 def test_of_scores_that_find_nothing_the_one_that_detects_most_comes_first():

@@ -1,6 +1,5 @@
 """A shift may be relative to the nominal value of the actuator that it belongs to."""
 
-import re
 from pathlib import Path
 
 import pytest
@@ -18,29 +17,14 @@ def _shift(fluid, value, name="fluid.bulk_modulus"):
 
 
 @pytest.mark.parametrize(
-    ("value", "expected"), [("+25 %", 1.125e9), ("-10%", 0.81e9), ("−10 %", 0.81e9), ("1 GPa", 1e9)]
-)
-def test_a_share_is_taken_of_the_own_bulk_modulus(value, expected):
-    assert _shift({"bulk_modulus": "900 MPa"}, value) == pytest.approx(expected, rel=1e-12)
-
-
-def test_a_share_of_a_number_without_unit_is_relative_as_well():
-    assert _shift({}, "+25 %", "friction.scale") == 1.25
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "message"),
+    ("name", "value"),
     [
-        ("fluid.bulk_modulus", "+x %", "study.shifts.other.fluid.bulk_modulus: "),
-        ("fluid.bulk_modulus", "+0 %", "+0 % changes nothing"),
-        ("fluid.bulk_modulus", "-100 %", "must be greater than 0; found 0"),
-        ("supply.return_pressure", "+5 %", "supply.return_pressure has 0; state the value itself"),
-        ("control.law", "+5 %", "control.law has no number; state the value itself"),
-        ("fluid.bulk_modulos", "+5 %", "no parameter 'fluid.bulk_modulos'; did you mean"),
+        ("fluid.bulk_modulus", "+x %"), ("fluid.bulk_modulus", "+0 %"), ("fluid.bulk_modulus", "-100 %"),
+        ("supply.return_pressure", "+5 %"), ("control.law", "+5 %"), ("fluid.bulk_modulos", "+5 %"),
     ],
-)
-def test_a_share_of_nothing_is_refused_with_its_place(name, value, message):
-    with pytest.raises(hydrofdi.HydrofdiError, match=re.escape(message)):
+)  # fmt: skip
+def test_a_share_of_nothing_is_refused_with_its_place(name, value):
+    with pytest.raises(hydrofdi.HydrofdiError, match=rf"study\.shifts.*{name}"):
         _shift({}, value, name)
 
 
@@ -54,3 +38,15 @@ def test_the_stiffer_oil_of_a_template_is_stiffer_than_any_of_its_population(tem
     study = hydrofdi.load_experiment(file).study
     _, highest = study.population.over["fluid.bulk_modulus"]["uniform"]
     assert study.shifts["stiffer"]["fluid.bulk_modulus"] > highest
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("fluid.bulk_modulus", "+25 %", 1.125e9), ("fluid.bulk_modulus", "-10%", 0.81e9),
+        ("fluid.bulk_modulus", "−10 %", 0.81e9), ("fluid.bulk_modulus", "1 GPa", 1e9),
+        ("friction.scale", "+25 %", 1.25),
+    ],
+)  # fmt: skip
+def test_a_share_is_taken_of_the_own_value(name, value, expected):
+    assert _shift({"bulk_modulus": "900 MPa"}, value, name) == pytest.approx(expected, rel=1e-12)

@@ -8,8 +8,6 @@ import pytest
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
-from hydrofdi.config.study.detection import ScoreConfig
-from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.scoring import make_score
 from hydrofdi.studies.reading import read_study
@@ -65,16 +63,6 @@ def test_test_records_are_scored_by_the_model_of_all_fit_records(study):
     found = next(score.values for score in design.scores if score.name == "leak")
     np.testing.assert_array_equal(found[~is_fit], model.score(values[~is_fit]))
     assert not np.any(found[is_fit] == model.score(values[is_fit]))
-
-
-def test_a_number_that_was_not_measured_is_a_mistake_of_the_file(study):
-    data = read_results(study / "results")
-    wanted = {"leak": ScoreConfig(kind="lda", of=["ring_down"])}
-    experiment = data.experiment.model_copy(
-        update={"detection": data.experiment.detection.model_copy(update={"scores": wanted})}
-    )
-    with pytest.raises(ConfigError, match="the score 'leak': 'ring_down' is not measured"):
-        read_study(replace(data, experiment=experiment))
 
 
 def test_the_usual_scores_come_where_they_are_asked_for(study):

@@ -38,17 +38,6 @@ def test_a_distribution_replaces_the_inherited_one(child):
         assert "supply.pressure" in study.population.over
 
 
-def test_so_do_those_of_records_shifts_and_levels(child):
-    study = child(
-        "{population: {per_record: {load.random_force: {choice: [1 N]}}},"
-        " shifts: {rough: {friction.scale: {normal: ±5 %}}},"
-        " faults: {leakage.internal_flow: {linspace: [1 L/min, 2 L/min, 2]}}}"
-    )
-    assert study.population.per_record["load.random_force"] == {"choice": [1.0]}
-    assert study.shifts == {"rough": {"friction.scale": {"normal": NORMAL}}}
-    assert len(study.faults.levels) == 2
-
-
 def test_null_leaves_out_what_was_inherited(child):
     study = child("{shifts: null, population: {over: null}}")
     assert study.shifts == {}

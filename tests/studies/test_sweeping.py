@@ -90,19 +90,6 @@ def test_a_level_that_no_coefficient_reaches_has_no_numbers(study, tmp_path):
     assert all(np.isnan(score.values[lost]).all() for score in design.scores)
 
 
-def test_points_that_depend_on_each_other_are_remarked(study, tmp_path):
-    (design,) = read_study(swept(study, tmp_path / "out", "study.population.method=lhs"))
-    assert (
-        "Latin hypercube, so they are not independent: binomial limits do not apply"
-        in design.records.remarks[0]
-    )
-
-
-def test_every_score_has_the_time_that_its_indicator_took(stored):
-    (design,) = read_study(stored)
-    assert all(score.cost > 0.0 for score in design.scores)
-
-
 def test_standard_errors_and_counts_are_no_scores(stored):
     (design,) = read_study(stored)
     names = {score.name for score in design.scores}

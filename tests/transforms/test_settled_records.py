@@ -9,7 +9,7 @@ import pytest
 
 from hydrofdi.config import RunSpec
 from hydrofdi.config.request import RunRequest
-from hydrofdi.execution import Job, compute_columns, split_jobs
+from hydrofdi.execution import Job, compute_columns
 from hydrofdi.execution import compute as compute_module
 from hydrofdi.quality.pressure import pressure_features
 from hydrofdi.quality.settling import SETTLED_CHANGE, how_records_settle
@@ -116,16 +116,6 @@ def test_jobs_that_differ_in_their_analysis_alone_are_simulated_once() -> None:
         alone = compute_columns([job])
         for name in ("detail_rms", "chamber_1_pressure", "settled_detail_rms", "status"):
             np.testing.assert_array_equal(together[name][row], alone[name][0])
-
-
-def test_batches_keep_the_jobs_of_one_record_together() -> None:
-    runs = [RUN.with_values({"fluid.bulk_modulus": beta}) for beta in np.linspace(5e8, 8e8, 40)]
-    jobs = [_job(run.with_values({"wavelet.phase": phase}), 0.0) for phase in range(4) for run in runs]
-    batches = split_jobs(jobs, 1)
-    records = [[job.parameters.text() for job in batch] for batch in batches]
-    shared = set(records[0]) & set(records[1])
-    assert sum(map(len, batches)) == 160
-    assert len(shared) <= 1
 
 
 @pytest.mark.parametrize("phase", [0, 7, 31])

@@ -47,14 +47,6 @@ def test_a_jump_that_takes_a_while_and_rings_counts_once():
         assert 1000 < found.sample[0] <= 1006
 
 
-def test_records_do_not_look_at_each_other():
-    waves = np.stack([square(4000, period) for period in (1000, 640, 4000)])
-    together = jumps(waves, 5, 50)
-    for row, wave in enumerate(waves):
-        alone = jumps(wave[None], 5, 50)
-        np.testing.assert_array_equal(together.sample[together.record == row], alone.sample)
-
-
 def test_the_largest_changes_of_a_ringing_signal_are_the_steps():
     time = (np.arange(10_000) % 500) / 500.0
     rings = 1.0 - np.exp(-8.0 * time) * np.cos(375.0 * time) + 3.0 * time

@@ -14,7 +14,7 @@ from hydrofdi.transforms.undecimated import (
     undecimated_coefficients,
     undecimated_rms,
 )
-from hydrofdi.transforms.wavelet import detail_rms, n_phase
+from hydrofdi.transforms.wavelet import detail_rms
 
 ORTHOGONAL = st.sampled_from(["db8", "db2", "haar", "coif1", "sym4"])
 
@@ -106,14 +106,6 @@ def test_phases_of_the_middle_of_a_record_are_those_of_the_decimated_transform()
     ours = phase_detail_rms(details[:, outside:], outside)
     theirs = phase_rms(record, wavelet)
     np.testing.assert_allclose(ours, theirs, rtol=0.03)  # windows differ by one boundary
-
-
-def test_phase_p_is_the_record_from_its_sample_p_on():
-    record, wavelet = _record(8, 3000), WaveletConfig(levels=3)
-    phases = phase_rms(record, wavelet)
-    assert len(phases) == n_phase(3) == 8
-    for phase in range(8):
-        np.testing.assert_array_equal(phases[phase], detail_rms(record[phase:], wavelet))
 
 
 @pytest.mark.parametrize("extension", ["symmetric", "zero", "smooth"])

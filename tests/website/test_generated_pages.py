@@ -61,12 +61,6 @@ def test_every_ready_configuration_has_a_page_with_its_file(reference):
         assert f"]({name}.md)" in (reference / "configurations" / "index.md").read_text(encoding="utf-8")
 
 
-def test_a_unit_is_shown_with_its_factor(reference):
-    text = (reference / "units.md").read_text(encoding="utf-8")
-    assert "| `bar` | bar | 100000 kg·m⁻¹·s⁻² | yes |" in text
-    assert "| `min` | minute | 60 s |  |" in text
-
-
 def test_every_kind_of_figure_is_in_the_gallery():
     text = (DOCS / "gallery.md").read_text(encoding="utf-8")
     _, listed = (DOCS / "report.md").read_text(encoding="utf-8").split("## Figures")
@@ -75,28 +69,12 @@ def test_every_kind_of_figure_is_in_the_gallery():
     assert [name for name in figures if f"{name}.png" not in text and f"`{name}`" not in text] == []
 
 
-def test_a_page_that_is_no_longer_made_is_removed(tmp_path):
-    (tmp_path / "commands").mkdir()
-    gone = tmp_path / "commands" / "gone.md"
-    gone.write_text("# gone\n")
-    commands.write(tmp_path)
-    assert not gone.exists()
-
-
 @pytest.mark.parametrize(
     ("page", "link", "led"),
     [
         ("docs/results.md", "../configs/table3.yaml", "/reference/configurations/table3.md"),
-        (
-            "docs/tutorials/my-csv.md",
-            "../../configs/delays/smoke.yaml",
-            "/reference/configurations/delays/smoke.md",
-        ),
         ("docs/running.md", "../configs/", "/reference/configurations/index.md"),
-        ("docs/report.md", "files.md#layout", "files.md#layout"),
         ("CHANGELOG.md", "docs/files.md#layout", "/files.md#layout"),
-        ("CONTRIBUTING.md", "docs/decisions/", "/decisions/index.md"),
-        ("docs/measured.md", "../configs/measured-schema.json", "../configs/measured-schema.json"),
         ("docs/measured.md", "https://example.org/a.yaml", "https://example.org/a.yaml"),
     ],
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.charts import make_chart
-from hydrofdi.detectors.trained import ChartConfig, ScoreChart, Verdict, chart_of
+from hydrofdi.detectors.trained import ChartConfig, ScoreChart, Verdict
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.errors import Issue
 from tests.detectors.trained.made import detector
@@ -51,8 +51,3 @@ def test_what_is_not_judged_passes_it_by():
     found = readings(ScoreChart(charted()), mixed)
     assert found[1::3] == readings(ScoreChart(charted()), judged(SCORES))
     assert all(reading.statistic is None and not reading.alarm for reading in found[::3] + found[2::3])
-
-
-def test_a_detector_without_a_chart_has_none():
-    assert chart_of(detector()) is None
-    assert isinstance(chart_of(charted()), ScoreChart)

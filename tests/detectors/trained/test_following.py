@@ -12,7 +12,6 @@ from hydrofdi.detectors.trained import Follower
 from hydrofdi.detectors.trained.estimating import Estimator
 from hydrofdi.detectors.trained.measuring import feature_of, records_of
 from hydrofdi.detectors.trained.ranges import channel_facts, learned_range
-from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_kind, indicator_names
 from hydrofdi.indicators.recursive import RecursiveIndicator, Trace
 from hydrofdi.records import Channel
@@ -143,11 +142,6 @@ def test_its_state_is_arrays_and_stays_as_it_was():
     for name, array in before.items():
         np.testing.assert_array_equal(state[name], array)
     assert follower.step(before, piece(500, begins_anew=False))[2] == first[2]
-
-
-def test_windows_are_not_followed():
-    with pytest.raises(ConfigError, match="dwt is not recursive"):
-        Follower(detector("dwt", direction="both", window={"by": "estimate"}))
 
 
 def healthy_ranges(channels):

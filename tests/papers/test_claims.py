@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from hydrofdi.config.claims import ClaimId
-from hydrofdi.papers.maddahi2015 import CLAIMS, study_experiment
-from hydrofdi.papers.maddahi2015.claims import claim_margins
-from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
+from hydrofdi.papers.maddahi2015.claims import CLAIMS, claim_margins
+from hydrofdi.papers.maddahi2015.grid import ModeGrid
+from hydrofdi.papers.maddahi2015.study import study_experiment
 from hydrofdi.store.layout import names
 
 LEAKAGES, BULK_MODULI = 3, 3
@@ -46,11 +46,12 @@ def test_breaking_one_cell_turns_the_verdict(paper, break_cell, claim, leakage, 
     position = cell(paper, leakage, bulk_modulus)
     assert claims(paper)[claim].reproduced is True
     rms = paper.columns[names.DETAIL_RMS][position, level]
-    broken = claims(break_cell(paper, position, level, factor * rms))[claim]
+    study = study_experiment(break_cell(paper, position, level, factor * rms))
+    (broken,) = [result for result in study.claims if result.claim.id == claim]
     assert broken.reproduced is False
     assert broken.margin < 0.0
-    (failed,) = [check for check in broken.checks if not check.holds]
-    assert str(paper.columns[names.RUN_ID][position]) in failed.run_ids
+    (failed,) = [check for check in study.checks(broken) if not check["holds"]]
+    assert str(paper.columns[names.RUN_ID][position]) in failed["runs"]
 
 
 def test_the_margin_is_how_far_a_delta_can_move_before_the_verdict_turns(paper, break_cell):
@@ -58,8 +59,8 @@ def test_the_margin_is_how_far_a_delta_can_move_before_the_verdict_turns(paper, 
     position, healthy = cell(paper, 1, 0), cell(paper, 0, 0)
     rms = paper.columns[names.DETAIL_RMS]
     for excess, outcome in ((-1e-3, True), (1e-3, False)):
-        moved = rms[position, 1] + (check.margin + excess) / 100.0 * rms[healthy, 1]
-        assert claims(break_cell(paper, position, 1, moved))["C1"].checks[0].holds is outcome
+        moved = rms[position, 1] + (check.margin[0] + excess) / 100.0 * rms[healthy, 1]
+        assert bool(claims(break_cell(paper, position, 1, moved))["C1"].checks[0].margin[0] > 0.0) is outcome
 
 
 def test_a_missing_run_leaves_a_claim_open_unless_another_check_breaks_it(paper, break_cell):

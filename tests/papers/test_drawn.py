@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.papers.maddahi2015 import study_experiment
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
-from hydrofdi.papers.maddahi2015.composition import compose_study
+from hydrofdi.papers.maddahi2015.controls import alarm
+from hydrofdi.papers.maddahi2015.report import StudyReport
+from hydrofdi.papers.maddahi2015.study import study_experiment
 from hydrofdi.report import runs
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
@@ -62,13 +63,13 @@ def made(folder: Path, text: str) -> ExperimentData:
 
 
 def sentences(analysis, key):
-    return next(block for block in compose_study(analysis).blocks if block.key == key).paragraphs
+    return next(block for block in StudyReport(analysis).document().blocks if block.key == key).paragraphs
 
 
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        (BOTH % 200, "fluid.bulk_modulus and leakage.internal_coefficient are drawn from a range"),
+        (BOTH % 200, "drawn from a range: fluid.bulk_modulus and leakage.internal_coefficient"),
         (APART % LEAKAGE, "401 runs have 201 leakages and 201 EBM"),
         (APART % FRICTION, "400 runs have 1 leakage and 201 EBM among 200 sets of other parameters"),
     ],
@@ -86,9 +87,9 @@ def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
     analysis = study_experiment(made(tmp_path, BOTH % 200))
     rows = analysis.table.rows
     raised = [row for row in rows if row.is_sealed and row.bulk_modulus > 551e6]
-    assert len(analysis.sealed_alarms) == len(raised) > 100
-    assert len(analysis.best_levels) == 200
-    alarms = {alarm.bulk_modulus: alarm.alarm for alarm in analysis.sealed_alarms}
+    assert len(analysis.sealed) == len(raised) > 100
+    assert len(analysis.leaky) == 200
+    alarms = {each.row.bulk_modulus: alarm(each.row.details.fixed) for each in analysis.sealed}
     for row in raised:
         d3 = row.details.fixed[2]
         assert alarms[row.bulk_modulus] == (d3 > 0.0 and d3 == max(row.details.fixed))
@@ -97,7 +98,7 @@ def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
 def test_chosen_values_that_meet_are_a_grid(tmp_path):
     analysis = study_experiment(made(tmp_path, CHOSEN))
     assert analysis.grid.lack == ""
-    assert analysis.grid.n_mode == 6
+    assert len(analysis.grid.modes()) == 6
 
 
 def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp_path, monkeypatch):
@@ -105,7 +106,7 @@ def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp
     monkeypatch.setattr(runs, "percentage_change", lambda *a: passes.append(0) or percentage_change(*a))
     counts = []
     for n_run in (20, 200):
-        compose_study(study_experiment(made(tmp_path, BOTH % n_run)))
+        StudyReport(study_experiment(made(tmp_path, BOTH % n_run))).document()
         counts.append(len(passes))
         passes.clear()
     assert counts[0] == counts[1] > 0
@@ -114,7 +115,7 @@ def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp
 @pytest.mark.parametrize("extra", ["", "wavelet: {phase: all}\n"])
 def test_no_sentence_names_every_run(tmp_path, extra):
     text = extra + (BOTH % 200).replace("1 s", "4 s")
-    for block in compose_study(study_experiment(made(tmp_path, text))).blocks:
+    for block in StudyReport(study_experiment(made(tmp_path, text))).document().blocks:
         for paragraph in block.paragraphs:
             assert paragraph.count("MPa") <= 14, paragraph
 

@@ -1,7 +1,8 @@
 """Figure 2: signals of the healthy and the leaky actuator."""
 
 from hydrofdi.api.stored import read_results
-from hydrofdi.papers.maddahi2015 import StudyReport, study_experiment
+from hydrofdi.papers.maddahi2015.report import StudyReport
+from hydrofdi.papers.maddahi2015.study import study_experiment
 from hydrofdi.report.figures import draw_figure
 from tests.conftest import SMALL, sweep_in
 

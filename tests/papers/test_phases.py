@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from hydrofdi.errors import ReportError
-from hydrofdi.papers.maddahi2015 import StudyReport, study_experiment
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
+from hydrofdi.papers.maddahi2015.report import StudyReport
+from hydrofdi.papers.maddahi2015.study import study_experiment
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
@@ -85,11 +86,11 @@ def test_a_phase_that_breaks_a_claim_is_counted(made_up):
     phases = np.repeat(rms[:, None], 32, axis=1)
     phases[2, 7, 1] *= 2.0  # d2 of the small leak at the normal EBM, at phase 7 alone
     data = replace(made_up, columns=made_up.columns | {names.PHASE_DETAIL_RMS: phases})
-    configured, settled = study_experiment(data).standings
-    assert (configured.claims["C1"].held, configured.claims["C1"].of) == (31, 32)
-    assert configured.claims["C1"].values[7] < 0.0
-    assert settled.claims["C1"].of == 1
-    assert set(configured.claims) == {claim.id for claim in CLAIMS}
+    study = study_experiment(data)
+    configured, settled = (each.claim("C1", study.looked_at) for each in study.standings)
+    assert (configured.held, configured.of) == (31, 32)
+    assert configured.values[7] < 0.0
+    assert settled.of == 1
 
 
 def test_records_that_have_not_settled_have_no_settled_claims(made_up):
@@ -105,6 +106,6 @@ def test_the_figure_shows_every_phase_of_every_claim(paper_analysis, made_up):
     dots = sum(
         len(line.get_xdata()) for axis in figure.axes for line in axis.lines if line.get_marker() == "o"
     )
-    assert dots == 2 * 32 * (len(CLAIMS) + len(paper_analysis.sealed_alarms))
+    assert dots == 2 * 32 * (len(CLAIMS) + len(paper_analysis.sealed))
     with pytest.raises(ReportError, match="only one start phase"):
         draw_figure(StudyReport(study_experiment(made_up)), "phases")

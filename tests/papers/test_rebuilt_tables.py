@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from hydrofdi.papers.maddahi2015.composition import compose_study
+from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.record import tidy_columns
 
@@ -37,7 +37,7 @@ def test_the_numbers_are_those_that_the_repository_keeps(paper_analysis):
 
 def test_the_markdown_is_that_which_the_repository_keeps(paper_analysis):
     kept = words((KEPT / "table3.md").read_text(encoding="utf-8"))
-    fresh = words(render_markdown(compose_study(paper_analysis)))
+    fresh = words(render_markdown(StudyReport(paper_analysis).document()))
     assert [word for word in fresh if not is_number(word)] == [word for word in kept if not is_number(word)]
     numbers = [float(word) for word in kept if is_number(word)]
     assert [float(word) for word in fresh if is_number(word)] == pytest.approx(numbers, rel=1e-4, abs=0.11)

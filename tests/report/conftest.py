@@ -10,7 +10,7 @@ import pytest
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.papers.maddahi2015 import study_experiment
+from hydrofdi.papers.maddahi2015.study import study_experiment
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names

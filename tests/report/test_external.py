@@ -11,7 +11,7 @@ import pytest
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
-from hydrofdi.papers.maddahi2015 import study_experiment
+from hydrofdi.papers.maddahi2015.study import study_experiment
 from hydrofdi.report.analysis import analyze
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
@@ -144,9 +144,9 @@ def test_an_experiment_that_varies_no_external_leakage_has_no_such_section(small
 def test_claims_and_controls_look_at_the_runs_without_external_leakage(data, small_sweep):
     analysis = study_experiment(data)
     assert len(analysis.grid.scenarios) == 1
-    assert [alarm.bulk_modulus for alarm in analysis.sealed_alarms] == [827e6]
-    assert len(analysis.best_levels) == 2
-    checked = {run for result in analysis.claims for check in result.checks for run in check.run_ids}
+    assert [each.row.bulk_modulus for each in analysis.sealed] == [827e6]
+    assert len(analysis.leaky) == 2
+    checked = {run for each in analysis.claims for check in analysis.checks(each) for run in check["runs"]}
     tight = {row.run_id for row in analysis.table.rows if row.external_coefficients == (0.0, 0.0)}
     assert checked <= tight
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
-from hydrofdi.papers.maddahi2015 import StudyReport
+from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import KINDS
 from hydrofdi.report.forms.page import render_page

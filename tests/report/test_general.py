@@ -4,10 +4,8 @@ import json
 
 import pytest
 
-from hydrofdi.config import ExperimentConfig, load_experiment
-from hydrofdi.config.experiment import STORED
+from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
-from hydrofdi.papers.maddahi2015 import is_study
 from tests.commands import run_hydrofdi
 from tests.conftest import REPOSITORY, sweep_in
 
@@ -67,13 +65,13 @@ def test_its_record_has_the_rows_of_all_runs(friction):
     ],
 )
 def test_the_ready_studies_of_the_paper_say_so_and_those_that_extend_them(config, expected):
-    assert is_study(load_experiment(REPOSITORY / "configs" / f"{config}.yaml")) is expected
+    assert bool(load_experiment(REPOSITORY / "configs" / f"{config}.yaml").paper) is expected
 
 
 def test_an_own_sweep_of_leakage_and_bulk_modulus_is_no_papers_study():
     own = {"sweep": {"grid": {"leakage.internal_flow": [0, 1e-5], "fluid.bulk_modulus": [7e8, 14e8]}}}
-    assert not is_study(load_experiment(own))
-    assert is_study(load_experiment({"paper": "maddahi2015"} | own))
+    assert load_experiment(own).paper is None
+    assert load_experiment({"paper": "maddahi2015"} | own).paper
 
 
 @pytest.mark.parametrize(
@@ -86,18 +84,11 @@ def test_claims_and_published_values_need_their_paper(tmp_path, listed, line):
     with pytest.raises(ConfigError, match=rf"own.yaml:{line}: .*add 'paper: maddahi2015'"):
         load_experiment(file)
     file.write_text(f"name: own\npaper: maddahi2015\n{listed}\n")
-    assert is_study(load_experiment(file))
+    assert load_experiment(file).paper
 
 
 def test_null_takes_the_paper_away(tmp_path):
     file = tmp_path / "own.yaml"
     base = REPOSITORY / "configs" / "table3.yaml"
     file.write_text(f"extends: {base}\nname: own\npaper: null\nclaims: []\n")
-    assert not is_study(load_experiment(file))
-
-
-def test_results_of_earlier_versions_list_claims_without_a_paper():
-    stored = load_experiment({"name": "old", "paper": "maddahi2015", "claims": ["C1"]})
-    content = stored.model_dump(mode="json")
-    del content["paper"]
-    assert is_study(ExperimentConfig.model_validate_json(json.dumps(content), context=STORED))
+    assert not load_experiment(file).paper

@@ -108,7 +108,7 @@ def test_a_healthy_run_lies_outside_of_the_range_as_often_as_is_said(swept):
         drawn = replace(data, columns=data.columns | {names.DETAIL_RMS: rms})
         study = study_replicates(table, drawn)
         assert study is not None
-        outside += sum(study.rows["matched"][0].outside)
+        outside += sum(study.rows["matched"].outside[0])
     share = outside / (5 * n_repeat)
     assert 0.15 < share < 2.0 / 7.0 + 0.02
 

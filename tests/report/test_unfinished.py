@@ -5,7 +5,7 @@ import pytest
 from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.papers import make_report
-from hydrofdi.papers.maddahi2015 import study_experiment
+from hydrofdi.papers.maddahi2015.study import study_experiment
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import draw_all
 from hydrofdi.report.record import render_json

@@ -1,122 +1,176 @@
-"""Two controls that the paper does not have: the rule on a sealed actuator, and the matched baseline."""
+"""Two controls that the paper does not have: the d3 rule on a sealed actuator, and the matched baseline."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import compress
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hydrofdi.papers.maddahi2015.claims import D3
-from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
-from hydrofdi.report.runs import Levels, RunTable, TableRow, largest_positive
+from hydrofdi.papers.maddahi2015.standings import Outcome, Standing
+from hydrofdi.report.document import Block
+from hydrofdi.report.runs import Levels, RunTable, TableRow, largest_positive, level_name
+from hydrofdi.report.table import Column, Table
+from hydrofdi.report.wording import (
+    flow_text,
+    joined,
+    labels_text,
+    modulus_column,
+    modulus_text,
+    signed,
+    some,
+)
+from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import HOLE
+from hydrofdi.units import convert
+
+_WORDS = {True: "alarm", False: "silent", None: "open"}
 
 
 @dataclass(frozen=True)
-class SealedAlarm:
-    """What the d3 rule says of an actuator without any leak, at an EBM above normal.
+class Control:
+    """A run without further external leakage, and what else varies: dotted parameter → value in SI."""
 
-    Attributes
-    ----------
-    position : int
-        Row of the run in the experiment.
-    labels : dict
-        Further varied parameters → their values in SI.
-    bulk_modulus : float
-        β [Pa].
-    delta_fixed : tuple of float
-        δ of all levels against the fixed baseline [%].
-    alarm : bool or None
-        Whether δd3 is positive and the largest; None if the run is missing or failed.
-    """
-
-    position: int
+    row: TableRow
     labels: dict[str, Any]
-    bulk_modulus: float
-    delta_fixed: Levels
-    alarm: bool | None
+
+    @property
+    def conditions(self) -> str:
+        """EBM and further parameters in words."""
+        return ", ".join(filter(None, [modulus_text(self.row.bulk_modulus), labels_text(self.labels)]))
+
+    def sealed(self, standing: Standing) -> Outcome:
+        """Where the d3 rule alarms, by δd3."""
+        position = self.row.position
+        number = float(standing.shown[position, D3])
+        return standing.level(self.conditions, standing.fixed[:, position], D3, number)
+
+    @property
+    def best_level(self) -> int | None:
+        """The level with the largest positive δ against the matched baseline; None if there is none."""
+        return largest_positive(self.row.details.matched)
+
+    @property
+    def best_name(self) -> str | None:
+        """Its name."""
+        return level_name(self.best_level)
+
+    @property
+    def best_delta(self) -> float:
+        """Its δ [%]."""
+        return math.nan if self.best_level is None else self.row.details.matched[self.best_level]
+
+    def _labelled(self, *records: dict[str, Any]) -> dict[str, Any]:
+        first, *settled = records
+        return first | ({"settled": settled[0]} if settled else {}) | (
+            {"labels": self.labels} if self.labels else {}
+        )  # fmt: skip
+
+    def alarm_record(self, standings: Sequence[Standing]) -> dict[str, Any]:
+        """What the d3 rule says of the run without any leak."""
+        records = []
+        for standing in standings:
+            levels = tuple(standing.shown[self.row.position].tolist())
+            phases = self.sealed(standing).phases("delta_d3_percent")
+            records.append({"alarm": alarm(levels), "delta_fixed_percent": levels, **phases})
+        modulus = {"bulk_modulus_MPa": convert(self.row.bulk_modulus, "MPa")}
+        return modulus | self._labelled(*records)
+
+    def best_record(self, standings: Sequence[Standing]) -> dict[str, Any]:
+        """The best level of a leaky run."""
+        outcomes = (each.level("", each.matched[:, self.row.position], self.best_level) for each in standings)
+        return {
+            "leakage_L_per_min": convert(self.row.leakage_flow, "L/min"),
+            "bulk_modulus_MPa": convert(self.row.bulk_modulus, "MPa"),
+            "level": self.best_name,
+            "delta_matched_percent": self.best_delta,
+        } | self._labelled(*(each.phases("delta_matched_percent") for each in outcomes))
 
 
-@dataclass(frozen=True)
-class BestLevel:
-    """The level with the largest positive δ against the matched baseline in a leaky mode.
-
-    Attributes
-    ----------
-    position : int
-        Row of the run in the experiment.
-    labels : dict
-        Further varied parameters → their values in SI.
-    leakage_flow, bulk_modulus : float
-        Leakage level [m³/s] and β [Pa].
-    level : int or None
-        Position of the level; None if no δ is positive, or the run is missing or failed.
-    delta : float
-        Its δ [%].
-    is_open : bool
-        Whether the run is missing or failed.
-    """
-
-    position: int
-    labels: dict[str, Any]
-    leakage_flow: float
-    bulk_modulus: float
-    level: int | None
-    delta: float
-    is_open: bool
+def alarm(levels: Levels) -> bool | None:
+    """Whether δd3 is positive and the largest; None if the run is missing or failed."""
+    return None if any(map(math.isnan, levels)) else largest_positive(levels) == D3
 
 
-def sealed_alarms(table: RunTable) -> tuple[SealedAlarm, ...]:
-    """The d3 rule on the sealed runs above the normal EBM."""
-    if table.n_level <= D3:
-        return ()
-    normal = table.normal_bulk_modulus
-    return tuple(
-        _sealed_alarm(row, labels)
-        for row, labels in _controlled(table)
-        if row.is_sealed and row.bulk_modulus > normal
+def controls(table: RunTable) -> tuple[tuple[Control, ...], tuple[Control, ...]]:
+    """The sealed runs above the normal EBM, and the leaky runs; by labels, leakage and EBM."""
+    rows = [row for row in table.rows if not row.leaks_out_more]
+    varied = [name for name in table.label_names if len({row.labels[name] for row in rows}) > 1]
+    found = [Control(row, {name: row.labels[name] for name in varied}) for row in rows]
+    order = {key: place for place, key in enumerate(dict.fromkeys(tuple(c.labels.values()) for c in found))}
+    found.sort(key=lambda c: (order[tuple(c.labels.values())], c.row.leakage_request, c.row.bulk_modulus))
+    is_raised = [c.row.is_sealed and c.row.bulk_modulus > table.normal_bulk_modulus for c in found]
+    sealed = [c for c, raised in zip(found, is_raised, strict=True) if raised and table.n_level > D3]
+    return tuple(sealed), tuple(c for c in found if not c.row.is_sealed)
+
+
+def controls_block(sealed: Sequence[Control], leaky: Sequence[Control]) -> Block:
+    """Does the d3 rule alarm on a sealed actuator; which level is best under a matched baseline."""
+    return Block(
+        "controls",
+        "Controls: no leak, and a matched baseline",
+        (_alarm_sentence(sealed), _best_sentence(leaky)),
+        (_alarm_table(sealed), _best_table(leaky)),
+        ("spectrum", "mode_plane"),
     )
 
 
-def _sealed_alarm(row: TableRow, labels: dict[str, Any]) -> SealedAlarm:
-    is_open = any(math.isnan(number) for number in row.details.fixed)
-    alarm = None if is_open else largest_positive(row.details.fixed) == D3
-    return SealedAlarm(row.position, labels, row.bulk_modulus, row.details.fixed, alarm)
+def _alarm_sentence(sealed: Sequence[Control]) -> str:
+    said = [alarm(control.row.details.fixed) for control in sealed]
+    decided = [each for each in said if each is not None]
+    raised = [modulus_text(control.row.bulk_modulus) for control in compress(sealed, said)]
+    if not decided:
+        return "The d3 rule could not be tested: no sealed run above the normal EBM has succeeded."
+    if not raised:
+        return f"The d3 rule raises no alarm in all {len(decided):,} sealed cases above the normal EBM."
+    return (
+        f"The d3 rule raises an alarm on the sealed actuator in {len(raised):,} of {len(decided):,} cases"
+        f" above the normal EBM ({some(list(dict.fromkeys(raised)))}): there the EBM alone makes δd3 positive"
+        " and the largest."
+    )
 
 
-def best_levels(table: RunTable) -> tuple[BestLevel, ...]:
-    """The best level of each leaky run under the matched baseline."""
-    return tuple(_best_level(row, labels) for row, labels in _controlled(table) if not row.is_sealed)
+def _best_sentence(leaky: Sequence[Control]) -> str:
+    if not leaky:
+        return "No leaky mode can be compared with the matched baseline."
+    counts = Counter(
+        "open" if any(map(math.isnan, each.row.details.matched)) else each.best_name or "no level"
+        for each in leaky
+    )
+    parts = [f"{level} in {count:,}" for level, count in sorted(counts.items())]
+    return (
+        f"Against the matched baseline the largest positive δ of the {counted(len(leaky), 'leaky mode')}"
+        f" is: {joined(parts)}."
+    )
 
 
-def _best_level(row: TableRow, labels: dict[str, Any]) -> BestLevel:
-    level = largest_positive(row.details.matched)
-    value = math.nan if level is None else row.details.matched[level]
-    is_open = any(math.isnan(number) for number in row.details.matched)
-    return BestLevel(row.position, labels, row.leakage_flow, row.bulk_modulus, level, value, is_open)
+def _lead(found: Sequence[Control], *more: Column) -> Iterator[Column]:
+    """What says which run a row is."""
+    yield Column("Parameters", [labels_text(each.labels) for each in found], is_text=True)
+    yield from more
+    yield modulus_column([each.row.bulk_modulus for each in found])
 
 
-def _controlled(table: RunTable) -> list[tuple[TableRow, dict[str, Any]]]:
-    """The rows without further external leakage by labels, leakage and EBM, with the labels that vary."""
-    rows = [row for row in table.rows if not row.leaks_out_more]
-    varied = [name for name in table.label_names if len({row.labels[name] for row in rows}) > 1]
-    pairs = [(row, {name: row.labels[name] for name in varied}) for row in rows]
-    order = {key: place for place, key in enumerate(dict.fromkeys(tuple(p[1].values()) for p in pairs))}
-    return sorted(pairs, key=lambda p: (order[tuple(p[1].values())], p[0].leakage_request, p[0].bulk_modulus))
+def _alarm_table(sealed: Sequence[Control]) -> Table:
+    deltas = [each.row.details.fixed for each in sealed]
+    said = [_WORDS[alarm(levels)] for levels in deltas]
+    marked = [k for k, word in enumerate(said) if word == _WORDS[True]]
+    columns = (
+        *_lead(sealed),
+        Column("d3 rule", said, is_text=True, strong=marked),
+        *(Column(f"δd{level}", each, text=signed) for level, each in enumerate(zip(*deltas, strict=True), 1)),
+    )
+    title = "The d3 rule on the sealed actuator: δ [%] against the fixed baseline"
+    return Table(columns, title, "sealed-alarms")
 
 
-def alarm_matrix(grid: ModeGrid) -> NDArray[np.bool_]:
-    """Whether the d3 rule alarms on the sealed actuator, shape (n_scenario, n_raised)."""
-    delta = grid.fixed[:, 0, grid.raised]
-    with np.errstate(invalid="ignore"):
-        alarms: NDArray[np.bool_] = (delta[..., D3] > 0.0) & (delta.argmax(axis=-1) == D3)
-    return alarms
-
-
-def best_level_matrix(grid: ModeGrid) -> NDArray[np.int64]:
-    """Best level under the matched baseline, −1 where none is positive, shape (n_scenario, n_mode)."""
-    delta = np.stack([grid.matched[:, 1 + q, b] for q, b in grid.modes()], axis=1)
-    best = np.where(np.isnan(delta), -np.inf, delta)
-    return np.where(best.max(axis=-1) > 0.0, best.argmax(axis=-1), -1)
+def _best_table(leaky: Sequence[Control]) -> Table:
+    columns = (
+        *_lead(leaky, Column("Leakage [L/min]", [flow_text(each.row.leakage_flow) for each in leaky])),
+        Column("Best level", [each.best_name or HOLE for each in leaky], is_text=True),
+        Column("δ [%]", [each.best_delta for each in leaky], text=signed),
+    )
+    return Table(columns, "The best level of each mode against the matched baseline", "best-levels")

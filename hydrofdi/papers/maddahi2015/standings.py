@@ -7,175 +7,163 @@ are measured by the undecimated transform, free of boundaries; its mean square i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.papers.maddahi2015.claims import D3, claim_margins
-from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm
-from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid, gathered
-from hydrofdi.report.runs import Levels, baseline_changes, largest_positive
+from hydrofdi.papers.maddahi2015.claims import alarms, best_levels, claim_margins
+from hydrofdi.papers.maddahi2015.grid import ABSENT, Array, ModeGrid
+from hydrofdi.report.document import group_breaks
+from hydrofdi.report.runs import baseline_changes
+from hydrofdi.report.table import Column, Table
+from hydrofdi.report.wording import signed
+from hydrofdi.settings.readable import HOLE
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 
-Changes = NDArray[np.float64]
-"""δ [%]."""
+Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class PhaseCount:
-    """In how many start phases something holds, and the numbers behind it.
+class Outcome(NamedTuple):
+    """In how many start phases something holds, of those that decide it.
 
-    Attributes
-    ----------
-    held, of : int
-        Phases in which it holds, and in which it is decided.
-    values : tuple of float
-        The number that decides, phase by phase [percentage points]; NaN if it is not decided.
+    `number` decides it at the configured phase, or in the settled record [percentage points]; `values` at
+    each start phase.
     """
 
+    records: str
+    name: str
     held: int
     of: int
+    number: float
     values: tuple[float, ...]
 
     @property
-    def least(self) -> float:
-        """The smallest number; NaN if there is none."""
-        return float(np.nanmin(self.values)) if self.of else float("nan")
+    def spread(self) -> dict[str, float]:
+        """The least, the mean and the largest of the numbers; NaN if there is none."""
+        known = np.array(self.values)[np.isfinite(self.values)] if self.of else np.empty(0)
+        spread = (known.min(), known.mean(), known.max()) if known.size else (math.nan,) * 3
+        return {name: float(each) for name, each in zip(("least", "mean", "largest"), spread, strict=True)}
 
-    @property
-    def mean(self) -> float:
-        """Their mean; NaN if there is none."""
-        return float(np.nanmean(self.values)) if self.of else float("nan")
-
-    @property
-    def largest(self) -> float:
-        """The largest of the numbers; NaN if there is none."""
-        return float(np.nanmax(self.values)) if self.of else float("nan")
+    def phases(self, quantity: str) -> dict[str, Any]:
+        """The same for programs."""
+        return {"phases": {"held": self.held, "of": self.of, quantity: self.spread}}
 
 
 @dataclass(frozen=True)
 class Standing:
-    """How claims and controls stand in one way to look at the records.
+    """One way to look at the records: as configured, or settled.
 
-    Attributes
-    ----------
-    title : str
-        The way, in words.
-    n_phase : int
-        Number of start phases that were measured.
-    claims : dict
-        Claim → margin [percentage points] over the phases; it holds if it does so in all scenarios.
-    margins : dict
-        Claim → margin at the configured phase, or of the settled records [percentage points]; the least of
-        all scenarios.
-    alarms : tuple of PhaseCount
-        δd3 [%] of each sealed run above the normal EBM over the phases; it holds if the d3 rule alarms.
-    alarm_deltas : tuple of tuple of float
-        δ [%] of all levels of these runs, as of `margins`.
-    best_levels : tuple of PhaseCount
-        δ [%] of the best level of each leaky run against the matched baseline over the phases; it holds if
-        the level is the best one there as well.
+    `fixed` and `matched` are δ of all runs at each start phase [%], shape (n_phase, n_run, n_level); `grid`
+    contains those of the configured phase, or of the undecimated transform, and `shown` the same of all runs.
     """
 
     title: str
-    n_phase: int
-    claims: dict[str, PhaseCount]
-    margins: dict[str, float]
-    alarms: tuple[PhaseCount, ...]
-    alarm_deltas: tuple[Levels, ...]
-    best_levels: tuple[PhaseCount, ...]
+    grid: ModeGrid
+    shown: Array
+    fixed: Array
+    matched: Array
+    margins: dict[str, Array]
+    """Claim → margin [percentage points], shape (n_scenario,)."""
+    phase_margins: dict[str, Array]
+    """Claim → margin at each start phase, shape (n_phase, n_scenario)."""
+
+    @property
+    def n_phase(self) -> int:
+        """Number of start phases that were measured."""
+        return len(self.fixed)
+
+    def claim(self, claim: str, scenarios: Sequence[int]) -> Outcome:
+        """How a claim stands; it holds if it does so in all of these scenarios."""
+        found = [self.margins[claim], *self.phase_margins[claim]]
+        number, *values = [float(each[scenarios].min()) if len(scenarios) else math.nan for each in found]
+        held = sum(value > 0.0 for value in values)
+        return Outcome(self.title, claim, held, int(np.isfinite(values).sum()), number, tuple(values))
+
+    def level(self, name: str, deltas: Array, level: int | None, number: float = math.nan) -> Outcome:
+        """Where a level has the largest positive δ of a run; `deltas` has shape (n_phase, n_level)."""
+        known = deltas[np.isfinite(deltas).all(axis=1)]
+        held = int((best_levels(known) == (-1 if level is None else level)).sum()) if len(known) else 0
+        values = np.full(len(deltas), math.nan) if level is None else deltas[:, level]
+        return Outcome(self.title, name, held, len(known), number, tuple(values.tolist()))
+
+    def alarms(self, fixed: Array) -> Mask:
+        """Whether the d3 rule alarms on the sealed actuator at each β above the normal one.
+
+        `fixed` has shape (..., n_run, n_level), the result (..., n_scenario, n_raised).
+        """
+        sealed = self.grid.positions[:, 0, self.grid.raised]
+        found: Mask = alarms(fixed[..., sealed, :]) & (sealed != ABSENT)
+        return found
+
+    @property
+    def alarms_everywhere(self) -> dict[str, Mask]:
+        """Scenarios in which it does so at every such β; and at every start phase, too."""
+        here, throughout = self.alarms(self.shown).all(axis=1), self.alarms(self.fixed).all(axis=(0, 2))
+        return {"alarms": np.asarray(here), "alarms_in_all_phases": np.asarray(throughout)}
+
+    def held(self, claims: Sequence[str]) -> Mask:
+        """Scenarios in which all of these claims hold."""
+        return np.asarray(np.all([self.margins[claim] > 0.0 for claim in claims], axis=0))
+
+    def phases_held(self, claims: Sequence[str]) -> NDArray[np.int64]:
+        """Number of phases in which all of these claims hold, shape (n_scenario,)."""
+        held = np.all([self.phase_margins[claim] > 0.0 for claim in claims], axis=0)
+        return np.asarray(held.sum(axis=0))
 
 
-def settled_grid(grid: ModeGrid, data: ExperimentData) -> ModeGrid | None:
-    """δ of the settled records, the mean over the phases; None if no run has settled features."""
-    if np.isnan(data.columns[names.SETTLED_DETAIL_RMS]).all():
-        return None
-    return _with_changes(grid, baseline_changes(data, names.SETTLED_DETAIL_RMS))
+def standings(grid: ModeGrid, data: ExperimentData) -> tuple[Standing, ...]:
+    """How an experiment stands as configured, and in the settled records if there are any."""
+    return tuple(_standings(grid, data))
 
 
-def phase_grids(grid: ModeGrid, data: ExperimentData, name: str) -> tuple[ModeGrid, ...]:
-    """δ at each start phase, from a variable over phases; `grid` alone if there is none."""
-    if name not in data.columns:
-        return (grid,)
-    fixed, matched = baseline_changes(data, name)
-    return tuple(_with_changes(grid, (fixed[:, phase], matched[:, phase])) for phase in range(fixed.shape[1]))
-
-
-def standings(
-    grid: ModeGrid,
-    data: ExperimentData,
-    alarms: Sequence[SealedAlarm],
-    best_levels: Sequence[BestLevel],
-    scenarios: Sequence[int] | None = None,
-) -> tuple[Standing, ...]:
-    """How an experiment stands as configured, and in the settled records if there are any.
-
-    Parameters
-    ----------
-    grid : ModeGrid
-        Made from `data`.
-    data : ExperimentData
-    alarms, best_levels : sequence of SealedAlarm, of BestLevel
-        The controls as configured.
-    scenarios : sequence of int, optional
-        Positions of the scenarios that claims look at; by default all.
-    """
-    settled = settled_grid(grid, data)
-    variables = [("as configured", grid, names.DETAIL_RMS, names.PHASE_DETAIL_RMS)]
-    if settled is not None:
-        variables.append(("settled", settled, names.SETTLED_DETAIL_RMS, names.SETTLED_PHASE_DETAIL_RMS))
-    kept = list(range(len(grid.scenarios)) if scenarios is None else scenarios)
-    found = []
-    for title, of_view, variable, over_phases in variables:
-        phases = phase_grids(of_view, data, over_phases)
-        margins = [_least_margins(phase, kept) for phase in phases]
-        fixed, matched = baseline_changes(data, over_phases if over_phases in data.columns else variable)
-        sealed = [alarm.position for alarm in alarms]
-        shown = baseline_changes(data, variable)[0][sealed]
-        found.append(
-            Standing(
-                title=title,
-                n_phase=len(phases),
-                claims={claim: _counted([margin[claim] for margin in margins]) for claim in margins[0]},
-                margins=_least_margins(of_view, kept),
-                alarms=tuple(_level_count(_by_phase(fixed[position]), D3) for position in sealed),
-                alarm_deltas=tuple(map(tuple, shown.tolist())),
-                best_levels=tuple(
-                    _level_count(_by_phase(matched[mode.position]), mode.level) for mode in best_levels
-                ),
-            )
+def _standings(grid: ModeGrid, data: ExperimentData) -> Iterator[Standing]:
+    for title, variable, over_phases in (
+        ("as configured", names.DETAIL_RMS, names.PHASE_DETAIL_RMS),
+        ("settled", names.SETTLED_DETAIL_RMS, names.SETTLED_PHASE_DETAIL_RMS),
+    ):
+        if title == "settled" and np.isnan(data.columns[variable]).all():
+            return
+        own = baseline_changes(data, variable)
+        fixed, matched = (
+            (np.moveaxis(each, 1, 0) for each in baseline_changes(data, over_phases))
+            if over_phases in data.columns
+            else (each[None] for each in own)
         )
-    return tuple(found)
+        of_view = grid.holding(*own)
+        margins = [claim_margins(grid.holding(*phase)) for phase in zip(fixed, matched, strict=True)]
+        over = {claim: np.stack([margin[claim] for margin in margins]) for claim in margins[0]}
+        yield Standing(title, of_view, own[0], fixed, matched, claim_margins(of_view), over)
 
 
-def _least_margins(grid: ModeGrid, scenarios: list[int]) -> dict[str, float]:
-    return {
-        claim: float(np.min(margin[scenarios])) if scenarios else float("nan")
-        for claim, margin in claim_margins(grid).items()
-    }
+def phases_table(
+    title: str, key: str, head: str, last: str, outcomes: Sequence[Outcome], note: str = ""
+) -> Table:
+    """What holds in how many start phases, and the numbers behind it."""
+    spreads = [each.spread for each in outcomes]
+    held = [f"{each.held} of {each.of}" if each.of else HOLE for each in outcomes]
+    turns = [k for k, each in enumerate(outcomes) if 0 < each.held < each.of]
+    return Table(
+        (
+            Column("Records", [each.records for each in outcomes], is_text=True),
+            Column(head, [each.name for each in outcomes], is_text=True),
+            Column("Phases in which it holds", held, is_text=True, strong=turns),
+            points("Mean phase", [each["mean"] for each in spreads]),
+            points("Least", [each["least"] for each in spreads]),
+            points("Largest", [each["largest"] for each in spreads]),
+            points(last, [each.number for each in outcomes]),
+        ),
+        title,
+        key,
+        (note,) if note else (),
+        group_breaks([each.records for each in outcomes]),
+    )
 
 
-def _by_phase(changes: Changes) -> Changes:
-    """δ of a run, (n_phase, n_level), whether it was measured at one phase or at all."""
-    return np.atleast_2d(changes)
-
-
-def _level_count(deltas: Changes, level: int | None) -> PhaseCount:
-    """In how many phases a level has the largest positive δ; `deltas` has shape (n_phase, n_level)."""
-    known = np.isfinite(deltas).all(axis=1)
-    best = [largest_positive(levels) == level for levels in deltas[known].tolist()]
-    values = deltas[:, level] if level is not None else np.full(len(deltas), np.nan)
-    return PhaseCount(sum(best), int(known.sum()), tuple(values.tolist()))
-
-
-def _counted(margins: Sequence[float]) -> PhaseCount:
-    held = sum(margin > 0.0 for margin in margins)
-    return PhaseCount(held, int(np.isfinite(margins).sum()), tuple(margins))
-
-
-def _with_changes(grid: ModeGrid, changes: tuple[Changes, Changes]) -> ModeGrid:
-    fixed, matched = (gathered(change, grid.positions) for change in changes)
-    return replace(grid, fixed=fixed, matched=matched)
+def points(name: str, values: Sequence[float]) -> Column:
+    """A column of percentage points."""
+    return Column(name, values, text=lambda value: signed(value, 2))

@@ -2,38 +2,53 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from hydrofdi.config import ExperimentConfig
-from hydrofdi.papers.maddahi2015.claims import ClaimResult, evaluate_claims
-from hydrofdi.papers.maddahi2015.controls import BestLevel, SealedAlarm, best_levels, sealed_alarms
-from hydrofdi.papers.maddahi2015.deviations import Deviation, compare_reference
-from hydrofdi.papers.maddahi2015.grid.arrangement import arrange_modes
-from hydrofdi.papers.maddahi2015.grid.modes import ModeGrid
-from hydrofdi.papers.maddahi2015.scenarios.study import ScenarioStudy, study_scenarios
-from hydrofdi.papers.maddahi2015.standings import Standing, standings
+from hydrofdi.config.reference import ReferenceCell
+from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult
+from hydrofdi.papers.maddahi2015.controls import Control, controls
+from hydrofdi.papers.maddahi2015.grid import ModeGrid, arrange_modes
+from hydrofdi.papers.maddahi2015.scenarios import ScenarioStudy, study_scenarios
+from hydrofdi.papers.maddahi2015.standings import Outcome, Standing, standings
 from hydrofdi.report.analysis import Analysis, analyze
+from hydrofdi.report.wording import mode_name
 from hydrofdi.store import ExperimentData
-
-NAME = "maddahi2015"
-"""What the key ``paper`` of its experiments says."""
+from hydrofdi.store.layout import names
+from hydrofdi.units import convert
 
 
 @dataclass(frozen=True)
 class Study(Analysis):
-    """An experiment with its claims and controls."""
+    """An experiment with its claims and controls.
+
+    `standings` are the ways to look at its records, as configured and settled; `sealed` and `leaky` the runs
+    that rules are tried on; `scenarios` claims and controls over the scenarios of an ensemble with a grid.
+    """
 
     grid: ModeGrid
-    claims: tuple[ClaimResult, ...]
-    sealed_alarms: tuple[SealedAlarm, ...]
-    best_levels: tuple[BestLevel, ...]
     standings: tuple[Standing, ...]
-    """How claims and controls stand over the start phases, as configured and settled."""
-    deviations: tuple[Deviation, ...]
+    sealed: tuple[Control, ...]
+    leaky: tuple[Control, ...]
     scenarios: ScenarioStudy | None
-    """Claims and controls over the scenarios, where the experiment is an ensemble with a grid of modes."""
+
+    @cached_property
+    def looked_at(self) -> Sequence[int]:
+        """Positions of the scenarios that claims have to hold in: the feasible ones, or all."""
+        if self.scenarios is None:
+            return range(len(self.grid.scenarios))
+        found: list[int] = np.flatnonzero(self.scenarios.feasible).tolist()
+        return found
+
+    @cached_property
+    def claims(self) -> tuple[ClaimResult, ...]:
+        """The result of every claim."""
+        return tuple(ClaimResult(claim, claim.checks(self.grid), self.looked_at) for claim in CLAIMS)
 
     @property
     def guarded(self) -> tuple[ClaimResult, ...]:
@@ -41,27 +56,71 @@ class Study(Analysis):
         listed = self.data.experiment.claims
         return tuple(result for result in self.claims if result.claim.id in listed)
 
+    @cached_property
+    def claim_outcomes(self) -> list[Outcome]:
+        """How claims stand over the start phases, in each way to look at the records."""
+        return [each.claim(claim.id, self.looked_at) for each in self.standings for claim in CLAIMS]
 
-def is_study(experiment: ExperimentConfig) -> bool:
-    """Whether an experiment is the paper's; results of earlier versions say so by their claims alone."""
-    return experiment.paper == NAME or bool(experiment.claims or experiment.reference.cells)
+    @cached_property
+    def alarm_outcomes(self) -> list[Outcome]:
+        """How the alarms on the sealed actuator stand over the start phases."""
+        return [control.sealed(each) for each in self.standings for control in self.sealed]
+
+    def checks(self, result: ClaimResult) -> Iterator[dict[str, Any]]:
+        """Each check of a claim in each scenario; its runs are the healthy one, then the leaky ones."""
+        grid, run_ids = self.grid, self.data.columns[names.RUN_ID].astype(str)
+        for check in result.checks:
+            for scenario in result.scenarios:
+                leaky = [int(grid.positions[scenario, 1 + q, b]) for q, b in check.modes]
+                runs = [int(self.data.fixed_baseline[leaky[0]]), *leaky]
+                margin, labels = float(check.margin[scenario]), grid.scenarios[scenario]
+                yield {
+                    "runs": run_ids[runs].tolist(),
+                    "modes": [mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes],
+                    "holds": None if math.isnan(margin) else margin > 0.0,
+                    "margin_percentage_points": margin,
+                    "each_may_move_percentage_points": float(check.allowance[scenario]),
+                } | ({"labels": labels} if labels else {})
+
+    @cached_property
+    def deviations(self) -> list[dict[str, Any]]:
+        """Every published value of the ``reference`` section beside the computed one."""
+        return [self._deviation(cell) for cell in self.data.experiment.reference.cells]
+
+    def _deviation(self, cell: ReferenceCell) -> dict[str, Any]:
+        level, is_delta = int(cell.level[1:]) - 1, cell.delta is not None
+        asked = (cell.leakage, cell.bulk_modulus)
+        meant = (
+            row
+            for row in self.table.rows
+            if np.allclose((row.leakage_flow, row.bulk_modulus), asked, 1e-6, 0)
+        )
+        row, computed = next(meant, None), math.nan
+        if row is not None and level < self.table.n_level:
+            computed = (row.details.fixed if is_delta else row.details.rms)[level]
+        published = cell.delta if cell.delta is not None else cell.rms
+        assert published is not None
+        deviation = computed - published if is_delta else 100.0 * (computed - published) / published
+        general = self.data.experiment.reference.tolerance
+        tolerance = general if cell.tolerance is None else cell.tolerance
+        return {
+            "leakage_L_per_min": convert(cell.leakage, "L/min"),
+            "bulk_modulus_MPa": convert(cell.bulk_modulus, "MPa"),
+            "level": cell.level,
+            "quantity": "delta_fixed_percent" if is_delta else "detail_rms_Pa",
+            "published": published,
+            "computed": computed,
+            "deviation": deviation,
+            "tolerance": tolerance,
+            "agrees": None if math.isnan(deviation) else abs(deviation) <= tolerance,
+        }
 
 
 def study_experiment(data: ExperimentData) -> Study:
     """Compute claims and controls of an experiment."""
     general, grid = analyze(data), arrange_modes(data)
-    scenarios = study_scenarios(grid, data) if data.experiment.has_scenarios and not grid.lack else None
-    feasible = None if scenarios is None else np.flatnonzero(scenarios.feasible).tolist()
-    alarms, levels = sealed_alarms(general.table), best_levels(general.table)
-    return Study(
-        data=data,
-        table=general.table,
-        indicators=general.indicators,
-        grid=grid,
-        claims=evaluate_claims(grid, data, feasible),
-        sealed_alarms=alarms,
-        best_levels=levels,
-        standings=standings(grid, data, *(((), ()) if scenarios else (alarms, levels)), feasible),
-        deviations=compare_reference(general.table, data),
-        scenarios=scenarios,
-    )
+    looks = standings(grid, data)
+    is_ensemble = data.experiment.has_scenarios and not grid.lack
+    scenarios = study_scenarios(grid, data, looks) if is_ensemble else None
+    sealed, leaky = controls(general.table)
+    return Study(data, general.table, general.indicators, grid, looks, sealed, leaky, scenarios)

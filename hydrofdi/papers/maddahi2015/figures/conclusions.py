@@ -1,0 +1,152 @@
+"""What the conclusions depend on: margins over the start phases, and shares over the scenarios."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hydrofdi.config.shown_values import ShownParameter, shown_parameter
+from hydrofdi.errors import ReportError
+from hydrofdi.papers.maddahi2015.claims import CLAIMS
+from hydrofdi.papers.maddahi2015.scenarios import CLAIM_SETS, ScenarioStudy, ValueShare
+from hydrofdi.papers.maddahi2015.standings import Outcome
+from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE
+
+_LOOKS = {
+    "as configured": (BLUE, ORANGE, -0.16, "the configured phase"),
+    "settled": (GREEN, INK, 0.16, "settled: all phases together"),
+}
+"""Records → colours of the phases and of the number, height above the line, and what the number is."""
+
+
+def draw_phases(study: Study) -> Figure:
+    """Margins of the claims, and δd3 of the sealed actuator, at every start phase."""
+    if study.standings[0].n_phase < 2:
+        raise ReportError("only one start phase was measured; set wavelet: {phase: all}")
+    if study.scenarios is not None:
+        raise ReportError("an ensemble has many scenarios; the figure shows the phases of one")
+    if not study.sealed or study.grid.lack:
+        raise ReportError("the experiment has no claims and no sealed run above the normal EBM")
+    n_claim, n_alarm = len(CLAIMS), len(study.sealed)
+    figure = Figure(figsize=(7.4, 2.2 + 0.42 * (n_claim + n_alarm)), layout="constrained")
+    top, bottom = figure.subplots(2, 1, height_ratios=(n_claim + 0.6, n_alarm + 0.6))
+    _draw_outcomes(top, study.claim_outcomes)
+    top.set(title="margin of each claim: it holds right of zero", xlabel="margin [percentage points]")
+    _draw_outcomes(bottom, study.alarm_outcomes)
+    bottom.set(
+        title="the sealed actuator against the fixed baseline: no leak, and an alarm", xlabel="δd3 [%]"
+    )
+    figure.legend(*top.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
+    for title in dict.fromkeys(each.records for each in outcomes):
+        color, mark, offset, label = _LOOKS[title]
+        own = [each for each in outcomes if each.records == title]
+        values = [value for each in own for value in each.values]
+        heights = np.arange(len(own)) + offset
+        axis.plot(
+            values, np.repeat(heights, [len(each.values) for each in own]), "o", color=color,
+            markersize=3.0, alpha=0.45, markeredgewidth=0, label=f"{title}: each phase",
+        )  # fmt: skip
+        numbers = [each.number for each in own]
+        axis.plot(numbers, heights, linestyle="none", marker="D", color=mark, markersize=5.0, label=label)
+        for each, height in zip(own, heights, strict=True):
+            axis.annotate(
+                f"{each.held} of {each.of}", (1.01, height), xycoords=("axes fraction", "data"),
+                va="center", fontsize=7.5, color=INK, annotation_clip=False,
+            )  # fmt: skip
+    names = list(dict.fromkeys(each.name for each in outcomes))
+    axis.axvline(0.0, color=INK, linewidth=0.8)
+    axis.set_yticks(range(len(names)), names)
+    axis.set_ylim(len(names) - 0.5, -0.5)
+
+
+def draw_scenarios(study: Study) -> Figure:
+    """Share of the feasible scenarios that reproduce each claim, and C1–C4 by parameter value."""
+    scenarios = study.scenarios
+    if scenarios is None:
+        raise ReportError("the experiment has no ensemble")
+    if not scenarios.feasible.any():
+        raise ReportError("no scenario is feasible")
+    heights, labels = _layout(scenarios)
+    ratios = [len(CLAIM_SETS) * 0.24 + 0.6, len(labels) * 0.2 + 0.6]
+    figure = Figure(figsize=(7.4, sum(ratios) + 0.6), layout="constrained")
+    top, bottom = figure.subplots(2, 1, height_ratios=ratios)
+    _draw_claims(top, scenarios)
+    _draw_values(bottom, scenarios, heights)
+    bottom.set_yticks(list(labels), list(labels.values()), fontsize=7.5)
+    bottom.invert_yaxis()
+    if bottom.get_legend_handles_labels()[0]:
+        figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _draw_claims(axis: Any, study: ScenarioStudy) -> None:
+    total = int(study.feasible.sum())
+    counts = [study.count(claims, study.feasible) for claims in CLAIM_SETS.values()]
+    shares = [100.0 * int(study.reproducing(claims).sum()) / total for claims in CLAIM_SETS.values()]
+    colors = [BLUE if len(claims) == 1 else ORANGE for claims in CLAIM_SETS.values()]
+    bars = axis.barh(range(len(shares)), shares, color=colors, height=0.7)
+    texts = ["open" if count is None else f"{count:,}" for count in counts]
+    axis.bar_label(bars, texts, padding=3, fontsize=8, color=INK)
+    axis.set_yticks(range(len(shares)), [*CLAIM_SETS])
+    axis.invert_yaxis()
+    axis.grid(visible=False, axis="y")
+    axis.set(
+        xlim=(0.0, 109.0),
+        title=f"scenarios that reproduce the claims, of {total:,} feasible ones",
+        xlabel="share of the feasible scenarios [%]",
+    )
+
+
+def _draw_values(axis: Any, study: ScenarioStudy, heights: list[float]) -> None:
+    for name, color, marker, size in (("C1–C4", ORANGE, "o", 7.5), ("C1–C6", BLUE, "D", 4.0)):
+        claims = CLAIM_SETS[name]
+        if study.is_open(claims):
+            continue
+        mask, decided = study.reproducing(claims), study.decided(claims)
+        members = [(value.members & decided, value.members & mask) for value in study.value_shares]
+        shares = [
+            100.0 * int(held.sum()) / int(all_.sum()) if all_.any() else np.nan for all_, held in members
+        ]
+        axis.axvline(100.0 * mask.sum() / decided.sum(), color=color, linewidth=0.8, linestyle=":")
+        axis.plot(
+            shares, heights, linestyle="none", clip_on=False, label=name, color=color, marker=marker,
+            markersize=size,
+        )  # fmt: skip
+    axis.grid(color=RULE, axis="y")
+    axis.set(
+        title="the same by parameter value; dotted: over all",
+        xlabel="share of the feasible scenarios with this value [%]",
+    )
+    axis.set_xlim(left=0.0)
+
+
+def _layout(study: ScenarioStudy) -> tuple[list[float], dict[float, str]]:
+    """Height of each value, and what stands at the heights, parameters above their values."""
+    heights: list[float] = []
+    labels: dict[float, str] = {}
+    for names in dict.fromkeys(value.parameters for value in study.value_shares):
+        own = [value for value in study.value_shares if value.parameters == names]
+        shown = _shown(own)
+        labels[float(len(labels))] = ", ".join(each.header for each in shown)
+        for value in own:
+            heights.append(float(len(labels)))
+            joint, each = (" … ", shown * 2) if value.is_range else (", ", shown)
+            texts = (part.text(number) for part, number in zip(each, value.values, strict=True))
+            labels[heights[-1]] = joint.join(texts)
+    return heights, labels
+
+
+def _shown(values: list[ValueShare]) -> list[ShownParameter]:
+    """The parameters that vary together, each in the unit that suits all its values."""
+    names = values[0].parameters
+    if len(names) == 1:
+        return [shown_parameter(names[0], [end for value in values for end in value.values])]
+    by_name = zip(*(value.values for value in values), strict=True)
+    return [shown_parameter(name, each) for name, each in zip(names, by_name, strict=True)]

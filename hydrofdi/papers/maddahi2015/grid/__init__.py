@@ -1,1 +1,0 @@
-"""The grid of modes: leakage over EBM, in every scenario."""

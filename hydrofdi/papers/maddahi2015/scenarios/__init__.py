@@ -1,1 +1,0 @@
-"""Claims and controls over scenarios: what the paper leaves open."""

@@ -1,1 +1,0 @@
-"""The sections of the study, each made from what was computed."""

@@ -1,0 +1,101 @@
+"""Tables 2 and 3: RMS and δ of all levels over leakage and EBM; and published values beside computed ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hydrofdi.papers.maddahi2015.standings import points
+from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.report.document import Block, group_breaks
+from hydrofdi.report.runs import TableRow
+from hydrofdi.report.sections.runs import changes_block
+from hydrofdi.report.table import Column, Table
+from hydrofdi.report.wording import kilopascal, leakage_label, mode_name, modulus_column, signed
+from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import HOLE
+
+NONE_GIVEN = (
+    "No published value is compared: the digits of the paper's Tables 2 and 3 are lost in the only text that"
+    " hydrofdi was made from. If you have the printed paper, you can enter its numbers under reference: "
+    "in the experiment file."
+)
+
+
+def table3_blocks(study: Study) -> tuple[Block, Block]:
+    """The table of all runs; the one against the fixed baseline is the answer."""
+    block = changes_block(study, "Table 3: change of the details with leakage and EBM", "table3")
+    reason = study.missing_baseline or study.no_changes
+    legend, *bands = (reason, *block.paragraphs) if reason else block.paragraphs
+    first, *others = block.tables
+    answer = replace(block, paragraphs=(legend,), tables=(first,), is_answer=True)
+    rest = "Table 3 with the matched baseline"
+    return answer, Block("table3-matched", rest, tuple(bands), tuple(others))
+
+
+def table2_block(study: Study) -> Block | None:
+    """Table 2 and its sealed control; None if more than leakage and EBM varies, or they form no grid."""
+    table = study.table
+    if table.label_names or study.grid.lack:
+        return None
+    requests = sorted({row.leakage_request for row in table.rows})[:2]
+    tables = [_table2([row for row in table.rows if row.leakage_request == q]) for q in reversed(requests)]
+    legend = "RMS of the details of P_1; δ against the fixed, δ′ against the matched baseline."
+    return Block("table2", "Table 2: the small leakage over the EBM", (legend,), tuple(tables))
+
+
+def _table2(rows: list[TableRow]) -> Table:
+    """One line per level and EBM."""
+    rows = sorted(rows, key=lambda row: row.bulk_modulus)
+    pairs = [(level, row) for level in range(len(rows[0].details.rms)) for row in rows]
+    sealed = rows[0].is_sealed
+    return Table(
+        (
+            Column("Level", [f"d{level + 1}" for level, _ in pairs], is_text=True),
+            modulus_column([row.bulk_modulus for _, row in pairs]),
+            Column("RMS [kPa]", [row.details.rms[level] for level, row in pairs], text=kilopascal),
+            Column("δ [%]", [row.details.fixed[level] for level, row in pairs], text=signed),
+            Column("δ′ [%]", [row.details.matched[level] for level, row in pairs], text=signed),
+        ),
+        "Control: no leakage" if sealed else f"Small leakage: {leakage_label(rows[0])} L/min",
+        "table2-sealed" if sealed else "table2-leaky",
+        (),
+        group_breaks([level for level, _ in pairs]),
+        n_lead=2,
+    )
+
+
+def reference_block(study: Study) -> Block:
+    """Published values beside the computed ones, or the sentence that there are none."""
+    found, title = study.deviations, "Published values"
+    if not found:
+        return Block("reference", title, (NONE_GIVEN,))
+    agrees = [each["agrees"] for each in found]
+    holes, source = agrees.count(None), study.data.experiment.reference.source
+    said = [
+        f"Within the tolerance: {agrees.count(True)} of {counted(len(agrees) - holes, 'published value')}"
+        f"{f'; source: {source}' if source else ''}."
+    ]
+    if holes:
+        said += [f"{counted(holes, 'value')} could not be compared: there is no such run, or it failed."]
+    shows = [signed if "delta" in each["quantity"] else kilopascal for each in found]
+    cells = study.data.experiment.reference.cells
+    columns = (
+        Column("Mode", [mode_name(cell.leakage, cell.bulk_modulus) for cell in cells], is_text=True),
+        Column("Level", [cell.level for cell in cells], is_text=True),
+        Column("Quantity", ["δ [%]" if show is signed else "RMS [kPa]" for show in shows], is_text=True),
+        *(
+            Column(key.title(), [show(each[key]) for show, each in zip(shows, found, strict=True)])
+            for key in ("computed", "published")
+        ),
+        points("Deviation", [each["deviation"] for each in found]),
+        Column("Tolerance", [f"{each['tolerance']:g}" for each in found]),
+        Column(
+            "Agrees",
+            [{True: "yes", False: "no", None: HOLE}[each] for each in agrees],
+            is_text=True,
+            strong=[k for k, each in enumerate(agrees) if each is False],
+        ),
+    )
+    note = "Deviation and tolerance: percentage points of δ; percent of a published RMS."
+    table = Table(columns, "Computed and published", "reference", (note,))
+    return Block("reference", title, tuple(said), (table,))

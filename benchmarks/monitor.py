@@ -26,11 +26,10 @@ from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.monitor.judged import windower_of
 from hydrofdi.monitor.lines import Line, WindowLine
+from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import monitor
-from hydrofdi.monitor.sinks import Sink
-from hydrofdi.monitor.sinks.log import WindowLog
-from hydrofdi.monitor.sinks.stream_lines import StreamLines
-from hydrofdi.monitor.sources import Position, Reading
+from hydrofdi.monitor.sinks import Sink, StreamLines
+from hydrofdi.monitor.sources.contract import Position, Reading
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Array, Channel, RecordBatch

@@ -9,7 +9,7 @@ import multiprocessing
 import time
 
 from hydrofdi.monitor.opcua.configuration import OpcUaConfig
-from hydrofdi.monitor.sources.opcua import OpcUaSource
+from hydrofdi.monitor.opcua.source import OpcUaSource
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from tests.monitor.opcua_server import LoopbackServer, free_port

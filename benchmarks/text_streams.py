@@ -12,10 +12,10 @@ import time
 
 import numpy as np
 
+from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.payload import PayloadReader
-from hydrofdi.monitor.sources.text.config import TextConfig
-from hydrofdi.monitor.sources.text.lines import TextLines
-from hydrofdi.monitor.sources.text.standard_input import BLOCK
+from hydrofdi.monitor.sources.standard_input import BLOCK
+from hydrofdi.monitor.sources.text_lines import TextLines
 
 N_ROW, N_ROUND = 200_000, 5
 TITLES = ["time [s]", "P1 [bar]", "P2 [bar]", "Ps [bar]", "x [mm]"]
@@ -28,7 +28,7 @@ def processor_time(work):
 
 
 def read_text(data):
-    lines = TextLines({}, TextConfig(), "benchmark", {})
+    lines = TextLines(MonitorConfig(), "benchmark", {})
     n_row = 0
     for first in range(0, len(data), BLOCK):
         chunk = lines.read(data[first : first + BLOCK])
@@ -37,7 +37,7 @@ def read_text(data):
 
 
 def read_payloads(payloads):
-    reader = PayloadReader()
+    reader = PayloadReader(MonitorConfig())
     for payload in payloads:
         reader.read(payload)
 

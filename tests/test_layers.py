@@ -63,7 +63,7 @@ HOMES = {
     "paho": ("monitor/",),
     "asyncua": ("monitor/opcua/",),
     "cryptography": ("monitor/opcua/",),
-    "prometheus_client": ("monitor/sinks/",),
+    "prometheus_client": ("monitor/metrics.py",),
 }
 """Outside library → where it may be imported."""
 

@@ -16,14 +16,11 @@ from hydrofdi.api.records.sources import frequency_of
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import load_monitor_config
-from hydrofdi.monitor.line_record import line_record
-from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
+from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine, line_record
+from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import Ending, monitor
-from hydrofdi.monitor.mqtt.address import MqttAddress, is_mqtt
-from hydrofdi.monitor.sinks import Sink
-from hydrofdi.monitor.sinks.log import WindowLog
-from hydrofdi.monitor.sinks.opening import open_sinks
-from hydrofdi.monitor.sinks.stream_lines import StreamLines
+from hydrofdi.monitor.mqtt.configuration import MqttAddress, is_mqtt
+from hydrofdi.monitor.sinks import Sink, StreamLines, open_sinks
 from hydrofdi.monitor.sources.opening import open_stream
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
@@ -182,7 +179,7 @@ def _text_sender(form: str | None, stream: TextIO) -> Send:
 
 @contextmanager
 def _broker(to: str, config: Path | None, tell: Callable[[str], None]) -> Iterator[Send]:
-    from hydrofdi.monitor.mqtt.publisher import SamplePublisher
+    from hydrofdi.monitor.mqtt.sending import SamplePublisher
 
     publisher = SamplePublisher(MqttAddress.parse(to), load_monitor_config(config).mqtt)
 

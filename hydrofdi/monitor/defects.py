@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydrofdi.monitor.lines import Event, EventKind
-from hydrofdi.records.streams import Chunk, Finding, Piece, State
+from hydrofdi.records.streams import Chunk, Finding, State
 
 MINUTE = 60.0
 """Interval at which continuing defects are summed up [s]."""
@@ -48,12 +48,12 @@ class Defects:
                 events.append(Event(kind, finding.text, finding.time))
         return {**state, "waiting": waiting}, events
 
-    def begins_minute(self, state: State, pieces: Sequence[Piece]) -> bool:
+    def begins_minute(self, state: State, pieces: Sequence[Chunk]) -> bool:
         """Whether pieces have a sample in another minute than the last sample before."""
         ends = (float(time) for piece in pieces for time in (piece.time[0], piece.time[-1]))
         return any(_minute(time) != state["minute"] for time in ends)
 
-    def passed(self, state: State, pieces: Sequence[Piece]) -> State:
+    def passed(self, state: State, pieces: Sequence[Chunk]) -> State:
         """The state after pieces."""
         return {**state, "minute": np.array(_minute(pieces[-1].time[-1]))} if pieces else state
 
@@ -68,13 +68,6 @@ class Defects:
             if count
         ]
         return {**state, "waiting": np.zeros_like(state["waiting"])}, events
-
-
-def part(chunk: Chunk, first: int, stop: int) -> Chunk:
-    """Some of the samples of a chunk."""
-    rows = {name: row[first:stop] for name, row in chunk.channels.items()}
-    unread = {place - first: text for place, text in chunk.unread.items() if first <= place < stop}
-    return Chunk(chunk.time[first:stop], rows, unread)
 
 
 def _minute(time: float) -> float:

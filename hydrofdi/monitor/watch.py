@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from hydrofdi.detectors.trained import ChartReading, DetectorFile
 from hydrofdi.detectors.trained.charting import chart_of
-from hydrofdi.monitor.conditions import Conditions
-from hydrofdi.monitor.defects import Defects, part
-from hydrofdi.monitor.episodes import Episodes
-from hydrofdi.monitor.judged import Judged, judging_of
+from hydrofdi.monitor.conditions import Conditions, Episodes
+from hydrofdi.monitor.defects import Defects
+from hydrofdi.monitor.judged import judging_of
 from hydrofdi.monitor.lines import Event, Line, WindowLine
-from hydrofdi.records.streams import Chunk, EvenStream, Finding, Piece, State
+from hydrofdi.records.streams import Chunk, EvenStream, Finding, State
 
-_Stepped = tuple[State, list[Piece], list[Finding]]
+_Stepped = tuple[State, list[Chunk], list[Finding]]
 
 
 class Watch:
@@ -93,8 +93,8 @@ class Watch:
         is_news = any(finding.is_news for finding in findings)
         if chunk.n_time > 1 and (is_news or self._defects.begins_minute(parts["defects"], pieces)):
             half = chunk.n_time // 2
-            yield from self._alone(parts, part(chunk, 0, half))
-            yield from self._alone(parts, part(chunk, half, chunk.n_time))
+            yield from self._alone(parts, chunk.part(0, half))
+            yield from self._alone(parts, chunk.part(half, chunk.n_time))
         else:
             yield stepped
 
@@ -113,7 +113,7 @@ class Watch:
                 lines += self._lines(parts, window)
         return lines
 
-    def _lines(self, parts: dict[str, State], window: Judged) -> list[Line]:
+    def _lines(self, parts: dict[str, State], window: WindowLine) -> list[Line]:
         """The line of a window, and the events that it causes."""
         start, end, verdict = window.start, window.end, window.verdict
         reading: ChartReading | None = None
@@ -123,8 +123,7 @@ class Watch:
         parts["conditions"], condition, alarms = self._conditions.step(
             parts["conditions"], end, verdict, reading
         )
-        line = WindowLine(window.number, start, end, verdict, reading, condition)
-        return [line, *episodes, *alarms]
+        return [replace(window, chart=reading, condition=condition), *episodes, *alarms]
 
 
 def _flat(parts: Mapping[str, State]) -> State:

@@ -13,8 +13,7 @@ from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.reading import detector_text, load_detector
 from hydrofdi.detectors.trained.wording import score_meaning
 from hydrofdi.indicators.registry import sound_indicator
-from hydrofdi.monitor.line_record import line_record
-from hydrofdi.monitor.lines import WindowLine
+from hydrofdi.monitor.lines import WindowLine, line_record
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk

@@ -13,11 +13,11 @@ from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
+from hydrofdi.monitor.configuration import LimitsConfig, MonitorConfig
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
-from hydrofdi.monitor.mqtt.publisher import SamplePublisher
-from hydrofdi.monitor.sources.mqtt import MqttSource
-from hydrofdi.monitor.sources.payload import PayloadReader
+from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
+from hydrofdi.monitor.mqtt.sending import SamplePublisher
+from hydrofdi.monitor.mqtt.source import MqttSource
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
 
@@ -39,11 +39,10 @@ def blocks_of(n_block, n_sample=100):
     ]
 
 
-def source_at(address, config=None, detector=DETECTOR, is_open=True, **options):
-    address = MqttAddress.parse(address)
-    source = MqttSource(
-        address, config or MqttConfig(), PayloadReader().read, detector, first_wait=SOON, **options
-    )
+def source_at(address, config=None, detector=DETECTOR, is_open=True, largest=2**20):
+    limits = LimitsConfig.model_construct(payload=largest)
+    whole = MonitorConfig.model_construct(mqtt=config or MqttConfig(), limits=limits)
+    source = MqttSource(MqttAddress.parse(address), whole, detector, first_wait=SOON)
     if is_open:
         source.open({})
     return source

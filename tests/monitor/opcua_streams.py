@@ -7,7 +7,7 @@ import numpy as np
 
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.opcua.configuration import OpcUaConfig
-from hydrofdi.monitor.sources.opcua import OpcUaSource
+from hydrofdi.monitor.opcua.source import OpcUaSource
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from tests.monitor.opcua_server import EPOCH

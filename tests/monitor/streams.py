@@ -4,7 +4,7 @@ import numpy as np
 
 from hydrofdi.detectors.trained import ChartConfig, Judge
 from hydrofdi.detectors.trained.file import ChartLimit
-from hydrofdi.monitor.sources import Reading
+from hydrofdi.monitor.sources.contract import Reading
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.made import FREQUENCY, detector, signals, window

@@ -4,14 +4,19 @@ from itertools import pairwise
 
 import numpy as np
 
-from hydrofdi.monitor.sources.joining import joined
-from hydrofdi.monitor.sources.payload import LARGEST
-from hydrofdi.monitor.sources.text.config import TextConfig
-from hydrofdi.monitor.sources.text.lines import TextLines
+from hydrofdi.monitor.configuration import LimitsConfig, MonitorConfig, TextConfig
+from hydrofdi.monitor.sources.contract import joined
+from hydrofdi.monitor.sources.text_lines import TextLines
 
 
-def reader(position=(), channels=None, largest=LARGEST, needed=(), **options):
-    return TextLines(channels or {}, TextConfig(**options), "the stream", dict(position), largest, needed)
+def config_of(channels=None, largest=2**20, **text):
+    """A configuration of a monitor; its largest line or message may be smaller than a user may state."""
+    limits = LimitsConfig.model_construct(payload=largest)
+    return MonitorConfig.model_construct(channels=channels or {}, text=TextConfig(**text), limits=limits)
+
+
+def reader(position=(), needed=(), **options):
+    return TextLines(config_of(**options), "the stream", dict(position), needed)
 
 
 def read_in_pieces(lines, data, cuts=()):

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.sources.text.config import TextConfig
-from hydrofdi.monitor.sources.text.growing_file import GrowingFile
+from hydrofdi.monitor.sources.growing_file import GrowingFile
+from tests.monitor.streams_of_text import config_of
 
 HEADER = "time [s],P1 [Pa]\n"
 
@@ -26,8 +26,8 @@ class Follower:
         self.start({})
 
     def start(self, position):
-        config = TextConfig(**{k: v for k, v in self.options.items() if k != "follow"})
-        self.source = GrowingFile(self.path, {}, config, self.options.get("follow", True))
+        config = config_of(**{k: v for k, v in self.options.items() if k != "follow"})
+        self.source = GrowingFile(self.path, config, self.options.get("follow", True))
         self.source.open(position)
 
     def restart(self):

@@ -17,11 +17,11 @@ from hypothesis import strategies as st
 from hydrofdi.cli.monitor import _stop_signals
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Event, EventKind, WindowLine
+from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import Ending, monitor
-from hydrofdi.monitor.sinks.log import WindowLog
-from hydrofdi.monitor.sinks.stream_lines import StreamLines
-from hydrofdi.monitor.sources.text import growing_file
-from hydrofdi.monitor.sources.text.growing_file import GrowingFile
+from hydrofdi.monitor.sinks import StreamLines
+from hydrofdi.monitor.sources import growing_file
+from hydrofdi.monitor.sources.growing_file import GrowingFile
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.watch import Watch
 from tests.monitor.streams import P1, Kept, Killed, Samples, made_detector, stream

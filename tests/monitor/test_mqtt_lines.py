@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from hydrofdi.detectors.trained import Verdict
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
-from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
-from hydrofdi.monitor.sinks.mqtt import MqttSink
+from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
+from hydrofdi.monitor.mqtt.sending import MqttSink
 from tests.monitor.brokers import Broker, needs_mosquitto, running
 from tests.monitor.mqtt_streams import SOON, client_at, killed, wait_for
 
@@ -37,9 +37,9 @@ class Listener:
         self._client.loop_stop()
 
 
-def sink_at(broker, **options):
-    address = MqttAddress.parse(broker.address(TOPIC))
-    return MqttSink(address, MqttConfig(), "bar", first_wait=SOON, **options)
+def sink_at(broker, with_windows=False, **options):
+    address, config = MqttAddress.parse(broker.address(TOPIC)), MqttConfig(windows=with_windows)
+    return MqttSink(address, config, "bar", first_wait=SOON, **options)
 
 
 def lines_until(sink, kind, lines=()):
@@ -58,7 +58,7 @@ def test_events_are_sent_and_windows_on_request(broker, closing):
     listener = closing(Listener(broker))
     for with_windows, expected in ((False, ["event"]), (True, ["window", "event"])):
         listener.messages.clear()
-        sink = sink_at(broker, with_windows=with_windows)
+        sink = sink_at(broker, with_windows)
         sink.put(None, [WINDOW, ALARM, replace(ALARM, is_silent=True)])
         sink.close()
         wait_for(lambda: listener.payloads(f"{TOPIC}/status")[-1:] == [b"offline"])
@@ -79,9 +79,9 @@ def test_lines_wait_for_a_broker_that_is_away_and_those_too_many_are_counted(tmp
     try:
         listener = closing(Listener(broker))
         lines_until(sink, EventKind.CONNECTED)
-        wait_for(lambda: sink._outbox.n_waiting == 0)
+        assert sink._outbox.wait_until(0, 30.0)
         assert not [line for line in sink.put(None, [ALARM]) if line.kind is EventKind.DROPPED]
-        wait_for(lambda: sink._outbox.n_waiting == 0)
+        assert sink._outbox.wait_until(0, 30.0)
     finally:
         sink.close()
         listener.close()
@@ -108,8 +108,8 @@ def test_lines_come_in_order_over_a_broker_that_starts_again(broker, closing):
 
 SENDER = """
 import sys, time
-from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
-from hydrofdi.monitor.sinks.mqtt import MqttSink
+from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
+from hydrofdi.monitor.mqtt.sending import MqttSink
 MqttSink(MqttAddress.parse(sys.argv[1]), MqttConfig())
 time.sleep(60)
 """

@@ -8,8 +8,9 @@ from itertools import count
 
 import pytest
 
+from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import monitor
-from hydrofdi.monitor.sinks.log import WindowLog
+from hydrofdi.monitor.mqtt import source as mqtt_source
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
 from tests.monitor.brokers import needs_mosquitto
@@ -102,7 +103,7 @@ def source_of(broker):
 
 
 def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturbed, tmp_path, monkeypatch):
-    monkeypatch.setattr("hydrofdi.monitor.sources.mqtt._MOST_MESSAGES", 4)
+    monkeypatch.setattr(mqtt_source, "AT_ONCE", 4 * mqtt_source.LEAST_SIZE)
     draw = random.Random(5)
     with ThreadPoolExecutor(1) as pool:
         sending = pool.submit(send, subscribed, BLOCKS)

@@ -4,8 +4,7 @@ import pytest
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.mqtt import MqttAddress, MqttConfig
-from hydrofdi.monitor.mqtt.security import credentials_of
+from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.certificates import Authority
 from tests.monitor.mqtt_streams import connected, events, source_at, until
@@ -78,7 +77,7 @@ def test_no_text_shows_the_password(guarded, closing, tmp_path, monkeypatch, cap
     readings = connected(source)
     guarded.stop()
     readings += until(source, lambda readings: events(readings, EventKind.DISCONNECTED))
-    texts = [repr(readings), source.name, repr(source), repr(config), repr(credentials_of(config))]
+    texts = [repr(readings), source.name, repr(source), repr(config)]
     texts += [repr(vars(source._connection)), *capfd.readouterr(), caplog.text]
     assert not [text for text in texts if SECRET in text]
 

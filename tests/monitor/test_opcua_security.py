@@ -19,7 +19,7 @@ from cryptography.x509.oid import NameOID
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.opcua.configuration import OpcUaConfig
-from hydrofdi.monitor.sources.opcua import OpcUaSource
+from hydrofdi.monitor.opcua.source import OpcUaSource
 from tests.monitor.opcua_server import LoopbackServer
 from tests.monitor.opcua_streams import CHANNELS, NODES, P1, RATE, Reader, connected, opened
 

@@ -7,7 +7,7 @@ from asyncua import ua
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import EventKind, WindowLine
-from hydrofdi.monitor.sources.opcua import OpcUaSource
+from hydrofdi.monitor.opcua.source import OpcUaSource
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from tests.detectors.trained.made import FREQUENCY

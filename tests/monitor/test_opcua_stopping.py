@@ -1,4 +1,4 @@
-"""Whoever follows an OPC UA server ends when told to, also if a library swallows the cancellation."""
+"""A source of an OPC UA server ends when told to, also if a library swallows the cancellation."""
 
 import asyncio
 import threading
@@ -7,12 +7,11 @@ import pytest
 
 pytest.importorskip("asyncua")
 
-from hydrofdi.monitor.opcua.configuration import OpcUaConfig
-from hydrofdi.monitor.opcua.following import ServerFollower
-from hydrofdi.monitor.opcua.session import Server
+from hydrofdi.monitor.opcua.source import OpcUaSource
+from tests.monitor.opcua_streams import CHANNELS, FAST, RATE
 
 
-class Deaf(ServerFollower):
+class Deaf(OpcUaSource):
     """Takes the first cancellation for something else."""
 
     async def _follow(self):
@@ -23,19 +22,14 @@ class Deaf(ServerFollower):
             await asyncio.sleep(600)
 
 
-def follower(kind):
-    server = Server("opc.tcp://127.0.0.1:1", OpcUaConfig(), None, None)
-    return kind(server, ["ns=1;s=P1"], 0.01, 0.1, put=lambda *_: None, say=lambda _: None)
-
-
-@pytest.mark.parametrize("kind", [ServerFollower, Deaf])
+@pytest.mark.parametrize("kind", [OpcUaSource, Deaf])
 def test_it_ends_when_told_to(kind):
-    follows = follower(kind)
-    follows.began = threading.Event()
-    thread = threading.Thread(target=lambda: asyncio.run(follows.run()), daemon=True)
-    thread.start()
+    source = kind("opc.tcp://127.0.0.1:1", FAST, CHANNELS, RATE)
+    source.began = threading.Event()
+    source.open({})
     if kind is Deaf:
-        assert follows.began.wait(30)
-    follows.stop()
-    thread.join(60)
-    assert not thread.is_alive()
+        assert source.began.wait(30)
+    closing = threading.Thread(target=source.close, daemon=True)
+    closing.start()
+    closing.join(60)
+    assert not closing.is_alive()

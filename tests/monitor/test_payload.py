@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader
-from hydrofdi.monitor.sources.sample_clock import SampleClock
+from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader, SampleClock
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
+from tests.monitor.streams_of_text import config_of
 
 P1, P2, U = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.INPUT_VOLTAGE
 
 
-def read(payload, **options):
-    return PayloadReader(**options).read(
+def read(payload, clock=None, **options):
+    return PayloadReader(config_of(**options), clock).read(
         payload if isinstance(payload, bytes) else json.dumps(payload).encode()
     )
 
@@ -68,7 +68,7 @@ def test_lines_with_other_keys_miss_samples():
 
 
 def test_samples_without_time_are_counted_where_that_is_wanted():
-    reader = PayloadReader(clock=SampleClock(10.0))
+    reader = PayloadReader(config_of(), SampleClock(10.0))
     assert reader.read(b'{"P1 [bar]": [1, 2]}').time.tolist() == [0.0, 0.1]
     assert reader.read(b'{"P1 [bar]": 3}').time.tolist() == [0.2]
 
@@ -106,7 +106,7 @@ VALUES = st.recursive(
 @given(st.dictionaries(KEYS | st.text(), VALUES).map(lambda found: json.dumps(found).encode()) | st.binary())
 def test_any_payload_is_either_samples_or_refused(payload):
     try:
-        chunk = PayloadReader().read(payload)
+        chunk = PayloadReader(config_of()).read(payload)
     except PayloadError as error:
         str(error).encode()
     else:

@@ -6,9 +6,8 @@ import time
 
 import pytest
 
-from hydrofdi.monitor.sources.text.config import TextConfig
-from hydrofdi.monitor.sources.text.standard_input import StandardInput
-from tests.monitor.streams_of_text import samples
+from hydrofdi.monitor.sources.standard_input import StandardInput
+from tests.monitor.streams_of_text import config_of, samples
 
 
 @pytest.fixture
@@ -20,7 +19,7 @@ def pipe():
 
 
 def opened(file, position=(), **options):
-    source = StandardInput(config=TextConfig(**options), descriptor=file.fileno())
+    source = StandardInput(config_of(**options), file.fileno())
     source.open(dict(position))
     return source
 

@@ -11,9 +11,8 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.monitor.configuration import load_monitor_config
 from hydrofdi.monitor.sources.payload import PayloadReader
 from hydrofdi.records import Channel
-from hydrofdi.records.dates import time_zone
 from hydrofdi.records.measured.description.sections import ChannelConfig
-from tests.monitor.streams_of_text import read_in_pieces, reader
+from tests.monitor.streams_of_text import config_of, read_in_pieces, reader
 
 ROWS = "Zeit,P1 [bar]\n2026-07-01 12:00:00.000,50\n2026-07-01 12:00:00.010,51\n"
 
@@ -46,7 +45,7 @@ def test_the_hour_that_repeats_is_its_first_pass() -> None:
 
 
 def test_json_knows_the_zone_as_well() -> None:
-    chunk = PayloadReader(zone=time_zone("Europe/Berlin")).read(
+    chunk = PayloadReader(config_of(zone="Europe/Berlin")).read(
         b'{"time": "2026-01-31T12:00:00", "P1 [bar]": 1}'
     )
     assert chunk.time.tolist() == [seconds(2026, 1, 31, 11)]

@@ -14,7 +14,7 @@ from hydrofdi.api.detectors.tally import Tally
 from hydrofdi.api.detectors.windows import JudgedWindow
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.wording import limits_text, score_meaning, score_name
-from hydrofdi.monitor.line_record import line_record
+from hydrofdi.monitor.lines import line_record
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import HOLE, number_text

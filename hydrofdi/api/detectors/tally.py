@@ -12,7 +12,6 @@ from hydrofdi.detectors.trained.measuring import feature_of
 from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.indicators.recursive import RecursiveIndicator
-from hydrofdi.monitor.judged import samples_between
 
 
 class Tally:
@@ -113,7 +112,8 @@ class Tally:
         """From one window to the next [s]; at most its duration."""
         if self.file.config.window.by == "estimate":
             return self._duration
-        return min(samples_between(self.file) / self.file.sampling_frequency, self._duration)
+        frequency = self.file.sampling_frequency
+        return min(self.file.config.window.n_every(self.file.n_sample, frequency) / frequency, self._duration)
 
     @property
     def rests_on(self) -> str | None:

@@ -12,7 +12,7 @@ from hydrofdi.api.records.held import records_of
 from hydrofdi.api.records.sources import Said
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.line_record import line_record
+from hydrofdi.monitor.lines import line_record
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.measured.recording import samples_of
 from hydrofdi.records.streams import Chunk

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.records.channels import Channel
+from hydrofdi.records.streams import Windower, make_windower
 from hydrofdi.settings.quantities import SI, Section
 
 Duration = Annotated[float, SI("s", least=1e-9, most=1e9)]
@@ -35,6 +37,31 @@ class WindowConfig(Section):
     edge: Literal["rising", "falling", "both"] = "rising"
     """Edges that start a cycle. An edge is where the channel crosses the middle of its range in healthy
     records."""
+
+    def n_every(self, n_sample: int, sampling_frequency: float) -> int:
+        """Samples from the start of one window to the start of the next; cycles do not overlap."""
+        if self.every is None or self.by == "cycle":
+            return n_sample
+        return max(1, round(self.every * sampling_frequency))
+
+    def windower(
+        self,
+        n_sample: int,
+        channels: Sequence[Channel],
+        sampling_frequency: float,
+        drive: tuple[float, float] | None,
+    ) -> Windower:
+        """The windower of a stream with these windows, not of estimates."""
+        return make_windower(
+            "cycle" if self.by == "cycle" else "time",
+            n_sample,
+            self.n_every(n_sample, sampling_frequency),
+            channels=channels,
+            sampling_frequency=sampling_frequency,
+            drive_channel=self.channel,
+            drive=drive,
+            edge=self.edge,
+        )
 
 
 class ChartConfig(Section):

@@ -16,7 +16,7 @@ from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.plausibility import Doubt, doubts_of
 from hydrofdi.indicators.recursive import RecursiveIndicator, instants
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.records.streams import Piece, State
+from hydrofdi.records.streams import Chunk, State
 
 _INDICATOR = "indicator."
 
@@ -104,7 +104,7 @@ class Estimator:
             **{_INDICATOR + name: array for name, array in begun.items()},
         }
 
-    def step(self, state: State, piece: Piece) -> tuple[State, list[Estimate]]:
+    def step(self, state: State, piece: Chunk) -> tuple[State, list[Estimate]]:
         """State after a piece, and the estimates within it; the old state is not modified."""
         state = self.start() if piece.begins_anew else state
         missing = np.vstack([~np.isfinite(piece.channels[channel]) for channel in self._channels])
@@ -120,13 +120,13 @@ class Estimator:
                 found += estimates
         return state, found
 
-    def _missing(self, piece: Piece, place: int, missing: NDArray[np.bool_]) -> Estimate:
+    def _missing(self, piece: Chunk, place: int, missing: NDArray[np.bool_]) -> Estimate:
         lost = [channel for channel, row in zip(self._channels, missing, strict=True) if row[place]]
         text = f"no sample of {' and '.join(lost)}; {self._anew}"
         return Estimate(place, float(piece.time[place]), np.nan, Issue(text, kind="missing"))
 
     def _advance(
-        self, state: State, piece: Piece, first: int, stop: int
+        self, state: State, piece: Chunk, first: int, stop: int
     ) -> tuple[State, int, list[Estimate]]:
         """Advance to `stop`, or to the sample at which the indicator restarts."""
         n_before, indicator = int(state["n_seen"][0]), self.indicator

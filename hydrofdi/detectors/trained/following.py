@@ -16,7 +16,7 @@ from hydrofdi.detectors.trained.verdict import Verdict
 from hydrofdi.errors import Issue
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import Array, RecordBatch
-from hydrofdi.records.streams import Piece, State
+from hydrofdi.records.streams import Chunk, State
 from hydrofdi.records.streams.faults import fault_of
 
 _HELD = "held"
@@ -52,7 +52,7 @@ class Follower:
         """The state before the first sample: arrays alone."""
         return {_HELD: np.empty((1 + len(self.file.channels), 0)), **self._estimator.start()}
 
-    def step(self, state: State, piece: Piece) -> tuple[State, Array, list[Verdict]]:
+    def step(self, state: State, piece: Chunk) -> tuple[State, Array, list[Verdict]]:
         """State after a piece, the instants of its estimates [s], and a verdict on each."""
         after, found = self._estimator.step(state, piece)
         new = np.stack([piece.time, *(piece.channels[channel] for channel in self.file.channels)])

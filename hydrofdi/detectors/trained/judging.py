@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.measuring import feature_of, records_of, scores_of_records
+from hydrofdi.detectors.trained.measuring import feature_of, outputs_of_records, records_of
 from hydrofdi.detectors.trained.novelty import findings, not_positive, wrong_side
 from hydrofdi.detectors.trained.verdict import Verdict
 from hydrofdi.errors import Issue
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.plausibility import Doubt
+from hydrofdi.indicators.plausibility import Doubt, doubts_of
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
 from hydrofdi.settings.counting import counted
@@ -71,12 +71,13 @@ class Judge:
 
     def _judge_valid(self, windows: Sequence[Window]) -> list[Verdict]:
         records = records_of(windows, self.channels, self.file.sampling_frequency)
-        scores = scores_of_records(records, self._feature, self.file.fits)
+        values, obstacles = outputs_of_records(records, self._feature)
+        every_doubts = doubts_of(self.indicator, values, fits=self.file.fits)
         faults = findings(records, self.file.ranges)
         return [
             verdict_of(self.file, float(score), fault, obstacle, doubts)
             for score, fault, obstacle, doubts in zip(
-                scores.values, faults, scores.obstacles, scores.doubts, strict=True
+                values[self._feature.described.name], faults, obstacles, every_doubts, strict=True
             )
         ]
 

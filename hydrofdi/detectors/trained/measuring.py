@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -11,31 +10,9 @@ from hydrofdi.detectors.features import Feature
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import measure
-from hydrofdi.indicators.plausibility import Doubt, doubts_of
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Window
-
-
-@dataclass(frozen=True)
-class WindowScores:
-    """Scores of windows.
-
-    Attributes
-    ----------
-    values : ndarray, shape (n_window,)
-        Scores in the unit of the output; NaN if a window has none.
-    obstacles : tuple of (str or None), length n_window
-        Why a window has no score.
-    doubts : list of tuple of Doubt, length n_window
-    fits : dict of str to ndarray, shape (n_window,)
-        Outputs that state how well the model explains a window.
-    """
-
-    values: Array
-    obstacles: tuple[str | None, ...]
-    doubts: list[tuple[Doubt, ...]]
-    fits: dict[str, Array]
 
 
 def feature_of(config: DetectorConfig) -> Feature:
@@ -73,18 +50,15 @@ def records_of(
     return RecordBatch(samples, sampling_frequency, tuple(str(window.number) for window in windows))
 
 
-def scores_of_records(
-    records: RecordBatch, feature: Feature, fits: Mapping[str, float] | None = None
-) -> WindowScores:
-    """Scores of valid windows; bit-identical whatever the other windows are. `fits`: as of `doubts_of`."""
+def outputs_of_records(
+    records: RecordBatch, feature: Feature
+) -> tuple[dict[str, Array], tuple[str | None, ...]]:
+    """Outputs of valid windows by name, NaN if a window has none, and why: bit-identical whatever the other
+    windows are.
+    """
     measures = measure(records, {"it": feature.indicator})
     values = {name.removeprefix("it."): array for name, array in measures.values.items()}
-    return WindowScores(
-        values[feature.described.name],
-        measures.obstacles["it"],
-        doubts_of(feature.indicator, values, fits=fits),
-        {each.name: values[each.name] for each in feature.indicator.outputs if each.is_fit},
-    )
+    return values, measures.obstacles["it"]
 
 
 def without_scale(records: RecordBatch, channels: Collection[Channel]) -> str | None:

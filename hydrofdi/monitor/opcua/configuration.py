@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -11,12 +10,11 @@ from urllib.parse import urlsplit
 from pydantic import model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.secret_files import exposed, secret_in
+from hydrofdi.monitor import security
 from hydrofdi.settings.quantities import SI, Section
 
 SCHEME = "opc.tcp"
 _PORT = 4840
-_USERNAME, _PASSWORD = "HYDROFDI_OPCUA_USERNAME", "HYDROFDI_OPCUA_PASSWORD"
 
 
 class OpcUaConfig(Section):
@@ -85,31 +83,23 @@ def server_url(source: str) -> str:
     if not host or parts.scheme != SCHEME or parts.query or parts.fragment:
         raise ConfigError(f"write the address of an OPC UA server as {SCHEME}://host:port/path")
     if "@" in source:
-        raise ConfigError(
-            f"do not put a user or password in an address, which others can read; set {_USERNAME} and "
-            f"{_PASSWORD}"
-        )
+        raise ConfigError("write no user or password in an address: others can read it; see 'opcua.username'")
     host = f"[{host}]" if ":" in host else host
     return f"{SCHEME}://{host}:{port}{parts.path}"
 
 
-def credentials(config: OpcUaConfig) -> tuple[str, str] | None:
-    """User name and password; None for an anonymous user.
+def credentials(config: OpcUaConfig) -> tuple[str, str]:
+    """User name and password; both empty for an anonymous user.
 
     Raises
     ------
     ConfigError
         User name or password is missing, the file cannot be read, or the password would not be encrypted.
     """
-    username = config.username or os.environ.get(_USERNAME, "")
-    file = config.password_file
-    password = os.environ.get(_PASSWORD, "") if file is None else secret_in(file, "opcua.password_file")
-    if not username and not password:
-        return None
-    if not username or not password:
-        lacking = "password" if username else "user name"
-        raise ConfigError(f"opcua: no {lacking}; set {_PASSWORD if username else _USERNAME}")
-    if config.security == "none":
+    username, password = security.credentials("opcua", config.username, config.password_file)
+    if username and not password:
+        raise ConfigError("opcua.password_file: is missing; there is a user without a password")
+    if password and config.security == "none":
         raise ConfigError("opcua.security: none would send the password unencrypted; choose a policy")
     return username, password
 
@@ -118,4 +108,4 @@ def doubts(url: str, config: OpcUaConfig) -> Iterator[str]:
     """A sentence for each setting that is less safe than it could be."""
     if config.security == "none":
         yield f"the connection to {url} is not encrypted, and the server is not checked; see 'opcua.security'"
-    yield from exposed(config.password_file, config.key)
+    yield from security.exposed(config.password_file, config.key)

@@ -1,102 +1,247 @@
-"""A session with an OPC UA server, encrypted on request."""
+"""A session with an OPC UA server, encrypted on request, and the changes of nodes that it sends."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
+from math import ceil
+from pathlib import Path
 
 from asyncua import ua
 from asyncua.client.client import Client
 from asyncua.crypto import security_policies
 from asyncua.crypto.uacrypto import CertProperties
-from asyncua.ua.uaerrors import UaError
+from asyncua.ua.attribute_ids import AttributeIds
+from asyncua.ua.uaerrors import UaError, UaStatusCodeError
+from cryptography import x509
+from cryptography.hazmat.primitives.serialization import Encoding, load_der_private_key, load_pem_private_key
 
-from hydrofdi.monitor.opcua.configuration import OpcUaConfig
-from hydrofdi.monitor.opcua.files import KeyFiles
-from hydrofdi.monitor.opcua.reasons import LostError, plain_reasons
+from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.opcua.configuration import OpcUaConfig, credentials
+from hydrofdi.monitor.security import network_reason, usable
 
 logging.getLogger("asyncua").addHandler(logging.NullHandler())
 
-LIFETIME = 60.0
-"""How long the server keeps a lost session [s]; servers have few sessions."""
+FIRST_HANDLE = 1
+"""Client handle of the first node; for some servers 0 means none."""
 
-KEEP_ALIVE = 5.0
-"""Interval at which both sides send signs of life [s]."""
+_LIFETIME, _KEEP_ALIVE = 60.0, 5.0
+"""How long the server keeps a lost session, as it has few; interval of signs of life on both sides [s]."""
 
-_TIMEOUT = 10.0
-_FAREWELL = 2.0
+_HELD = 10.0
+"""What the server should queue in addition to a publishing interval while the network is slow [s]."""
+
+_TIMEOUT, _FAREWELL, _SILENCE = 10.0, 2.0, 4 * _KEEP_ALIVE
+
+Changes = list[ua.MonitoredItemNotification]
+OnConnected = Callable[[float, float], None]
+
+
+class LostError(Exception):
+    """A server cannot be reached, refuses, or is lost; the text is the reason."""
 
 
 @dataclass(frozen=True)
+class _KeyFiles:
+    """Contents of the files, in DER or as they are, and the application URI in the monitor's certificate."""
+
+    certificate: bytes
+    private_key: CertProperties
+    server_certificate: bytes
+    application_uri: str
+
+
 class Server:
     """Address, settings and credentials of a server.
 
-    Attributes
+    Parameters
     ----------
     url : str
     config : OpcUaConfig
-    credentials : tuple of (str, str), optional
-    files : KeyFiles, optional
-        Needed if the connection is encrypted.
-    """
-
-    url: str
-    config: OpcUaConfig
-    credentials: tuple[str, str] | None
-    files: KeyFiles | None
-
-
-@asynccontextmanager
-async def session(server: Server) -> AsyncIterator[Client]:
-    """A session, which ends with the block.
 
     Raises
     ------
-    LostError
-        The session cannot be opened.
+    ConfigError
+        A file cannot be used, or credentials are missing or not encrypted.
     """
-    client = Client(server.url, timeout=_TIMEOUT, watchdog_intervall=KEEP_ALIVE)
-    client.name = client.description = "hydrofdi"
-    client.session_timeout = int(1000 * LIFETIME)
-    if server.credentials is not None:
-        client.set_user(server.credentials[0])
-        client.set_password(server.credentials[1])
-    try:
-        with plain_reasons():
-            if server.files is not None:
-                await _encrypt(client, server.config.security, server.files)
+
+    def __init__(self, url: str, config: OpcUaConfig) -> None:
+        self.url, self.config = url, config
+        self.user, self.password = credentials(config)
+        self._files = _key_files(config)
+
+    async def changes(
+        self, nodes: Sequence[str], period: float, on_connected: OnConnected
+    ) -> AsyncGenerator[Changes]:
+        """Changes of nodes, with every time stamp, as they are published. They name nodes by client handle.
+
+        Parameters
+        ----------
+        nodes : sequence of str
+            Node ids.
+        period : float
+            Sampling period [s].
+        on_connected : callable
+            Takes the longest sampling interval of a node and the publishing interval of the server [s].
+
+        Raises
+        ------
+        LostError
+            The server cannot be reached, has no such node, refuses, is silent or lost.
+        """
+        results: asyncio.Queue[ua.PublishResult | Exception] = asyncio.Queue(maxsize=64)
+        try:
+            async with self._session() as client:
+                client.connection_lost_callback = results.put
+                on_connected(*await self._subscribe(client, nodes, period, results))
+                while True:
+                    result = await asyncio.wait_for(results.get(), _SILENCE)
+                    if isinstance(result, Exception):
+                        raise result
+                    yield _changes_of(result)
+        except Exception as error:  # whatever the library raises is a reason to try again
+            raise LostError(_reason(error)) from error
+
+    @asynccontextmanager
+    async def _session(self) -> AsyncIterator[Client]:
+        client = Client(self.url, timeout=_TIMEOUT, watchdog_intervall=_KEEP_ALIVE)
+        client.name = client.description = "hydrofdi"
+        client.session_timeout = int(1000 * _LIFETIME)
+        if self.user:
+            client.set_user(self.user)
+            client.set_password(self.password)
+        try:
+            if self._files is not None:
+                await self._encrypt(client, self._files)
             await client.connect()
-        yield client
-    finally:
-        with suppress(Exception):
-            await asyncio.wait_for(client.disconnect(), _FAREWELL)
-        client.disconnect_socket()
+            yield client
+        finally:
+            with suppress(Exception):
+                await asyncio.wait_for(client.disconnect(), _FAREWELL)
+            client.disconnect_socket()
 
-
-async def _encrypt(client: Client, policy_name: str, files: KeyFiles) -> None:
-    policy = getattr(security_policies, f"SecurityPolicy{policy_name}")
-    endpoints: list[ua.EndpointDescription] = []
-    with suppress(OSError, UaError):
+    async def _encrypt(self, client: Client, files: _KeyFiles) -> None:
+        """Check policy and certificate: a server does not answer what is encrypted for another one."""
+        policy = getattr(security_policies, f"SecurityPolicy{self.config.security}")
+        wanted = policy.URI, ua.MessageSecurityMode.SignAndEncrypt
         endpoints = await client.connect_and_get_server_endpoints()
-    if endpoints:
-        _check(endpoints, policy.URI, files)
-    client.application_uri = files.application_uri
-    await client.set_security(
-        policy,
-        CertProperties(files.certificate, "der"),
-        files.private_key,
-        server_certificate=CertProperties(files.server_certificate, "der"),
+        offered = [each for each in endpoints if (each.SecurityPolicyUri, each.SecurityMode) == wanted]
+        if not offered:
+            raise LostError("it does not offer this security policy with signing and encrypting")
+        if not any((each.ServerCertificate or b"").startswith(files.server_certificate) for each in offered):
+            raise LostError("its certificate is not 'server_certificate'")
+        client.application_uri = files.application_uri
+        server = CertProperties(files.server_certificate, "der")
+        own = CertProperties(files.certificate, "der")
+        await client.set_security(policy, own, files.private_key, server_certificate=server)
+
+    async def _subscribe(
+        self,
+        client: Client,
+        nodes: Sequence[str],
+        period: float,
+        results: asyncio.Queue[ua.PublishResult | Exception],
+    ) -> tuple[float, float]:
+        interval = self.config.publishing_interval
+        request = ua.CreateSubscriptionParameters(
+            RequestedPublishingInterval=1000 * interval,
+            RequestedLifetimeCount=ceil(_LIFETIME / interval),
+            RequestedMaxKeepAliveCount=max(1, ceil(_KEEP_ALIVE / interval)),
+        )
+        created = await client.uaclient.create_subscription(request, results.put)
+        published = created.RevisedPublishingInterval / 1000
+        items = [
+            _item(node, FIRST_HANDLE + position, period, published) for position, node in enumerate(nodes)
+        ]
+        wanted = ua.CreateMonitoredItemsParameters(created.SubscriptionId, ua.TimestampsToReturn.Both, items)
+        sampled = 0.0
+        for node, result in zip(nodes, await client.uaclient.create_monitored_items(wanted), strict=True):
+            if not result.StatusCode.is_good():
+                raise LostError(f"it does not report {node}: {result.StatusCode.name}")
+            sampled = max(sampled, result.RevisedSamplingInterval / 1000)
+        return sampled, published
+
+
+def node_id(text: str) -> ua.NodeId:
+    """The node id that a text states.
+
+    Raises
+    ------
+    ConfigError
+        The text is not a node id.
+    """
+    try:
+        return ua.NodeId.from_string(text)
+    except (UaError, ValueError):
+        raise ConfigError(
+            f"{text!r} is not a node id; write, for example, 'ns=2;s=P1' or 'ns=2;i=1001'"
+        ) from None
+
+
+def _item(node: str, handle: int, period: float, published: float) -> ua.MonitoredItemCreateRequest:
+    parameters = ua.MonitoringParameters(
+        ClientHandle=handle,
+        SamplingInterval=1000 * period,
+        Filter=ua.DataChangeFilter(Trigger=ua.DataChangeTrigger.StatusValueTimestamp),
+        QueueSize=ceil((published + _HELD) / period),
+        DiscardOldest=True,
     )
+    read = ua.ReadValueId(node_id(node), AttributeIds.Value)
+    return ua.MonitoredItemCreateRequest(read, ua.MonitoringMode.Reporting, parameters)
 
 
-def _check(endpoints: Sequence[ua.EndpointDescription], policy: str, files: KeyFiles) -> None:
-    """Check policy and certificate: a server does not answer what is encrypted for another certificate."""
-    mode = ua.MessageSecurityMode.SignAndEncrypt
-    offered = [each for each in endpoints if (each.SecurityPolicyUri, each.SecurityMode) == (policy, mode)]
-    if not offered:
-        raise LostError("it does not offer this security policy with signing and encrypting")
-    if not any((each.ServerCertificate or b"").startswith(files.server_certificate) for each in offered):
-        raise LostError("its certificate is not 'server_certificate'")
+def _changes_of(result: ua.PublishResult) -> Changes:
+    changes: Changes = []
+    for data in result.NotificationMessage.NotificationData or ():
+        if isinstance(data, ua.DataChangeNotification):
+            changes += data.MonitoredItems
+        elif isinstance(data, ua.StatusChangeNotification):
+            data.Status.check()
+    return changes
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, LostError):
+        return str(error)
+    if isinstance(error, UaStatusCodeError):
+        status = ua.StatusCode(error.code)
+        return f"{status.doc.rstrip('.')} ({status.name})"
+    if isinstance(error, OSError):
+        return network_reason(error)
+    return f"{' '.join(str(error).split())} ({type(error).__name__})"
+
+
+def _key_files(config: OpcUaConfig) -> _KeyFiles | None:
+    """The files of a configuration; None if nothing is encrypted."""
+    if config.certificate is None or config.key is None or config.server_certificate is None:
+        return None
+    own = _certificate("certificate", config.certificate)
+    server = _certificate("server_certificate", config.server_certificate)
+    with usable("opcua.key", config.key):
+        content = config.key.read_bytes()
+        key = (load_pem_private_key if _is_pem(content) else load_der_private_key)(content, password=None)
+    if key.public_key() != own.public_key():
+        raise ConfigError(f"opcua.key: {config.key}: does not belong to the certificate")
+    try:
+        names = own.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+        uri = str(names.get_values_for_type(x509.UniformResourceIdentifier)[0])
+    except (x509.ExtensionNotFound, IndexError):
+        message = "has no application URI; servers require it"
+        raise ConfigError(f"opcua.certificate: {config.certificate}: {message}") from None
+    properties = CertProperties(content, "pem" if _is_pem(content) else "der")
+    return _KeyFiles(own.public_bytes(Encoding.DER), properties, server.public_bytes(Encoding.DER), uri)
+
+
+def _certificate(key: str, path: Path) -> x509.Certificate:
+    with usable(f"opcua.{key}", path):
+        content = path.read_bytes()
+        return (x509.load_pem_x509_certificate if _is_pem(content) else x509.load_der_x509_certificate)(
+            content
+        )
+
+
+def _is_pem(content: bytes) -> bool:
+    return b"-----BEGIN" in content

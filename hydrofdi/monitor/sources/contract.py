@@ -1,10 +1,12 @@
-"""The contract of sources."""
+"""The contract of sources, and what they have in common."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
+
+import numpy as np
 
 from hydrofdi.monitor.lines import Event
 from hydrofdi.records.streams import Chunk
@@ -81,3 +83,32 @@ class StreamSource(Protocol):
     def close(self) -> None:
         """End connections, threads and files."""
         ...
+
+
+def joined(chunks: Sequence[Chunk]) -> Chunk:
+    """All samples in one chunk; NaN for a channel that a chunk does not have."""
+    if len(chunks) == 1:
+        return chunks[0]
+    channels = dict.fromkeys(channel for chunk in chunks for channel in chunk.channels)
+    return Chunk(
+        np.concatenate([np.empty(0), *(chunk.time for chunk in chunks)]),
+        {
+            channel: np.concatenate(
+                [
+                    np.full(chunk.n_time, np.nan) if (own := chunk.channels.get(channel)) is None else own
+                    for chunk in chunks
+                ]
+            )
+            for channel in channels
+        },
+        {
+            int(first) + place: text
+            for first, chunk in zip(np.cumsum([0, *(chunk.n_time for chunk in chunks)]), chunks, strict=False)
+            for place, text in chunk.unread.items()
+        },
+    )
+
+
+def malformed(what: str, text: str, reason: str) -> Chunk:
+    """A line or a payload that is not understood: a sample that could not be read."""
+    return Chunk(np.array([np.nan]), {}, {0: f"malformed {what} {text[:60]!r}: {reason}"})

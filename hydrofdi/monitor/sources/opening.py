@@ -87,8 +87,8 @@ def _text(
     sampling_frequency: float | None,
     is_followed: bool,
 ) -> StreamSource:
-    from hydrofdi.monitor.sources.text.growing_file import GrowingFile
-    from hydrofdi.monitor.sources.text.standard_input import StandardInput
+    from hydrofdi.monitor.sources.growing_file import GrowingFile
+    from hydrofdi.monitor.sources.standard_input import StandardInput
 
     path = Path(text)
     if text != "-" and (path.is_dir() or path.suffix.lower() in _RECORDS):
@@ -99,27 +99,26 @@ def _text(
         raise ConfigError(mistaken)
     if without_credentials(text) != text and not path.exists():
         raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
-    form, largest = config.text, config.limits.payload
     if sampling_frequency is not None:
-        form = form.model_copy(update={"sampling_frequency": sampling_frequency})
+        form = config.text.model_copy(update={"sampling_frequency": sampling_frequency})
+        config = config.model_copy(update={"text": form})
     if text == "-":
-        return StandardInput(config.channels, form, largest=largest, needed=file.channels)
-    return GrowingFile(path, config.channels, form, is_followed, largest, file.channels)
+        return StandardInput(config, needed=file.channels)
+    return GrowingFile(path, config, is_followed, file.channels)
 
 
 def _mqtt(text: str, config: MonitorConfig, file: DetectorFile, detector: Path) -> StreamSource:
-    from hydrofdi.monitor.mqtt import MqttAddress
-    from hydrofdi.monitor.sources.mqtt import MqttSource
-    from hydrofdi.monitor.sources.payload import PayloadReader
+    from hydrofdi.monitor.mqtt.configuration import MqttAddress
+    from hydrofdi.monitor.mqtt.source import MqttSource
 
-    form, largest = config.text, config.limits.payload
-    reader = PayloadReader(
-        config.channels, form.time, largest=largest, needed=file.channels, zone=form.time_zone
-    )
-    return MqttSource(MqttAddress.parse(text), config.mqtt, reader.read, detector, largest)
+    return MqttSource(MqttAddress.parse(text), config, detector, file.channels)
 
 
 def _opcua(text: str, config: MonitorConfig, file: DetectorFile) -> StreamSource:
-    from hydrofdi.monitor.sources.opcua import OpcUaSource
-
+    try:
+        from hydrofdi.monitor.opcua.source import OpcUaSource
+    except ModuleNotFoundError as error:
+        if error.name not in ("asyncua", "cryptography"):
+            raise
+        raise ConfigError("OPC UA needs the extra: pip install 'hydrofdi[monitor]'") from None
     return OpcUaSource(text, config.opcua, config.channels, file.sampling_frequency)

@@ -10,20 +10,41 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import DataError
+from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of
-from hydrofdi.monitor.sources.joining import joined
-from hydrofdi.monitor.sources.sample_clock import SampleClock
+from hydrofdi.monitor.sources.contract import joined
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.dates import unix_seconds
-from hydrofdi.records.measured.description.sections import TimeConfig
 from hydrofdi.records.measured.formats.table import split_title
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.counting import counted
 from hydrofdi.units import parse_quantity
 
-LARGEST = 1 << 20
-"""Largest payload that is read [bytes]."""
+
+class SampleClock:
+    """Counts samples at a sampling frequency.
+
+    Parameters
+    ----------
+    sampling_frequency : float
+        [Hz]
+    n_sample : int
+        Number of earlier samples.
+    """
+
+    def __init__(self, sampling_frequency: float, n_sample: int = 0) -> None:
+        self.sampling_frequency, self.n_sample = sampling_frequency, n_sample
+
+    def take(self, n_time: int) -> Array:
+        """Instants of the next samples [s], shape (n_time,)."""
+        first, self.n_sample = self.n_sample, self.n_sample + n_time
+        return np.arange(first, self.n_sample) / self.sampling_frequency
+
+    def skip(self, n_time: int) -> None:
+        """Leave a gap for samples that cannot be read."""
+        self.n_sample += n_time
+
 
 _FREQUENCY = "sampling_frequency"
 _MOST_KEYS = 256
@@ -38,31 +59,22 @@ class PayloadReader:
 
     Parameters
     ----------
-    channels : mapping of Channel to ChannelConfig, optional
-        Channel → key; by default from the names that plain files use.
-    time : TimeConfig, optional
-        The key that contains time.
+    config : MonitorConfig
+        Its channels, its text and its limits.
     clock : SampleClock, optional
         Gives instants to samples without time; without a clock, such samples are refused.
-    largest : int
-        Largest payload [bytes].
     needed : collection of Channel
         Channels whose keys are refused, not ignored, if their unit has another dimension.
-    zone : tzinfo, optional
-        Zone of dates that state none.
     """
 
     def __init__(
         self,
-        channels: Channels | None = None,
-        time: TimeConfig | None = None,
+        config: MonitorConfig,
         clock: SampleClock | None = None,
-        largest: int = LARGEST,
         needed: Collection[Channel] = (),
-        zone: tzinfo | None = None,
     ) -> None:
-        self._channels, self._time, self._needed = channels or {}, time, needed
-        self._clock, self._largest, self._zone = clock, largest, zone
+        self._channels, self._time, self._needed = config.channels, config.text.time, needed
+        self._clock, self._largest, self._zone = clock, config.limits.payload, config.text.time_zone
         self._known: tuple[tuple[str, ...], tuple[int, ...]] | None = None
         self._columns = Columns(None, {})
 

@@ -4,7 +4,6 @@ from hydrofdi.errors import Issue
 from hydrofdi.records.streams.chunk import Chunk, State
 from hydrofdi.records.streams.even import EvenStream
 from hydrofdi.records.streams.findings import Finding
-from hydrofdi.records.streams.piece import Piece
 from hydrofdi.records.streams.window import Window
 from hydrofdi.records.streams.windower import Windower
 from hydrofdi.records.streams.windowing import make_windower, windows_of
@@ -14,7 +13,6 @@ __all__ = [
     "EvenStream",
     "Finding",
     "Issue",
-    "Piece",
     "State",
     "Window",
     "Windower",

@@ -18,7 +18,8 @@ State = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Chunk:
-    """Samples as they came: neither checked nor evenly spaced. It may be a single sample, or none.
+    """Samples of a stream: as they came, neither checked nor evenly spaced, perhaps a single one or none;
+    after `EvenStream`, accepted samples with all requested channels and without a gap.
 
     Attributes
     ----------
@@ -28,16 +29,26 @@ class Chunk:
         In SI; NaN if a sample is missing.
     unread : mapping of int to str
         Position of a sample that could not be read, with the instant NaN → why.
+    begins_anew : bool
+        Of accepted samples: whether they do not continue those before, because they are the first, or follow
+        a gap or a clock change.
     """
 
     time: Array
     channels: Mapping[Channel, Array]
     unread: Mapping[int, str] = field(default_factory=dict)
+    begins_anew: bool = False
 
     @property
     def n_time(self) -> int:
         """Number of samples."""
         return int(self.time.size)
+
+    def part(self, first: int, stop: int) -> Chunk:
+        """The samples from `first` to before `stop`."""
+        rows = {channel: row[first:stop] for channel, row in self.channels.items()}
+        unread = {place - first: text for place, text in self.unread.items() if first <= place < stop}
+        return Chunk(self.time[first:stop], rows, unread, self.begins_anew and first == 0)
 
     @property
     def readable(self) -> Chunk:

@@ -9,8 +9,7 @@ import numpy as np
 
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.edges import Direction, drive_edges
-from hydrofdi.records.streams.chunk import State
-from hydrofdi.records.streams.piece import Piece
+from hydrofdi.records.streams.chunk import Chunk, State
 from hydrofdi.records.streams.window import Window
 from hydrofdi.records.streams.windower import Windower
 
@@ -57,7 +56,7 @@ class CycleWindower(Windower):
         none = np.array(0)
         return {"held": self._nothing_held(), "is_open": np.array(False), "side": none, "number": none}
 
-    def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
+    def step(self, state: State, piece: Chunk) -> tuple[State, list[Window]]:
         """The state after a piece, and the windows that ended in it; the old state does not change."""
         side, is_open = (0, False) if piece.begins_anew else (int(state["side"]), bool(state["is_open"]))
         rows, number = self._rows(state, piece), int(state["number"])

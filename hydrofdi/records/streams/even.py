@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from operator import itemgetter
 
 import numpy as np
@@ -15,7 +16,6 @@ from hydrofdi.records.streams.beginning import Beginning
 from hydrofdi.records.streams.chunk import Chunk, State
 from hydrofdi.records.streams.findings import Finding, Kind
 from hydrofdi.records.streams.order import FARTHEST, Order, put_in_order
-from hydrofdi.records.streams.piece import Piece, pieces_of, whole
 
 _GAP = 1.5
 """Longest step that is not a gap [sampling periods]."""
@@ -70,14 +70,14 @@ class EvenStream:
             "is_silent": np.array(True), "may_repeat": np.array(may_repeat),
         }  # fmt: skip
 
-    def step(self, state: State, chunk: Chunk) -> tuple[State, list[Piece], list[Finding]]:
+    def step(self, state: State, chunk: Chunk) -> tuple[State, list[Chunk], list[Finding]]:
         """The state after a chunk, the accepted samples, and the findings."""
         if not chunk.n_time:
             return state, [], []
         beginning = self._beginning.step(state, chunk)
         if self._is_sound(state, chunk.time):
             after = {**self.start(), "said": state["said"], "last": np.array(chunk.time[-1]), **beginning}
-            return after, [whole(chunk, self.channels)], []
+            return after, [Chunk(chunk.time, _rows(chunk, self.channels))], []
         return self._checked({**state, **beginning}, chunk)
 
     def _is_sound(self, state: State, time: Array) -> bool:
@@ -87,7 +87,7 @@ class EvenStream:
             return False
         return bool(time[-1] <= FARTHEST and (time[1:] - time[:-1]).max(initial=0.0) <= longest)
 
-    def _checked(self, state: State, chunk: Chunk) -> tuple[State, list[Piece], list[Finding]]:
+    def _checked(self, state: State, chunk: Chunk) -> tuple[State, list[Chunk], list[Finding]]:
         comes_again = bool(state["may_repeat"]) and self._beginning.comes_again(state)
         last, n_earlier = float(state["last"]), int(state["n_earlier"])
         order = put_in_order(chunk.time, last, n_earlier, self._patience, comes_again)
@@ -104,7 +104,7 @@ class EvenStream:
             "is_silent": state["is_silent"] and not accepted.size,
             "may_repeat": state["may_repeat"] and not accepted.size,
         }  # fmt: skip
-        pieces = pieces_of(chunk, self.channels, accepted, anew)
+        pieces = _pieces_of(chunk, self.channels, accepted, anew)
         return {name: np.array(value) for name, value in after.items()}, pieces, found
 
     def _findings(
@@ -145,3 +145,30 @@ def _in_a_row(is_gap: NDArray[np.bool_], n_before: int) -> NDArray[np.intp]:
     counts = n_before + np.cumsum(is_gap)
     in_a_row: NDArray[np.intp] = counts - np.maximum.accumulate(np.where(is_gap, 0, counts))
     return in_a_row
+
+
+def _pieces_of(
+    chunk: Chunk, channels: Sequence[Channel], accepted: NDArray[np.intp], anew: NDArray[np.intp]
+) -> list[Chunk]:
+    """The samples of a chunk at `accepted`; those at `anew` do not continue the sample before."""
+    if not accepted.size:
+        return []
+    time, rows = chunk.time, _rows(chunk, channels)
+    if accepted.size < chunk.n_time:
+        time, rows = time[accepted], {channel: row[accepted] for channel, row in rows.items()}
+    firsts = np.searchsorted(accepted, anew)
+    bounds = np.union1d(firsts, [0, accepted.size]).astype(np.intp).tolist()
+    begins = set(firsts.tolist())
+    return [
+        Chunk(
+            time[first:stop],
+            {channel: row[first:stop] for channel, row in rows.items()},
+            begins_anew=first in begins,
+        )
+        for first, stop in pairwise(bounds)
+    ]
+
+
+def _rows(chunk: Chunk, channels: Sequence[Channel]) -> dict[Channel, Array]:
+    rows = {channel: chunk.channels.get(channel) for channel in channels}
+    return {channel: np.full(chunk.n_time, np.nan) if row is None else row for channel, row in rows.items()}

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.streams.chunk import State
-from hydrofdi.records.streams.piece import Piece
+from hydrofdi.records.streams.chunk import Chunk, State
 from hydrofdi.records.streams.window import Window
 from hydrofdi.records.streams.windower import Windower
 
@@ -37,7 +36,7 @@ class TimeWindower(Windower):
         """The state before the first sample."""
         return {"held": self._nothing_held(), "n_ahead": np.array(0), "number": np.array(0)}
 
-    def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
+    def step(self, state: State, piece: Chunk) -> tuple[State, list[Window]]:
         """The state after a piece, and the windows that ended in it; the old state does not change."""
         rows, number = self._rows(state, piece), int(state["number"])
         first = 0 if piece.begins_anew else int(state["n_ahead"])

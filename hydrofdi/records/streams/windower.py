@@ -9,9 +9,8 @@ import numpy as np
 
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.streams.chunk import State
+from hydrofdi.records.streams.chunk import Chunk, State
 from hydrofdi.records.streams.faults import fault_of
-from hydrofdi.records.streams.piece import Piece
 from hydrofdi.records.streams.window import Window
 
 
@@ -43,10 +42,10 @@ class Windower(ABC):
         """The state before the first sample."""
 
     @abstractmethod
-    def step(self, state: State, piece: Piece) -> tuple[State, list[Window]]:
+    def step(self, state: State, piece: Chunk) -> tuple[State, list[Window]]:
         """The state after a piece, and the windows that ended in it; the old state does not change."""
 
-    def _rows(self, state: State, piece: Piece) -> Array:
+    def _rows(self, state: State, piece: Chunk) -> Array:
         """The held samples followed by those of a piece; the rows are time and channels."""
         held = self._nothing_held() if piece.begins_anew else state["held"]
         n_held = held.shape[1]

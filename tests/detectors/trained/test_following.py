@@ -15,7 +15,7 @@ from hydrofdi.detectors.trained.ranges import channel_facts, learned_range
 from hydrofdi.indicators import indicator_kind, indicator_names
 from hydrofdi.indicators.recursive import RecursiveIndicator, Trace
 from hydrofdi.records import Channel
-from hydrofdi.records.streams import Piece
+from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.made import FREQUENCY, detector, signals, window
 
 NAMES = [name for name in indicator_names() if issubclass(indicator_kind(name), RecursiveIndicator)]
@@ -36,7 +36,7 @@ def piece(first=0, stop=N_SAMPLE, begins_anew=None, lost=(), start=0.0):
     rows[Channel.CHAMBER_1_PRESSURE][list(lost)] = np.nan
     time = start + np.arange(N_SAMPLE) / FREQUENCY
     part = {channel: samples[first:stop] for channel, samples in rows.items()}
-    return Piece(time[first:stop], part, first == 0 if begins_anew is None else begins_anew)
+    return Chunk(time[first:stop], part, begins_anew=first == 0 if begins_anew is None else begins_anew)
 
 
 def followed(follower, *pieces):
@@ -155,7 +155,7 @@ def long_piece(change):
     rows = {channel: samples.copy() for channel, samples in signals(3, 6 * N_SAMPLE).items()}
     time = np.arange(6 * N_SAMPLE) / FREQUENCY
     change(time[3000:], {channel: samples[3000:] for channel, samples in rows.items()})
-    return Piece(time, rows, True)
+    return Chunk(time, rows, begins_anew=True)
 
 
 def stuck(_, rows):
@@ -188,8 +188,5 @@ def test_estimates_of_unsound_samples_are_not_judged(change, kind):
     assert not any(before)
     assert {verdict.fault.kind for verdict in after} == {kind}
     assert all(verdict.alarm is None for verdict in verdicts if verdict.fault)
-    parts = [
-        Piece(whole.time[first:stop], {c: v[first:stop] for c, v in whole.channels.items()}, first == 0)
-        for first, stop in pairwise([0, 1, 999, 3001, 3500, 3501, 6000])
-    ]
+    parts = [whole.part(first, stop) for first, stop in pairwise([0, 1, 999, 3001, 3500, 3501, 6000])]
     assert followed(follower, *parts) == (instants, verdicts)

@@ -10,7 +10,7 @@ from hydrofdi.detectors.trained.configuration import WindowConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.records.streams import Chunk, EvenStream, Piece, Window, Windower, make_windower
+from hydrofdi.records.streams import Chunk, EvenStream, Window, Windower
 
 _CHUNK = 2**17
 """Number of samples of a record that are cut at a time; overlapping windows multiply their memory."""
@@ -40,17 +40,7 @@ def windower_of(
         raise ConfigError(
             f"window: {duration:g} s at {frequency:g} Hz contain {n_sample} samples; use at least 2"
         )
-    n_every = None if window.every is None else max(1, round(window.every * frequency))
-    return make_windower(
-        window.by,
-        n_sample,
-        n_every,
-        channels=channels,
-        sampling_frequency=frequency,
-        drive_channel=window.channel,
-        drive=drive,
-        edge=window.edge,
-    )
+    return window.windower(n_sample, channels, frequency, drive)
 
 
 def windows_along(records: RecordBatch, row: int, windower: Windower) -> Iterator[Window]:
@@ -61,7 +51,7 @@ def windows_along(records: RecordBatch, row: int, windower: Windower) -> Iterato
         yield from windows
 
 
-def pieces_along(records: RecordBatch, row: int, channels: Collection[Channel]) -> Iterator[Piece]:
+def pieces_along(records: RecordBatch, row: int, channels: Collection[Channel]) -> Iterator[Chunk]:
     """Pieces of a record, as from a stream."""
     stream = EvenStream(records.sampling_frequency, tuple(channels))
     state, time = stream.start(), records.time

@@ -7,12 +7,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from hydrofdi.detectors.features import Feature
-from hydrofdi.detectors.trained.measuring import records_of, scores_of_records
+from hydrofdi.detectors.trained.measuring import outputs_of_records, records_of
 from hydrofdi.detectors.trained.ranges import channel_facts
 from hydrofdi.detectors.trained.training.cutting import windows_along
 from hydrofdi.detectors.trained.training.learned import LearnedRecord, ScoreLine
 from hydrofdi.detectors.trained.training.scorer import Scorer
 from hydrofdi.errors import Issue
+from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.streams import Window, Windower
 from hydrofdi.records.streams.sliding import TimeWindower
@@ -52,14 +53,15 @@ class WindowScorer(Scorer):
         windows = [window for _, _, window in self._waiting]
         are_apart = np.array([line.is_apart[place] for line, place, _ in self._waiting])
         records = records_of(windows, self.windower.channels, self.windower.sampling_frequency)
-        scores = scores_of_records(records, self.feature)
+        outputs, obstacles = outputs_of_records(records, self.feature)
+        scores = outputs[self.feature.described.name]
+        doubts = doubts_of(self.feature.indicator, outputs)
+        fits = [each.name for each in self.feature.indicator.outputs if each.is_fit]
         for channel in self.windower.channels if are_apart.any() else ():
             self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
-        for row in np.flatnonzero(are_apart & np.isfinite(scores.values)).tolist():
-            self._doubt(scores.doubts[row], {name: float(each[row]) for name, each in scores.fits.items()})
-        for (line, place, _), score, obstacle in zip(
-            self._waiting, scores.values, scores.obstacles, strict=True
-        ):
+        for row in np.flatnonzero(are_apart & np.isfinite(scores)).tolist():
+            self._doubt(doubts[row], {name: float(outputs[name][row]) for name in fits})
+        for (line, place, _), score, obstacle in zip(self._waiting, scores, obstacles, strict=True):
             line.scores[place] = float(score)
             if obstacle is not None and line.is_apart[place]:
                 self._leave_out(Issue(obstacle, kind="no_number"))

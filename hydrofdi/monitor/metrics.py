@@ -1,32 +1,43 @@
-"""Metrics of a monitor, with their names in Prometheus."""
+"""Metrics of a monitor over HTTP, in the text format of Prometheus."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Sequence
+from ipaddress import ip_address
 
-from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info
+from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, start_http_server
 
 import hydrofdi
 from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.records.streams import Chunk
+from hydrofdi.store.files import reason
 
 _EARLIEST = 1e9
 """Stream times above this [s], an instant in 2001, are taken as seconds since 1970."""
 
 
-class Measures:
-    """Counters and gauges of one monitor, in a registry of their own.
+class MetricsSink:
+    """Counts lines in a registry of its own, and serves the counts.
 
     Parameters
     ----------
+    address : str
+        ``host:port``; a free port if it is 0. ``[::1]:9464`` for IPv6.
     file : DetectorFile
+
+    Raises
+    ------
+    ConfigError
+        It is not an address, or cannot be used.
     """
 
-    def __init__(self, file: DetectorFile) -> None:
-        self.registry = CollectorRegistry()
+    def __init__(self, address: str, file: DetectorFile) -> None:
+        host, port = _host_and_port(address)
+        self._registry = CollectorRegistry()
         self._describe(file)
         self._judged = self._counter("windows_judged", "Windows that were judged", ["beyond_limit"])
         for known in ("false", "true"):
@@ -41,7 +52,7 @@ class Measures:
             "hydrofdi_condition",
             "Condition of the actuator",
             states=[condition.value for condition in Condition],
-            registry=self.registry,
+            registry=self._registry,
         )
         self._score = self._gauge("score", f"Score of the last window that has one, in {file.unit}")
         self._margin = self._gauge("margin", "Distance of this score from its limit, in healthy spreads")
@@ -57,9 +68,19 @@ class Measures:
         )
         self._lag: Gauge | None = None
         self._latest = math.nan
+        try:
+            self._server, self._thread = start_http_server(port, host, self._registry)
+        except (OSError, UnicodeError) as error:
+            raise ConfigError(f"metrics: {address}: {reason(error)}") from None
+        shown = f"[{host}]" if ":" in host else host
+        self.url = f"http://{shown}:{self._server.server_port}/metrics"
+        self._said: list[Line] = [Event(EventKind.NOTICE, f"metrics are served at {self.url}")]
+        if not ip_address(str(self._server.server_address[0]).partition("%")[0]).is_loopback:
+            text = f"everyone who reaches {self.url} can read the metrics"
+            self._said.append(Event(EventKind.INSECURE, text))
 
-    def count(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
-        """Count the samples and the lines of a reading."""
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Count the samples and the lines of a reading; report the address once."""
         if chunk is not None and chunk.readable.n_time:
             self._count_samples(chunk.readable)
         for line in lines:
@@ -67,9 +88,17 @@ class Measures:
                 self._count_window(line)
             else:
                 self._count_event(line)
+        said, self._said = self._said, []
+        return said
+
+    def close(self) -> None:
+        """End the server."""
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
 
     def _describe(self, file: DetectorFile) -> None:
-        Info("hydrofdi_monitor", "Version and detector", registry=self.registry).info(
+        Info("hydrofdi_monitor", "Version and detector", registry=self._registry).info(
             {
                 "version": hydrofdi.__version__,
                 "indicator": file.config.indicator,
@@ -119,7 +148,17 @@ class Measures:
             self._alarms.inc()
 
     def _counter(self, name: str, text: str, labels: Sequence[str] = ()) -> Counter:
-        return Counter(f"hydrofdi_{name}", text, labels, registry=self.registry)
+        return Counter(f"hydrofdi_{name}", text, labels, registry=self._registry)
 
     def _gauge(self, name: str, text: str, labels: Sequence[str] = ()) -> Gauge:
-        return Gauge(f"hydrofdi_{name}", text, labels, registry=self.registry)
+        return Gauge(f"hydrofdi_{name}", text, labels, registry=self._registry)
+
+
+def _host_and_port(address: str) -> tuple[str, int]:
+    host, colon, port = address.rpartition(":")
+    is_port = port.isascii() and port.isdigit() and int(port) < 2**16
+    if ":" in host and not (host.startswith("[") and host.endswith("]")):
+        is_port = False
+    if not (host and colon and is_port):
+        raise ConfigError(f"metrics: {address!r} is not host:port; write, for example, 127.0.0.1:9464")
+    return host.strip("[]"), int(port)

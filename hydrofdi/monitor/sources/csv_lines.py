@@ -7,10 +7,10 @@ from collections.abc import Collection, Sequence
 from itertools import chain
 
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of
-from hydrofdi.monitor.sources.malformed import malformed
-from hydrofdi.monitor.sources.sample_clock import SampleClock
-from hydrofdi.monitor.sources.text.config import TextConfig
+from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.sources.columns import Columns, columns_of
+from hydrofdi.monitor.sources.contract import malformed
+from hydrofdi.monitor.sources.payload import SampleClock
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.dates import is_dated, unix_seconds
@@ -34,19 +34,18 @@ class CsvLines:
 
     def __init__(
         self,
-        channels: Channels,
-        config: TextConfig,
+        config: MonitorConfig,
         clock: SampleClock | None,
         name: str,
         needed: Collection[Channel] = (),
     ) -> None:
         self.header: list[str] = []
-        self._channels, self._config, self._clock = channels, config, clock
+        self._channels, self._config, self._clock = config.channels, config.text, clock
         self._name, self._needed = name, needed
         self._delimiter, self._titles = ",", list[str]()
         self._units: list[str] | None = None
         self._columns: Columns | None = None
-        self._zone, self._has_begun = config.time_zone, False
+        self._zone, self._has_begun = config.text.time_zone, False
         self._reason = ""
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:

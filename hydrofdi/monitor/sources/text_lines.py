@@ -3,23 +3,79 @@
 from __future__ import annotations
 
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from itertools import groupby
 from typing import Any
 
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.sources.columns import Channels
-from hydrofdi.monitor.sources.contract import Position
-from hydrofdi.monitor.sources.joining import joined
-from hydrofdi.monitor.sources.malformed import malformed
-from hydrofdi.monitor.sources.payload import LARGEST
-from hydrofdi.monitor.sources.sample_clock import SampleClock
-from hydrofdi.monitor.sources.text.config import TextConfig
-from hydrofdi.monitor.sources.text.csv_lines import CsvLines
-from hydrofdi.monitor.sources.text.json_lines import JsonLines
+from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.sources.contract import Position, joined, malformed
+from hydrofdi.monitor.sources.csv_lines import CsvLines
+from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader, SampleClock, parsed
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.counting import counted
+
+
+class JsonLines:
+    """Reads lines with one JSON object each.
+
+    Attributes
+    ----------
+    header : list of str
+        Empty: no lines are needed to continue within the stream.
+    """
+
+    def __init__(
+        self,
+        config: MonitorConfig,
+        clock: SampleClock | None,
+        needed: Collection[Channel] = (),
+    ) -> None:
+        self.header: list[str] = []
+        self._reader = PayloadReader(config, clock, needed)
+        self._clock = clock
+
+    def read(self, lines: Sequence[str]) -> list[Chunk]:
+        """Samples of complete lines."""
+        chunks: list[Chunk] = []
+        objects: list[tuple[str, dict[str, Any]]] = []
+        for line in lines:
+            if not line or line.isspace():
+                continue
+            try:
+                objects.append((line, parsed(line)))
+            except PayloadError as error:
+                chunks += [*self._samples(objects), self._refused(line, error)]
+                objects = []
+        return chunks + self._samples(objects)
+
+    def _samples(self, objects: Sequence[tuple[str, dict[str, Any]]]) -> list[Chunk]:
+        together = self._together([found for _, found in objects])
+        return [together] if together else self._one_by_one(objects)
+
+    def _together(self, objects: Sequence[dict[str, Any]]) -> Chunk | None:
+        """Objects with the same keys and one sample each, as one block; None for other objects."""
+        if len(objects) < 2 or len({tuple(found) for found in objects}) > 1:
+            return None
+        try:
+            return self._reader.chunk({key: [found[key] for found in objects] for key in objects[0]})
+        except PayloadError:
+            return None
+
+    def _one_by_one(self, objects: Sequence[tuple[str, dict[str, Any]]]) -> list[Chunk]:
+        chunks = []
+        for line, found in objects:
+            try:
+                chunks.append(self._reader.chunk(found))
+            except PayloadError as error:
+                chunks.append(self._refused(line, error))
+        return chunks
+
+    def _refused(self, line: str, error: PayloadError) -> Chunk:
+        if self._clock is not None:
+            self._clock.skip(1)
+        return malformed("line", line, str(error))
 
 
 class TextLines:
@@ -27,34 +83,29 @@ class TextLines:
 
     Parameters
     ----------
-    channels : mapping of Channel to ChannelConfig
-                Empty if names and units are self-explanatory.
-    config : TextConfig
+    config : MonitorConfig
+        Its channels, its text and its limits.
     name : str
         The stream, for messages.
     position : mapping
         `position` of an earlier run.
-    largest : int
-        Longest line [bytes]; longer ones are malformed.
     needed : collection of Channel
         Channels whose columns are refused, not ignored, if their unit has another dimension.
     """
 
     def __init__(
         self,
-        channels: Channels,
-        config: TextConfig,
+        config: MonitorConfig,
         name: str,
         position: Position,
-        largest: int = LARGEST,
         needed: Collection[Channel] = (),
     ) -> None:
-        self._largest, self._needed = largest, needed
-        self._channels, self._config, self._name = channels, config, name
-        frequency = config.sampling_frequency
+        self._config, self._name, self._needed = config, name, needed
+        self._largest, frequency = config.limits.payload, config.text.sampling_frequency
         n_sample = int(position.get("n_sample", 0))
         self._clock = None if frequency is None else SampleClock(frequency, n_sample)
-        self._encoding = "utf-8-sig" if config.encoding.lower() in ("utf-8", "utf8") else config.encoding
+        encoding = config.text.encoding
+        self._encoding = "utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding
         self._lines: CsvLines | JsonLines | None = None
         self._rest, self._is_skipping = b"", "is_skipping" in position
         if header := position.get("header"):
@@ -141,7 +192,7 @@ class TextLines:
         return self._lines.read(lines)
 
     def _json(self) -> JsonLines:
-        return JsonLines(self._channels, self._config, self._clock, self._needed)
+        return JsonLines(self._config, self._clock, self._needed)
 
     def _csv(self) -> CsvLines:
-        return CsvLines(self._channels, self._config, self._clock, self._name, self._needed)
+        return CsvLines(self._config, self._clock, self._name, self._needed)

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Line
-from hydrofdi.monitor.sinks.stream_lines import lines_text
-from hydrofdi.monitor.sources import Position
-from hydrofdi.monitor.sources.text.followed_file import found_again, place_in
+from hydrofdi.monitor.sinks import lines_text
+from hydrofdi.monitor.sources.contract import Position
+from hydrofdi.monitor.sources.growing_file import found_again, place_in
 from hydrofdi.store.files import open_own, reason, write_all
 from hydrofdi.store.folder.lock import take_lock
 

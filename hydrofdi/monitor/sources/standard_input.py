@@ -7,11 +7,9 @@ import select
 from collections.abc import Collection
 
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.sources.columns import Channels
+from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
-from hydrofdi.monitor.sources.payload import LARGEST
-from hydrofdi.monitor.sources.text.config import TextConfig
-from hydrofdi.monitor.sources.text.lines import TextLines
+from hydrofdi.monitor.sources.text_lines import TextLines
 from hydrofdi.records.channels import Channel
 
 BLOCK = 1 << 17
@@ -26,26 +24,20 @@ class StandardInput(StreamSource):
 
     Parameters
     ----------
-    channels : mapping of Channel to ChannelConfig, optional
-    config : TextConfig, optional
+    config : MonitorConfig, optional
+        Its channels, its text and its limits.
     descriptor : int
-    largest : int
-                Longest line [bytes].
     needed : collection of Channel
         Channels whose columns are refused, not ignored, if their unit has another dimension.
     """
 
     def __init__(
         self,
-        channels: Channels | None = None,
-        config: TextConfig | None = None,
+        config: MonitorConfig | None = None,
         descriptor: int = 0,
-        largest: int = LARGEST,
         needed: Collection[Channel] = (),
     ) -> None:
-        self._needed = needed
-        self._channels, self._config = channels or {}, config or TextConfig()
-        self._descriptor, self._largest = descriptor, largest
+        self._config, self._descriptor, self._needed = config or MonitorConfig(), descriptor, needed
         self._is_over = False
         self._text = self._lines({})
 
@@ -105,4 +97,4 @@ class StandardInput(StreamSource):
             return b""
 
     def _lines(self, position: Position) -> TextLines:
-        return TextLines(self._channels, self._config, self.name, position, self._largest, self._needed)
+        return TextLines(self._config, self.name, position, self._needed)

@@ -1,5 +1,0 @@
-"""Sinks of lines."""
-
-from hydrofdi.monitor.sinks.contract import Sink
-
-__all__ = ["Sink"]

@@ -1,1 +1,0 @@
-"""Streams of text: lines of CSV or JSON from standard input or a growing file."""

@@ -121,7 +121,7 @@ class _Record:
         self._steps_per_control = steps_per_control(parameters)
         self._reading_errors = reading_errors(parameters, steps, noise)
         self.load = load_force(parameters.load, record, steps)
-        self._is_smooth = parameters.input.is_smooth and not self._is_closed
+        self._is_smooth = not self._is_closed and parameters.input.shape in {"sine", "sweep", "multisine"}
         self.reference = np.full(record.n_step, np.nan)
         self.voltage = np.zeros(record.n_step)
         if self._is_closed:

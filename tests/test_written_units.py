@@ -82,18 +82,6 @@ def test_the_unit_is_no_part_of_what_a_run_is():
     assert expand_runs(one).runs[0].request == expand_runs(other).runs[0].request
 
 
-STUDY = """
-name: study
-record: {duration: 4 s}
-supply: {pressure: 160 bar}
-store: {signals: none}
-study:
-  population: {over: {supply.pressure: {uniform: ±5 %}}}
-  healthy: {fit: 4, test: 4}
-  faults: {leakage.internal_flow: [1 L/min], each: 2}
-"""
-
-
 def test_programs_read_the_same_columns_whatever_the_unit(press):
     rows = json.loads(run("report", press.directory, "--json", cwd=press.folder).stdout)["rows"]
     assert {row["bulk_modulus_MPa"] for row in rows} == {800.0, 1200.0}

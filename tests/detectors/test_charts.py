@@ -92,8 +92,9 @@ def test_cusum_sums_by_hand():
     np.testing.assert_allclose(statistic, [[0.5, 2.0, 0.0, 0.25]])
 
 
-def test_ewma_has_unit_variance_at_every_instant():
-    statistic = make_chart("ewma", {"direction": "rising", "weight": 0.05}).follow(
+@pytest.mark.parametrize("weight", [0.05, 0.5])
+def test_ewma_has_unit_variance_at_every_instant(weight):
+    statistic = make_chart("ewma", {"direction": "rising", "weight": weight}).follow(
         np.random.default_rng(5).standard_normal((20000, 60))
     )
     np.testing.assert_allclose(statistic.std(axis=0), 1.0, atol=5 / np.sqrt(2 * 20000))

@@ -82,6 +82,7 @@ def test_the_tolerance_limit_keeps_its_confidence(direction, n):
     sides = direction.n_side
     rank = max(k for k in range(sides, 30, sides) if beta.cdf(0.01, k, n + 1 - k) >= 0.95)
     assert holds_in(kept, 1000, beta.cdf(0.01, rank, n + 1 - rank))
+    np.testing.assert_allclose(threshold.interval, (0.0, beta(rank, n + 1 - rank).ppf(0.95)))
 
 
 def test_both_directions_leave_half_on_each_side():

@@ -110,6 +110,22 @@ class TestEachIndicator:
         assert len({output.long_name for output in said.outputs}) == len(said.outputs)
 
 
+SHORTEST = {
+    "a4": 240, "adaptive_observer": 1550, "band_power": 500, "cross_correlation": 51, "dwt": 480,
+    "ekf_innovation": 1050, "emd": 16, "modwt": 466, "post_step_ac": 625, "pressure_statistics": 2,
+    "reduced_order": 1050, "sliding": 1050, "stft": 125, "vmd": 16, "volterra": 1300, "wavelet_packet": 240,
+    "weak_rls": 1050,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "n_time"), SHORTEST.items())
+def test_the_shortest_record_that_is_measured(name, n_time):
+    indicators = make_indicators([name])
+    refused, measured = (measure(all_channels(1).window(0, n), indicators) for n in (n_time - 1, n_time))
+    assert refused.obstacles[name][0]
+    assert not measured.obstacles[name][0]
+
+
 WITH_OPTIONS = [
     ("a4", {"level": 2, "wavelet": "haar"}), ("dwt", {"phase": "all"}), ("modwt", {"boundary": "circle"}),
     ("modwt", {"boundary": "left_out"}), ("flow_balance", {"spool": "command", "supply": "nominal"}),

@@ -16,18 +16,6 @@ def _shift(fluid, value, name="fluid.bulk_modulus"):
     return loaded.study.shifts["other"][name]
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("fluid.bulk_modulus", "+x %"), ("fluid.bulk_modulus", "+0 %"), ("fluid.bulk_modulus", "-100 %"),
-        ("supply.return_pressure", "+5 %"), ("control.law", "+5 %"), ("fluid.bulk_modulos", "+5 %"),
-    ],
-)  # fmt: skip
-def test_a_share_of_nothing_is_refused_with_its_place(name, value):
-    with pytest.raises(hydrofdi.HydrofdiError, match=rf"study\.shifts.*{name}"):
-        _shift({}, value, name)
-
-
 @pytest.mark.parametrize("template", ["actuator.yaml", "online.yaml"])
 @pytest.mark.parametrize("own", ["551 MPa", "900 MPa", "1.4 GPa"])
 def test_the_stiffer_oil_of_a_template_is_stiffer_than_any_of_its_population(template, own, tmp_path):

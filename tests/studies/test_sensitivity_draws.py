@@ -5,7 +5,6 @@ import pytest
 
 from hydrofdi.config import load_experiment
 from hydrofdi.config.run_table.expansion import expand_runs
-from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.populations import AGAIN, FIRST, NOTHING, SECOND, Kind
 
 BULK, LAW, SUPPLY = NAMES = ("fluid.bulk_modulus", "friction.law", "supply.pressure")
@@ -80,21 +79,3 @@ def test_a_design_takes_what_it_says(table, tmp_path):
     assert len(table.runs) == len(without.runs) + (3 + 1) * 50 + (3 + 3) * 32
     ids = list(without.runs.record_digests())
     assert list(table.runs.record_digests())[: len(ids)] == ids
-
-
-CORRELATION = (
-    "    correlation: {parameters: [fluid.bulk_modulus, supply.pressure], matrix: [[1, 0.5], [0.5, 1]]}\n"
-)
-
-
-@pytest.mark.parametrize(
-    ("given", "text"),
-    [
-        ("{sobol: 100}", STUDY), ("{sobol: 8}", STUDY), ("{alone: 10}", STUDY),
-        ("{sobol: 16}", STUDY.replace("  healthy:", f"{CORRELATION}  healthy:")),
-        ("{alone: 50}", STUDY[: STUDY.index("    over:")] + STUDY[STUDY.index("  healthy:") :]),
-    ],
-)  # fmt: skip
-def test_what_carries_nothing_is_refused(tmp_path, given, text):
-    with pytest.raises(ConfigError, match="sensitivity"):
-        expanded(tmp_path, text, given)

@@ -39,36 +39,6 @@ def test_settings_reach_every_part(loaded, setting, reached):
     assert reached(loaded(STUDY, setting).study)
 
 
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        ("  faults: {leakage.internal_flow: [0 L/min], each: 5}", 4),
-        ("  faults: {friction.viscous: [60], each: 5}", 4),
-        ("  faults: {each: 5}", 4),
-        ("  faults: {leakage.internal_flow: [1 mm], each: 5}", 4),
-        ("  faults: {leakage.internal_flow: [1 L/min], eech: 5}", 4),
-        ("  shifts: {thick: {fluid.bulk_moduls: 1}}", 4),
-        ("  shifts: {thick: 3}", 4),
-        ("  shifts: {leaky: {leakage.internal_flow: 1 L/min}}", 2),
-        ("  population: {over: {leakage.internal_coefficient: {uniform: [0, 1e-9]}}}", 2),
-        ("  population: {methode: random}", 4),
-        ("ensemble: {grid: {supply.pressure: [16 MPa]}}", 1),
-        ("replicates: {count: 3}\npressure_1_sensor: {noise: 1 kPa}", 1),
-        ("detection: {indicators: [dtw]}", 4),
-        ("indicators: [dwt]\ndetection: {indicators: [modwt]}", 5),
-        ("detection: {scores: {s: {kind: lda, of: [dwt.d9]}}}", 4),
-        ("detection: {scores: {s: {kind: compensated, of: [dwt.d1]}}}", 4),
-        ("detection: {scores: {dwt: {kind: lda, of: [dwt]}}}", 4),
-    ],
-)
-def test_a_mistake_is_one_line_with_its_place(loaded, tmp_path, text, line):
-    with pytest.raises(ConfigError) as error:
-        loaded(f"name: small\nstudy:\n  healthy: {{fit: 20, test: 10}}\n{text}\n")
-    found = [str(mistake) for mistake in error.value.mistakes]
-    assert not any("\n" in each for each in found)
-    assert line == 1 or any(f"{tmp_path / 'study.yaml'}:{line}: " in each for each in found)
-
-
 def test_designs_do_not_vary_what_the_study_draws(loaded):
     with pytest.raises(ConfigError, match=r"measurement\.seed varies in both sweep and study"):
         loaded(STUDY + "  population: {per_record: {measurement.seed: {integers: [0, 9]}}}\n"

@@ -65,8 +65,3 @@ class InputConfig(Section):
     def is_periodic(self) -> bool:
         """Whether the voltage repeats itself after a period."""
         return self.shape in {"square", "sine", "multisine"}
-
-    @property
-    def is_smooth(self) -> bool:
-        """Whether the voltage has no jumps but those from step to step."""
-        return self.shape in {"sine", "sweep", "multisine"}

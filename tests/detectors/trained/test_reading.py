@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.detectors.trained import DetectorConfig
 from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.reading import MOST_BYTES, detector_text, is_detector, load_detector
+from hydrofdi.detectors.trained.reading import detector_text, is_detector, load_detector
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_names
@@ -114,13 +114,19 @@ def test_the_key_that_is_wrong_is_named(record, load, path, value):
     [
         "", "[" * 100_000, '{"schema": "hydrofdi.detector", "schema": 1}', '{"limit": NaN}',
         '{"limit": 1e999}',
-        f'{{"limit": {"9" * 5000}}}', b"\xff\xfe{}", " " * (MOST_BYTES + 1), "[1]",
+        f'{{"limit": {"9" * 5000}}}', b"\xff\xfe{}", "[1]",
     ],
 )  # fmt: skip
 def test_what_is_no_detector_is_refused_in_one_line(load, text):
     with pytest.raises(ConfigError, match=r"^.*detector\.json: .*") as error:
         load(text)
     assert len(str(error.value).splitlines()) == 1
+
+
+def test_a_file_of_more_than_a_megabyte_is_not_read(load, file):
+    load(detector_text(file))
+    with pytest.raises(ConfigError, match="larger than 1 MiB"):
+        load(detector_text(file) + " " * 2**20)
 
 
 numbers = st.integers() | st.floats(allow_nan=False, allow_infinity=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from hydrofdi.config.shown_values import shown_in
+from hydrofdi.papers.maddahi2015 import asked_views
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.composition import Report
 from hydrofdi.report.contract import ComposedReport
@@ -31,8 +32,4 @@ def _report(data: ExperimentData) -> ComposedReport:
 
         return StudyReport.of(data)
     analysis = analyze(data)
-    if not (analysis.table.varies_external or data.has_replicates):
-        return Report(analysis)
-    from hydrofdi.papers.maddahi2015.views import asked_views
-
-    return Report(analysis, asked_views(analysis))
+    return Report(analysis, tuple(asked_views(analysis)))

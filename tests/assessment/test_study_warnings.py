@@ -95,5 +95,5 @@ def test_without_the_extra_plans_warn_and_reports_judge_the_other_scores(loaded,
 
 def _versions(report):
     (block,) = [block for block in report.document().blocks if block.key == "provenance"]
-    (sheet,) = [sheet for sheet in block.tables if sheet.key == "versions"]
-    return [(name.text, shown.text) for name, shown in sheet.rows]
+    (table,) = [table for table in block.tables if table.key == "versions"]
+    return [(row["Library"], row["Version"]) for row in table]

@@ -95,20 +95,17 @@ def study_replicates(table: RunTable, data: ExperimentData) -> ReplicateStudy | 
     )
 
 
-def replicates_view(
-    table: RunTable, data: ExperimentData, study: ReplicateStudy, levels: Sequence[int] | None = None
-) -> View:
+def replicates_views(
+    table: RunTable, data: ExperimentData, levels: Sequence[int] | None = None
+) -> Iterator[View]:
     """Does a leak move the details more than healthy actuators differ; by default at all levels."""
-    block = Block(
-        "replicates",
-        "Healthy replicates: what differs without a leak",
-        tuple(_sentences(data, study, levels or range(table.n_level))),
-        (
-            _ranges_table(study),
-            *(_rows_table(table, study.rows[name], name) for name in ("matched", "fixed")),
-        ),
-    )
-    return block, {"replicates": _record(study)}
+    if (study := study_replicates(table, data)) is None:
+        return
+    said = tuple(_sentences(data, study, levels or range(table.n_level)))
+    tables = (_rows_table(table, study.rows[name], name) for name in ("matched", "fixed"))
+    title = "Healthy replicates: what differs without a leak"
+    block = Block("replicates", title, said, (_ranges_table(study), *tables))
+    yield block, {"replicates": _record(study)}
 
 
 def _record(study: ReplicateStudy) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from hydrofdi.papers.maddahi2015 import asked_views
 from hydrofdi.papers.maddahi2015.claims import D2, D3
 from hydrofdi.papers.maddahi2015.conclusions import (
     claims_blocks,
@@ -18,8 +19,7 @@ from hydrofdi.papers.maddahi2015.controls import controls_block
 from hydrofdi.papers.maddahi2015.scenario_tables import scenario_blocks
 from hydrofdi.papers.maddahi2015.scenarios import scenarios_record
 from hydrofdi.papers.maddahi2015.study import Study, study_experiment
-from hydrofdi.papers.maddahi2015.tables import reference_block, table2_block, table3_blocks
-from hydrofdi.papers.maddahi2015.views import asked_views
+from hydrofdi.papers.maddahi2015.tables import deviations, reference_block, table2_block, table3_blocks
 from hydrofdi.report.composition import Report, answers, compose_empty, document_of
 from hydrofdi.report.document import Block, Document
 from hydrofdi.report.indicators.section import indicator_blocks
@@ -80,7 +80,7 @@ class StudyReport(Report):
                 "sealed_alarms": [each.alarm_record(study.standings) for each in sealed],
                 "best_level_matched": [each.best_record(study.standings) for each in leaky],
             },
-            "reference": study.deviations if is_single else [],
+            "reference": deviations(study.table, study.data.experiment.reference) if is_single else [],
         }
         if study.scenarios is not None:
             record["scenarios"] = scenarios_record(study.scenarios)

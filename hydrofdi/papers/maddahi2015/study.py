@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.config.reference import ReferenceCell
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult
 from hydrofdi.papers.maddahi2015.controls import Control, controls
 from hydrofdi.papers.maddahi2015.grid import ModeGrid, arrange_modes
@@ -20,7 +19,6 @@ from hydrofdi.report.analysis import Analysis, analyze
 from hydrofdi.report.wording import mode_name
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
-from hydrofdi.units import convert
 
 
 @dataclass(frozen=True)
@@ -81,39 +79,6 @@ class Study(Analysis):
                     "margin_percentage_points": margin,
                     "each_may_move_percentage_points": float(check.allowance[scenario]),
                 } | ({"labels": labels} if labels else {})
-
-    @cached_property
-    def deviations(self) -> list[dict[str, Any]]:
-        """Every published value of the ``reference`` section beside the computed one."""
-        return [self._deviation(cell) for cell in self.data.experiment.reference.cells]
-
-    def _deviation(self, cell: ReferenceCell) -> dict[str, Any]:
-        level, is_delta = int(cell.level[1:]) - 1, cell.delta is not None
-        asked = (cell.leakage, cell.bulk_modulus)
-        meant = (
-            row
-            for row in self.table.rows
-            if np.allclose((row.leakage_flow, row.bulk_modulus), asked, 1e-6, 0)
-        )
-        row, computed = next(meant, None), math.nan
-        if row is not None and level < self.table.n_level:
-            computed = (row.details.fixed if is_delta else row.details.rms)[level]
-        published = cell.delta if cell.delta is not None else cell.rms
-        assert published is not None
-        deviation = computed - published if is_delta else 100.0 * (computed - published) / published
-        general = self.data.experiment.reference.tolerance
-        tolerance = general if cell.tolerance is None else cell.tolerance
-        return {
-            "leakage_L_per_min": convert(cell.leakage, "L/min"),
-            "bulk_modulus_MPa": convert(cell.bulk_modulus, "MPa"),
-            "level": cell.level,
-            "quantity": "delta_fixed_percent" if is_delta else "detail_rms_Pa",
-            "published": published,
-            "computed": computed,
-            "deviation": deviation,
-            "tolerance": tolerance,
-            "agrees": None if math.isnan(deviation) else abs(deviation) <= tolerance,
-        }
 
 
 def study_experiment(data: ExperimentData) -> Study:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from typing import Any
 
+import numpy as np
+
+from hydrofdi.config.reference import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015.standings import points
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.document import Block, group_breaks
-from hydrofdi.report.runs import TableRow
+from hydrofdi.report.runs import RunTable, TableRow
 from hydrofdi.report.sections.runs import changes_block
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import kilopascal, leakage_label, mode_name, modulus_column, signed
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import HOLE
+from hydrofdi.units import convert
 
 NONE_GIVEN = (
     "No published value is compared: the digits of the paper's Tables 2 and 3 are lost in the only text that"
@@ -64,13 +70,43 @@ def _table2(rows: list[TableRow]) -> Table:
     )
 
 
+def deviations(table: RunTable, reference: ReferenceConfig) -> list[dict[str, Any]]:
+    """Every published value beside the computed one."""
+    return [_deviation(table, cell, reference.tolerance) for cell in reference.cells]
+
+
+def _deviation(table: RunTable, cell: ReferenceCell, general: float) -> dict[str, Any]:
+    level, is_delta, computed = int(cell.level[1:]) - 1, cell.delta is not None, math.nan
+    asked = (cell.leakage, cell.bulk_modulus)
+    for row in table.rows if level < table.n_level else ():
+        if np.allclose((row.leakage_flow, row.bulk_modulus), asked, rtol=1e-6, atol=0.0):
+            computed = (row.details.fixed if is_delta else row.details.rms)[level]
+            break
+    published = cell.delta if cell.delta is not None else cell.rms
+    assert published is not None
+    deviation = computed - published if is_delta else 100.0 * (computed - published) / published
+    tolerance = general if cell.tolerance is None else cell.tolerance
+    return {
+        "leakage_L_per_min": convert(cell.leakage, "L/min"),
+        "bulk_modulus_MPa": convert(cell.bulk_modulus, "MPa"),
+        "level": cell.level,
+        "quantity": "delta_fixed_percent" if is_delta else "detail_rms_Pa",
+        "published": published,
+        "computed": computed,
+        "deviation": deviation,
+        "tolerance": tolerance,
+        "agrees": None if math.isnan(deviation) else abs(deviation) <= tolerance,
+    }
+
+
 def reference_block(study: Study) -> Block:
     """Published values beside the computed ones, or the sentence that there are none."""
-    found, title = study.deviations, "Published values"
+    reference, title = study.data.experiment.reference, "Published values"
+    found = deviations(study.table, reference)
     if not found:
         return Block("reference", title, (NONE_GIVEN,))
     agrees = [each["agrees"] for each in found]
-    holes, source = agrees.count(None), study.data.experiment.reference.source
+    holes, source = agrees.count(None), reference.source
     said = [
         f"Within the tolerance: {agrees.count(True)} of {counted(len(agrees) - holes, 'published value')}"
         f"{f'; source: {source}' if source else ''}."
@@ -78,7 +114,7 @@ def reference_block(study: Study) -> Block:
     if holes:
         said += [f"{counted(holes, 'value')} could not be compared: there is no such run, or it failed."]
     shows = [signed if "delta" in each["quantity"] else kilopascal for each in found]
-    cells = study.data.experiment.reference.cells
+    cells = reference.cells
     columns = (
         Column("Mode", [mode_name(cell.leakage, cell.bulk_modulus) for cell in cells], is_text=True),
         Column("Level", [cell.level for cell in cells], is_text=True),

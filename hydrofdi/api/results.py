@@ -131,7 +131,8 @@ class Results(Guessable):
         """The report as Markdown, as ``hydrofdi report --format markdown`` prints it."""
         from hydrofdi.report.forms.markdown import render_markdown
 
-        return Markdown(render_markdown(self._report.document()))
+        with shown_in(self.data.experiment.units):
+            return Markdown(render_markdown(self._report.document()))
 
     def plot(self, figure: str | None = None) -> Figure:
         """A figure of the report by its name; the usual one where it is left out.
@@ -144,7 +145,8 @@ class Results(Guessable):
         from hydrofdi.report.figures import draw_figure
 
         name = self._report.usual_figure if figure is None else str(figure)
-        return shown(draw_figure(self._report, name))
+        with shown_in(self.data.experiment.units):
+            return shown(draw_figure(self._report, name))
 
     @cached_property
     def _report(self) -> ComposedReport:

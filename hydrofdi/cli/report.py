@@ -81,25 +81,28 @@ def report(
     """
     from hydrofdi.api.stored import read_results
     from hydrofdi.cli.terminal import tell
+    from hydrofdi.config.shown_values import shown_in
     from hydrofdi.papers import make_report
 
     html = html or form is Format.html
     directory, page = _places(places or [], html)
-    made = make_report(read_results(directory))
-    if figure is not None:
-        from hydrofdi.report.figures import write_figure
+    data = read_results(directory)
+    with shown_in(data.experiment.units):
+        made = make_report(data)
+        if figure is not None:
+            from hydrofdi.report.figures import write_figure
 
-        tell(f"drew {figure}: {write_figure(made, figure)}")
-    if html:
-        _write_page(made, page or made.path.with_suffix(".html"))
-    if out is not None:
-        from hydrofdi.report.publication import write_all_forms
+            tell(f"drew {figure}: {write_figure(made, figure)}")
+        if html:
+            _write_page(made, page or made.path.with_suffix(".html"))
+        if out is not None:
+            from hydrofdi.report.publication import write_all_forms
 
-        for line in write_all_forms(made, out):
-            tell(line)
-    if json or form not in (None, Format.html) or not (html or out or check or figure):
-        _print(made, Format.json if json else form or Format.text, full)
-    return _check_code(made) if check else 0
+            for line in write_all_forms(made, out):
+                tell(line)
+        if json or form not in (None, Format.html) or not (html or out or check or figure):
+            _print(made, Format.json if json else form or Format.text, full)
+        return _check_code(made) if check else 0
 
 
 def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:

@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-from hydrofdi.config.shown_values import shown_in
 from hydrofdi.papers.maddahi2015 import asked_views
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.composition import Report
 from hydrofdi.report.contract import ComposedReport
-from hydrofdi.report.in_units import ReportInUnits
 from hydrofdi.store import ExperimentData
 
 
-def make_report(data: ExperimentData) -> ReportInUnits:
+def make_report(data: ExperimentData) -> ComposedReport:
     """The report of an experiment: of a study of detection, of a paper's study, else the general one.
 
-    People read it in the units that the experiment is written in.
+    Within `shown_in`, people read it in the units that the experiment is written in.
     """
-    units = data.experiment.units
-    with shown_in(units):
-        return ReportInUnits(_report(data), units)
-
-
-def _report(data: ExperimentData) -> ComposedReport:
     experiment = data.experiment
     if experiment.study is not None:
         from hydrofdi.report.detection.report import report_study

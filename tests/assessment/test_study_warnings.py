@@ -84,7 +84,7 @@ def test_without_the_extra_plans_warn_and_reports_judge_the_other_scores(loaded,
     assert "scikit-learn" in versions
     monkeypatch.setitem(sys.modules, "sklearn", None)
     assert any("pip install 'hydrofdi[learn]'" in text for text in study_warnings(experiment))
-    report = make_report(read_results(tmp_path / "out")).report
+    report = make_report(read_results(tmp_path / "out"))
     names = [each.scored.name for each in report.detections[0].judgements]
     assert names
     assert all(name.startswith("pressure_statistics.") for name in names)

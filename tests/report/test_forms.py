@@ -71,7 +71,7 @@ ROWS = st.builds(
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=50, deadline=None)
 @given(rows=st.lists(ROWS, min_size=1, max_size=3))
 def test_a_table_survives_csv_and_json(made_up, rows):
-    report = make_report(made_up).report
+    report = make_report(made_up)
     analysis = replace(report.analysis, table=replace(report.analysis.table, rows=tuple(rows)))
     columns = tidy_columns(analysis)
     read = list(csv.DictReader(io.StringIO(render_csv(columns))))

@@ -40,7 +40,7 @@ def with_ring(made_up):
         kept = data.replicate_of == names.NO_BASELINE
         measured = measured_indicator(LABEL, indicator, columns)
         study = study_indicator(measured, data, kept, varied_axes(data, kept))
-        made = make_report(data).report
+        made = make_report(data)
         return replace(made, analysis=replace(made.analysis, indicators=(study,)))
 
     return report
@@ -133,7 +133,7 @@ def test_every_form_has_the_section(with_ring, made_up, capsys):
 
 
 def test_without_further_indicators_nothing_is_added(made_up):
-    report = make_report(made_up).report
+    report = make_report(made_up)
     assert not [block for block in report.document().blocks if block.key.startswith("indicator")]
     assert "indicators" not in report.record()
 

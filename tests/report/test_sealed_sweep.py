@@ -19,7 +19,7 @@ AGAINST_50 = SEALED + "baseline: {fluid.bulk_modulus: 551 MPa, friction.viscous:
 
 
 def report_of(folder, text):
-    return make_report(read_results(sweep_in(folder, text).directory)).report
+    return make_report(read_results(sweep_in(folder, text).directory))
 
 
 def headers(report):

@@ -33,7 +33,7 @@ def half_done(tmp_path, hydrofdi):
 
 
 def test_an_unfinished_experiment_reports_what_is_there_and_why_the_rest_is_not(half_done):
-    report = make_report(read_results(half_done)).report
+    report = make_report(read_results(half_done))
     assert [row.status for row in report.analysis.table.rows] == ["ok", "missing", "ok", "missing"]
     (holes,) = [block for block in report.document().blocks if block.key == "holes"]
     assert holes.paragraphs[0] == "2 of 4 runs have no results."

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from textwrap import fill
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.figures.contrast import BLACK, text_on
-from hydrofdi.report.figures.heat_lines import HeatLines, heat_lines
+from hydrofdi.report.axes import Axis
+from hydrofdi.report.document import group_breaks
 from hydrofdi.report.figures.style import INK
-from hydrofdi.report.runs import RunTable, largest_positive
-from hydrofdi.report.sections.runs import baseline_title
-from hydrofdi.report.wording import signed
+from hydrofdi.report.runs import Levels, RunTable, baseline_changes, largest_positive
+from hydrofdi.report.sections.runs import baseline_title, delta_of
+from hydrofdi.report.wording import lead_columns, signed
+
+_MOST_LINES = 60
+"""Largest number of runs with one line each, and of lines of medians."""
 
 _COLORS, _MISSING = "PuOr_r", "#e4e4e8"
 """Scale of δ, and a run without numbers."""
+
+_WHITE, _BLACK = "#ffffff", "#000000"
 
 _LIMITS = (10.0, 30.0, 60.0)
 """Ends that the colour scale may have [%]."""
@@ -27,6 +34,101 @@ _CELL, _LETTER, _FONT = 0.62, 0.066, 8
 """Widths of a cell and of a letter beside it [in], and its size [pt]."""
 
 _FRAMED = "Framed: largest positive δ of the row"
+
+
+@dataclass(frozen=True)
+class HeatLines:
+    """The columns beside the cells of the heat map, and the cells.
+
+    Attributes
+    ----------
+    headers : tuple of str
+        Above the columns beside the cells, with units.
+    texts : tuple of tuple of str
+        These columns, line by line.
+    changes : dict
+        Kind of baseline → δ of each level [%], line by line.
+    breaks, strong_breaks : tuple of int
+        Lines with a thin or a thick rule above them.
+    note : str
+        Meaning of a line; empty if each line is a run.
+    """
+
+    headers: tuple[str, ...]
+    texts: tuple[tuple[str, ...], ...]
+    changes: dict[str, list[Levels]]
+    breaks: tuple[int, ...]
+    strong_breaks: tuple[int, ...] = ()
+    note: str = ""
+
+
+def heat_lines(analysis: Analysis) -> HeatLines:
+    """One line per run; for more than 60 runs, medians over those with each value of each parameter."""
+    rows = analysis.table.rows
+    if len(rows) > _MOST_LINES and analysis.responses.axes:
+        return _medians(analysis)
+    leakage, *others = lead_columns(analysis.table, rows)
+    shown = [leakage, *(each for each in others if len({*map(each.text_of, range(len(rows)))}) > 1)]
+    breaks = group_breaks([row.leakage_request for row in rows])
+    return HeatLines(
+        tuple(column.heading for column in shown),
+        tuple(tuple(column.text_of(place) for column in shown) for place in range(len(rows))),
+        {name: [*map(delta_of("details", name), rows)] for name in analysis.baselines},
+        breaks,
+        tuple(place for place in breaks if rows[place - 1].is_sealed),
+    )
+
+
+def _medians(analysis: Analysis) -> HeatLines:
+    """Leakage first, then the parameters that move δ of the leaking runs most, as many as fit."""
+    data, axes = analysis.data, [each.axis for each in analysis.responses.axes]
+    deltas = dict(zip(("fixed", "matched"), baseline_changes(data), strict=True))
+    is_leaking = data.leakage_requests > 0.0
+    parts = {axis.name: _parts(axis, is_leaking) for axis in axes}
+
+    def reach(name: str) -> float:
+        """Largest range of the medians over all levels [percentage points]."""
+        spreads = [
+            np.ptp([_median(deltas[each][rows]) for _, rows in parts[name]], axis=0)
+            for each in analysis.baselines
+        ]
+        return float(np.nanmax(spreads, initial=0.0))
+
+    kept: list[Axis] = []
+    for axis in sorted(axes, key=lambda axis: (not axis.is_leakage, -reach(axis.name))):
+        if sum(len(parts[each.name]) for each in [*kept, axis]) <= _MOST_LINES:
+            kept.append(axis)
+    lines = [
+        (axis.header if not place else "", text, rows)
+        for axis in kept
+        for place, (text, rows) in enumerate(parts[axis.name])
+    ]
+    n_run = len(analysis.table.rows)
+    note = f"{n_run:,} runs in one picture: each row is the median δ of the runs with this value"
+    if is_leaking.any():
+        note += ", of further parameters of those that leak"
+    if len(kept) < len(parts):
+        note += f"; shown are the {len(kept)} of {len(parts)} parameters that move δ most"
+    return HeatLines(
+        ("what varies", "value", "runs"),
+        tuple((header, text, f"{int(rows.sum()):,}") for header, text, rows in lines),
+        {name: [_median(deltas[name][rows]) for *_, rows in lines] for name in analysis.baselines},
+        tuple(place for place, (header, *_) in enumerate(lines) if place and header),
+        (1,) if lines[0][1] == "sealed" else (),
+        note,
+    )
+
+
+def _parts(axis: Axis, is_leaking: NDArray[np.bool_]) -> list[tuple[str, NDArray[np.bool_]]]:
+    """The runs of each group of an axis; those that leak, if any do."""
+    is_shown = is_leaking if is_leaking.any() and not axis.is_leakage else np.ones_like(is_leaking)
+    return [(group.text, rows) for group in axis.groups if (rows := group.rows & is_shown).any()]
+
+
+def _median(deltas: NDArray[np.float64]) -> Levels:
+    """Median of each level over the runs that have a number."""
+    known = [column[np.isfinite(column)] for column in deltas.T]
+    return tuple(float(np.median(column)) if column.size else np.nan for column in known)
 
 
 def draw_sensitivity(analysis: Analysis) -> Figure:
@@ -40,7 +142,7 @@ def draw_sensitivity(analysis: Analysis) -> Figure:
     table, baselines = analysis.table, analysis.baselines
     if not baselines:
         raise ReportError(analysis.missing_baseline or analysis.no_changes)
-    lines = heat_lines(table, baselines)
+    lines = heat_lines(analysis)
     widths = _column_widths(lines)
     panel = max(_CELL * table.n_level, 2.9)
     beside = _LETTER * sum(widths)
@@ -80,7 +182,8 @@ def _draw_cells(axis: Any, deltas: Any, limit: float) -> Any:
     for y, levels in enumerate(deltas):
         best = largest_positive(levels)
         for x, text in enumerate(map(signed, levels)):
-            color = text_on(image.cmap(image.norm(values[y, x])) if np.isfinite(values[y, x]) else _MISSING)
+            light = np.dot(image.to_rgba(values[y, x : x + 1])[0, :3], (0.299, 0.587, 0.114))
+            color = _BLACK if light > 0.5 or not np.isfinite(values[y, x]) else _WHITE
             axis.text(x, y, text, ha="center", va="center", fontsize=_FONT, color=color)
             if x == best and text != "0.0":
                 axis.add_patch(_frame(x, y))
@@ -90,12 +193,12 @@ def _draw_cells(axis: Any, deltas: Any, limit: float) -> Any:
 def _frame(x: int, y: int) -> Any:
     from matplotlib.patches import Rectangle
 
-    return Rectangle((x - 0.46, y - 0.42), 0.92, 0.84, fill=False, edgecolor=BLACK, linewidth=1.3)
+    return Rectangle((x - 0.46, y - 0.42), 0.92, 0.84, fill=False, edgecolor=_BLACK, linewidth=1.3)
 
 
 def _draw_rules(axis: Any, lines: HeatLines) -> None:
     for place in sorted({*lines.breaks, *lines.strong_breaks}):
-        axis.axhline(place - 0.5, color=BLACK, linewidth=2.0 if place in lines.strong_breaks else 0.6)
+        axis.axhline(place - 0.5, color=_BLACK, linewidth=2.0 if place in lines.strong_breaks else 0.6)
 
 
 def _head(axis: Any, table: RunTable, baseline: str, n_letter: int) -> None:

@@ -41,7 +41,7 @@ def study(tmp_path_factory):
 def report(study, *settings) -> DetectionReport:
     experiment = load_experiment(study, settings)
     run_sweep(experiment, study.parent / "out", InProcessEngine())
-    return make_report(read_results(study.parent / "out")).report
+    return make_report(read_results(study.parent / "out"))
 
 
 def test_a_report_shows_the_sensors_and_says_which_have_no_noise(study):

@@ -30,7 +30,7 @@ def report(tmp_path_factory):
     file.write_text(STUDY)
     run_sweep(load_experiment(file), folder / "out", InProcessEngine())
     write_request(folder / "out", load_experiment(file, LARGER))
-    return make_report(read_results(folder / "out")).report
+    return make_report(read_results(folder / "out"))
 
 
 def test_an_unfinished_study_says_so_first_and_concludes_nothing(report):

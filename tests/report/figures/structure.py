@@ -2,9 +2,39 @@
 
 from __future__ import annotations
 
+import matplotlib
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 
-from tests.report.figures.laws import drawn, tick_labels
+from hydrofdi.report.figures.style import SETTINGS
+
+DPI = 100
+
+
+def drawn(figure):
+    """The figure, laid out as it is saved."""
+    figure.dpi = DPI
+    with matplotlib.rc_context(SETTINGS):
+        FigureCanvasAgg(figure).draw()
+    return figure
+
+
+def tick_labels(axis):
+    """Labels of ticks that stand within the axis and are shown."""
+    if not (axis.get_visible() and axis.axes.get_visible()):
+        return []
+    ends = sorted(axis.get_view_interval())
+    margin = 1e-9 * (ends[1] - ends[0])
+    ticks = [
+        tick for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]
+        if ends[0] - margin <= tick.get_loc() <= ends[1] + margin
+    ]  # fmt: skip
+    labels = [
+        label
+        for tick in sorted(ticks, key=lambda tick: tick.get_loc())
+        for label in (tick.label1, tick.label2)
+    ]
+    return [label for label in labels if label.get_visible() and label.get_text().strip()]
 
 
 def structure(figure):

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from hydrofdi.report.figures import draw_figure
+from hydrofdi.report.figures import draw_all, draw_figure
+from hydrofdi.report.figures.style import figure_bytes
 from tests.report.figures.structure import structure
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -43,13 +44,20 @@ def test_the_heat_map_of_many_runs_leaves_none_out(reports):
     for name, _, count in lines:
         named = name or named
         counts[named] = counts.get(named, 0) + int(count)
-    assert counts == {"leakage [L/min]": 180, "friction.viscous [N·s/m]": 135, "supply.pressure [MPa]": 135}
+    assert counts == {"Leakage [L/min]": 180, "friction.viscous [N·s/m]": 135, "supply.pressure [MPa]": 135}
     assert changes["cells"] == [[len(lines), 5]]
 
 
 def test_the_lines_of_the_heat_map_are_the_runs_of_a_small_sweep(reports):
     drawn = structure(draw_figure(reports["modes"], "sensitivity"))
-    rows = reports["modes"].report.analysis.table.rows
-    assert drawn["axes"][0]["x"]["ticks"] == ["leakage\n[L/min]", "EBM\n[MPa]"]
+    rows = reports["modes"].analysis.table.rows
+    assert drawn["axes"][0]["x"]["ticks"] == ["Leakage\n[L/min]", "EBM\n[MPa]"]
     assert drawn["axes"][0]["texts"][:4] == ["sealed", "400", "sealed", "551"]
     assert drawn["axes"][1]["cells"] == [[len(rows), 5]]
+
+
+def test_every_figure_can_be_drawn_and_saved(reports):
+    for report in reports.values():
+        drawn, _ = draw_all(report, list(report.figures()))
+        assert drawn
+        assert all(figure_bytes(figure, "svg") for figure in drawn.values())

@@ -67,6 +67,37 @@ def test_the_end_of_the_file_is_the_end_of_the_stream_where_nobody_follows(log):
     assert follower.times == [1.0, 2.0]
 
 
+def test_a_renamed_file_is_read_to_its_end_before_the_new_one(log):
+    append(log, HEADER + "1,10\n")
+    follower = Follower(log)
+    follower.read()
+    log.rename(log.with_suffix(".csv.1"))
+    append(log.with_suffix(".csv.1"), "2,20\n")
+    log.touch()
+    follower.read()
+    append(log.with_suffix(".csv.1"), "3,30\n")
+    append(log, HEADER + "4,40\n")
+    follower.read()
+    assert follower.times == [1.0, 2.0, 3.0, 4.0]
+
+
+def test_what_is_written_between_the_last_look_and_the_renaming_is_not_lost(log, monkeypatch):
+    is_replaced, late = GrowingFile._is_replaced, ["2,20\n"]
+
+    def written_just_before(source, file):
+        if late:
+            append(log, late.pop())
+            log.rename(log.with_name("old"))
+            append(log, HEADER + "3,30\n")
+        return is_replaced(source, file)
+
+    append(log, HEADER + "1,10\n")
+    monkeypatch.setattr(GrowingFile, "_is_replaced", written_just_before)
+    follower = Follower(log)
+    follower.read()
+    assert follower.times == [1.0, 2.0, 3.0]
+
+
 def test_files_that_were_renamed_in_the_meantime_are_read_in_their_order(log):
     """Whatever their names say of their order."""
     append(log, HEADER + "1,10\n")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import tzinfo
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, TypeVar
 
 from pydantic import Field, field_validator
 
@@ -14,76 +14,9 @@ from hydrofdi.monitor.opcua.configuration import OpcUaConfig
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.dates import time_zone
 from hydrofdi.records.measured.description.checks import channel_mistakes
-from hydrofdi.records.measured.description.sections import (
-    ChannelConfig,
-    Column,
-    FormatConfig,
-    TimeConfig,
-    one_or_more,
-)
+from hydrofdi.records.measured.description.sections import ChannelConfig, FormatConfig, TimeConfig
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.validation import read_yaml, validated
-
-
-class TextConfig(Section):
-    """Format of a text stream. By default, its header shows the delimiter and the time."""
-
-    delimiter: Annotated[str, Field(min_length=1, max_length=5)] | None = None
-    """Separator of the columns: one character, ``tab`` or ``space`` (one or more spaces). By default detected
-    from the header: tab, then ``;``, ``,``, ``|``, blanks."""
-
-    decimal: Literal[".", ","] = "."
-    """Decimal sign."""
-
-    comment: str = "#"
-    """Lines that start with this are ignored."""
-
-    missing: Annotated[tuple[Column, ...], one_or_more(str | int)] = ()
-    """Texts that mean a missing value, in addition to an empty cell, ``nan``, ``NA`` and ``null``."""
-
-    time: TimeConfig | None = None
-    """Column or key of sampling instants; by default recognised by its name."""
-
-    encoding: str = "utf-8"
-    """Encoding, such as ``cp1252`` or ``latin-1``."""
-
-    zone: str = ""
-    """Time zone of dates that state none, such as ``Europe/Berlin``, ``UTC`` or ``+01:00``. At the end of
-    summer time an hour repeats; zones without summer time avoid that."""
-
-    sampling_frequency: Annotated[float, SI("Hz", above=0.0)] | None = None
-    """Sampling frequency of a stream without time; its samples are counted."""
-
-    @field_validator("zone")
-    @classmethod
-    def _is_a_zone(cls, given: str) -> str:
-        if given:
-            time_zone(given)
-        return given
-
-    @field_validator("encoding")
-    @classmethod
-    def _is_an_encoding(cls, given: str) -> str:
-        try:
-            ends = "\n".encode(given)
-        except LookupError:
-            raise ValueError(f"unknown encoding {given!r}; for example utf-8 or cp1252") from None
-        if ends != b"\n":
-            raise ValueError(f"{given} is not an encoding of streams; for example utf-8 or cp1252")
-        return given
-
-    @property
-    def time_zone(self) -> tzinfo | None:
-        """The zone; None if it is not stated."""
-        return time_zone(self.zone) if self.zone else None
-
-    @property
-    def form(self) -> FormatConfig:
-        """The same format for a file."""
-        return FormatConfig(
-            delimiter=self.delimiter, decimal=self.decimal, comment=self.comment, missing=self.missing
-        )
-
 
 Placed = TypeVar("Placed", bound=Section)
 
@@ -102,13 +35,50 @@ class MonitorConfig(Section):
     """Channel, by name or symbol such as ``P1`` → column of a text, key of a JSON object, or node of an OPC
     UA server. Text and JSON need none if their names and units are self-explanatory."""
 
-    text: TextConfig = TextConfig()
+    time: TimeConfig | None = None
+    """Column or key of sampling instants; by default recognised by its name."""
+
+    sampling_frequency: Annotated[float, SI("Hz", above=0.0)] | None = None
+    """Sampling frequency of a text without time; its samples are counted."""
+
+    zone: str = ""
+    """Time zone of dates that state none, such as ``Europe/Berlin``, ``UTC`` or ``+01:00``. At the end of
+    summer time an hour repeats; zones without summer time avoid that."""
+
+    format: FormatConfig = FormatConfig()
+    """Format of a text, as of measured files: ``delimiter``, ``decimal``, ``comment``, ``missing`` and
+    ``encoding``. The other keys do not apply to a stream."""
 
     mqtt: MqttConfig = MqttConfig()
 
     opcua: OpcUaConfig = OpcUaConfig()
 
     limits: LimitsConfig = LimitsConfig()
+
+    @field_validator("zone")
+    @classmethod
+    def _is_a_zone(cls, given: str) -> str:
+        if given:
+            time_zone(given)
+        return given
+
+    @field_validator("format")
+    @classmethod
+    def _is_of_a_stream(cls, given: FormatConfig) -> FormatConfig:
+        if stated := sorted(given.model_fields_set & {"kind", "skip", "header", "units_row"}):
+            raise ValueError(f"{stated[0]!r} does not apply to a stream")
+        try:
+            ends = "\n".encode(given.encoding)
+        except LookupError:
+            ends = b""
+        if ends != b"\n":
+            raise ValueError(f"{given.encoding!r} is no encoding of streams; for example utf-8 or cp1252")
+        return given
+
+    @property
+    def time_zone(self) -> tzinfo | None:
+        """The zone; None if it is not stated."""
+        return time_zone(self.zone) if self.zone else None
 
 
 def load_monitor_config(path: Path | None) -> MonitorConfig:

@@ -141,6 +141,6 @@ def unix_seconds(texts: Sequence[str], zone: tzinfo | None = None) -> Array:
     if not all(found.has_zone for found in instants):
         raise ValueError(
             f"the time has no zone; write it like {_EXAMPLE}, or state the zone in the file of"
-            f" config: 'text: {{zone: Europe/Berlin}}'"
+            f" config: 'zone: Europe/Berlin'"
         )
     return np.array([found.nanoseconds / _BILLION for found in instants], dtype=np.float64)

@@ -4,15 +4,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from hydrofdi.monitor.configuration import LimitsConfig, MonitorConfig, TextConfig
+from hydrofdi.monitor.configuration import LimitsConfig, MonitorConfig
 from hydrofdi.monitor.sources.contract import joined
 from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.records.measured.description.sections import FormatConfig
 
 
-def config_of(channels=None, largest=2**20, **text):
+def config_of(channels=None, largest=2**20, **options):
     """A configuration of a monitor; its largest line or message may be smaller than a user may state."""
-    limits = LimitsConfig.model_construct(payload=largest)
-    return MonitorConfig.model_construct(channels=channels or {}, text=TextConfig(**text), limits=limits)
+    form = {key: options.pop(key) for key in [*options] if key in FormatConfig.model_fields}
+    config = MonitorConfig(channels=channels or {}, format=form, **options)
+    return config.model_copy(update={"limits": LimitsConfig.model_construct(payload=largest)})
 
 
 def reader(position=(), needed=(), **options):

@@ -55,11 +55,14 @@ def test_json_knows_the_zone_as_well() -> None:
     assert lines.time.tolist() == [seconds(2026, 1, 31, 11)]
 
 
-@pytest.mark.parametrize("text", ["zone: Europe/Berln", "encoding: cp12525", "encoding: utf-16"])
+@pytest.mark.parametrize(
+    "text",
+    ["zone: Europe/Berln", "format: {encoding: cp12525}", "format: {encoding: utf-16}", "format: {skip: 1}"],
+)
 def test_a_wrong_zone_or_encoding_is_refused_with_its_line(tmp_path, text) -> None:
     path = tmp_path / "monitor.yaml"
-    path.write_text(f"text: {{{text}}}\n")
-    with pytest.raises(ConfigError, match=rf":1: text\.{text.partition(':')[0]}"):
+    path.write_text(f"{text}\n")
+    with pytest.raises(ConfigError, match=rf":1: {text.partition(':')[0]}"):
         load_monitor_config(path)
 
 
@@ -68,5 +71,5 @@ def test_a_stated_encoding_reads_the_names_of_columns() -> None:
     position = {Channel.PISTON_POSITION: ChannelConfig(column="Weg Stößel (mm)", unit="mm")}
     chunk, _ = read_in_pieces(reader(channels=position, encoding="cp1252"), data)
     np.testing.assert_allclose(chunk.channels[Channel.PISTON_POSITION], [1e-3, 2e-3])
-    with pytest.raises(DataError, match=r"'text: \{encoding: cp1252\}'"):
+    with pytest.raises(DataError, match=r"'format: \{encoding: cp1252\}'"):
         read_in_pieces(reader(), data)

@@ -210,7 +210,7 @@ def _named_time(titles: Sequence[str], units: Sequence[str], dated: Collection[i
 
 
 def _encoding_hint() -> str:
-    return "; this is not UTF-8: state the encoding in the file of config, such as 'text: {encoding: cp1252}'"
+    return "; this is not UTF-8: write, in the file of config, 'format: {encoding: cp1252}'"
 
 
 def _no_unit_of_time(where: str) -> DataError:

@@ -40,12 +40,13 @@ class CsvLines:
         needed: Collection[Channel] = (),
     ) -> None:
         self.header: list[str] = []
-        self._channels, self._config, self._clock = config.channels, config.text, clock
+        self._channels, self._time, self._clock = config.channels, config.time, clock
+        self._form = config.format
         self._name, self._needed = name, needed
         self._delimiter, self._titles = ",", list[str]()
         self._units: list[str] | None = None
         self._columns: Columns | None = None
-        self._zone, self._has_begun = config.text.time_zone, False
+        self._zone, self._has_begun = config.time_zone, False
         self._reason = ""
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:
@@ -84,7 +85,7 @@ class CsvLines:
     def _cells(self, lines: Sequence[str]) -> tuple[list[str], int]:
         """All cells of lines with equal numbers of cells, and that number."""
         text = self._delimiter.join(lines)
-        comment = self._config.comment
+        comment = self._form.comment
         if comment and comment in text and (len(lines) > 1 or text.lstrip().startswith(comment)):
             raise ValueError("is a comment")
         if self._delimiter == " ":
@@ -107,7 +108,7 @@ class CsvLines:
             raise ValueError("is blank")
 
     def _numbers(self, cells: Sequence[str]) -> Array:
-        return column_numbers(cells, self._config.decimal, self._config.missing)
+        return column_numbers(cells, self._form.decimal, self._form.missing)
 
     def _times(self, columns: Columns, cells: Sequence[str], width: int, n_time: int) -> Array:
         if columns.time is None:
@@ -123,7 +124,7 @@ class CsvLines:
     def _line(self, line: str) -> list[Chunk]:
         """Read a line that is not a row, or the first after a header."""
         text = line.strip("\r ")
-        comment = self._config.comment
+        comment = self._form.comment
         if not text.strip() or (comment and text.startswith(comment)):
             return []
         try:
@@ -149,7 +150,7 @@ class CsvLines:
 
     def _begin(self, text: str) -> None:
         """Take a line as the header."""
-        self._delimiter = delimiter_of([text], self._config.form)
+        self._delimiter = delimiter_of([text], self._form)
         titles = self._titles_in(text)
         if any(self._is_number(title) for title in titles if title):
             raise DataError(
@@ -178,7 +179,7 @@ class CsvLines:
             self._titles,
             self._name,
             self._channels,
-            self._config.time,
+            self._time,
             self._units,
             self._needed,
             self._dated(cells),
@@ -193,7 +194,7 @@ class CsvLines:
 
     def _dated(self, cells: Sequence[str]) -> Collection[int]:
         """Columns of the first row without numbers; none if a sampling frequency replaces unnamed dates."""
-        if self._clock is not None and self._config.time is None:
+        if self._clock is not None and self._time is None:
             return ()
         return [n for n in range(len(self._titles)) if n >= len(cells) or not self._is_number(cells[n])]
 
@@ -211,7 +212,7 @@ class CsvLines:
         return not any(map(self._is_number, filter(None, titles))) and bool(set(titles) & set(self._titles))
 
     def _is_number(self, cell: str) -> bool:
-        return is_number(cell, self._config.decimal, self._config.missing)
+        return is_number(cell, self._form.decimal, self._form.missing)
 
 
 def _reason(error: Exception) -> str:
@@ -226,4 +227,4 @@ def _only(numbers: set[int]) -> int:
 
 
 def _comma_hint() -> str:
-    return "; if commas are decimal signs, write 'text: {decimal: \",\"}' in the file of config"
+    return "; if commas are decimal signs, write 'format: {decimal: \",\"}' in the file of config"

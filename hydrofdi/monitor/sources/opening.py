@@ -100,8 +100,7 @@ def _text(
     if without_credentials(text) != text and not path.exists():
         raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
     if sampling_frequency is not None:
-        form = config.text.model_copy(update={"sampling_frequency": sampling_frequency})
-        config = config.model_copy(update={"text": form})
+        config = config.model_copy(update={"sampling_frequency": sampling_frequency})
     if text == "-":
         return StandardInput(config, needed=file.channels)
     return GrowingFile(path, config, is_followed, file.channels)

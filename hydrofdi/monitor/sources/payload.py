@@ -73,8 +73,8 @@ class PayloadReader:
         clock: SampleClock | None = None,
         needed: Collection[Channel] = (),
     ) -> None:
-        self._channels, self._time, self._needed = config.channels, config.text.time, needed
-        self._clock, self._largest, self._zone = clock, config.limits.payload, config.text.time_zone
+        self._channels, self._time, self._needed = config.channels, config.time, needed
+        self._clock, self._largest, self._zone = clock, config.limits.payload, config.time_zone
         self._known: tuple[tuple[str, ...], tuple[int, ...]] | None = None
         self._columns = Columns(None, {})
 

@@ -101,10 +101,10 @@ class TextLines:
         needed: Collection[Channel] = (),
     ) -> None:
         self._config, self._name, self._needed = config, name, needed
-        self._largest, frequency = config.limits.payload, config.text.sampling_frequency
+        self._largest, frequency = config.limits.payload, config.sampling_frequency
         n_sample = int(position.get("n_sample", 0))
         self._clock = None if frequency is None else SampleClock(frequency, n_sample)
-        encoding = config.text.encoding
+        encoding = config.format.encoding
         self._encoding = "utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding
         self._lines: CsvLines | JsonLines | None = None
         self._rest, self._is_skipping = b"", "is_skipping" in position

@@ -66,12 +66,6 @@ def _sentences(study: Study) -> Iterator[str]:
     for outcome, word in _WORDS.items():
         if ids := [each.claim.id for each in study.claims if each.reproduced is outcome]:
             yield f"{joined(ids)}: {word}, at the configured phase."
-    if held := [each for each in study.claims if each.reproduced]:
-        least = min(held, key=lambda result: result.margin)
-        yield (
-            f"The smallest margin of what is reproduced is {least.margin:.2f} percentage points"
-            f" ({least.claim.id})."
-        )
 
 
 def guarded_block(study: Study) -> Block | None:

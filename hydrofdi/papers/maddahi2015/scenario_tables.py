@@ -104,7 +104,7 @@ def _values_table(study: ScenarioStudy) -> Table:
     names = [", ".join(v.parameters) if k in (0, *breaks) else "" for k, v in enumerate(found)]
     columns = [
         Column("Parameter", names, is_text=True),
-        Column("Value", list(map(_value_text, found)), is_text=True),
+        Column("Value", list(map(value_text, found)), is_text=True),
         _counts("Scenarios", [int(value.members.sum()) for value in found]),
         _counts("Feasible", [int((value.members & study.feasible).sum()) for value in found]),
     ]
@@ -120,7 +120,7 @@ def _values_table(study: ScenarioStudy) -> Table:
     return Table(tuple(columns), "Which values decide it", "scenarios-values", (note,), breaks)
 
 
-def _value_text(value: ValueShare) -> str:
+def value_text(value: ValueShare) -> str:
     """The value or range, with its unit."""
     if value.is_range:
         return shown_value(value.parameters[0], {"uniform": value.values})
@@ -142,24 +142,13 @@ def _groups(study: ScenarioStudy) -> dict[str, Mask]:
 
 def _control_sentences(study: ScenarioStudy) -> Iterator[str]:
     groups = _groups(study)
-    some = {name: members for name, members in groups.items() if members.any()}
-    alarms = study.configured.alarms_everywhere["alarms"]
-    parts = [f"{_share(study, alarms, members)} where {name}" for name, members in some.items()]
-    if parts and study.grid.raised:
-        yield (
-            "The d3 rule alarms on the sealed actuator at every EBM above normal in"
-            f" {joined(parts).replace('where all feasible', 'of all feasible scenarios')}."
-        )
     if "C4 holds" in groups:
         yield (
             "C4 asks for the largest δd3 with a leak, which is nearly what the alarm asks for without one:"
             " shares given C4 or C1–C4 are conditional on much of their outcome."
         )
-    if "C1–C4 hold" not in groups:
-        yield "C1–C4 are open: no scenario tests all."
-    elif not groups["C1–C4 hold"].any():
-        yield "No feasible scenario reproduces C1–C4."
     if study.raised_modes:
+        some = {name: members for name, members in groups.items() if members.any()}
         best = [f"{_share(study, study.is_d2_best, members)} ({name})" for name, members in some.items()]
         yield (
             f"Under the matched baseline d2 is the best level in {joined(best)} of the"

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from hydrofdi.config.shown_values import ShownParameter, shown_parameter
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
-from hydrofdi.papers.maddahi2015.scenarios import CLAIM_SETS, ScenarioStudy, ValueShare
+from hydrofdi.papers.maddahi2015.scenario_tables import value_text
+from hydrofdi.papers.maddahi2015.scenarios import CLAIM_SETS, ScenarioStudy
 from hydrofdi.papers.maddahi2015.standings import Outcome
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE
@@ -131,22 +131,11 @@ def _layout(study: ScenarioStudy) -> tuple[list[float], dict[float, str]]:
     """Height of each value, and what stands at the heights, parameters above their values."""
     heights: list[float] = []
     labels: dict[float, str] = {}
-    for names in dict.fromkeys(value.parameters for value in study.value_shares):
-        own = [value for value in study.value_shares if value.parameters == names]
-        shown = _shown(own)
-        labels[float(len(labels))] = ", ".join(each.header for each in shown)
-        for value in own:
-            heights.append(float(len(labels)))
-            joint, each = (" … ", shown * 2) if value.is_range else (", ", shown)
-            texts = (part.text(number) for part, number in zip(each, value.values, strict=True))
-            labels[heights[-1]] = joint.join(texts)
+    previous = None
+    for value in study.value_shares:
+        if value.parameters != previous:
+            labels[float(len(labels))] = ", ".join(value.parameters)
+        heights.append(float(len(labels)))
+        labels[heights[-1]] = value_text(value)
+        previous = value.parameters
     return heights, labels
-
-
-def _shown(values: list[ValueShare]) -> list[ShownParameter]:
-    """The parameters that vary together, each in the unit that suits all its values."""
-    names = values[0].parameters
-    if len(names) == 1:
-        return [shown_parameter(names[0], [end for value in values for end in value.values])]
-    by_name = zip(*(value.values for value in values), strict=True)
-    return [shown_parameter(name, each) for name, each in zip(names, by_name, strict=True)]

@@ -73,6 +73,8 @@ def run_monitor(
         raise refusal("metrics", "HOST:PORT", metrics)
     addresses = names_of("events", events, "addresses")
     settings = load_monitor_config(None if config is None else path_of(config))
+    if state is not None and log is not None and path_of(state).resolve() == path_of(log).resolve():
+        raise ConfigError(f"state and log are the same file, {state}; choose another name for one")
     frequency = frequency_of(sampling_frequency)
     name = source if isinstance(source, str) else str(path_of(source))
     stream = open_stream(name, settings, file, detector, sampling_frequency=frequency, is_followed=follow)

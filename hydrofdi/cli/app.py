@@ -158,9 +158,11 @@ def _unread() -> int:
 
 
 def _unexpected(error: Exception) -> int:
-    """Exit code of an unexpected error: a file name that is too long is the user's; all else is a bug."""
+    """Exit code of an unexpected error: a long name and a full disk are the user's; all else is a bug."""
     if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
         return _complain(f"{str(error.filename)[:_MOST_OF_PATH]}…: {error.strerror}")
+    if isinstance(error, OSError) and error.errno == errno.ENOSPC:
+        return _complain(f"{error.filename or 'standard output'}: {error.strerror}")
     traceback.print_exc()
     _complain("this is a bug in hydrofdi; please report it with the lines above")
     return FAULT

@@ -16,6 +16,9 @@ from hydrofdi.report.table import Column, Table
 _GAP, _HEADING, _SENTENCE = 2, 10, 24
 """Blanks between columns, and widths: of a line of a heading, and of folded words."""
 
+_CONTROLS = dict.fromkeys([*range(0x20), *range(0x7F, 0xA0)], "�")
+"""Characters of texts from outside that would act on the terminal."""
+
 
 def print_table(console: Console, table: Table, n_row: int | None = None) -> None:
     """Print a table with its title and notes, or only its first rows."""
@@ -51,7 +54,9 @@ def print_trimmed(console: Console, shown: Grid | Text | str) -> None:
 
 def _cell(column: Column, text: str, is_strong: bool) -> Text | _Folded:
     """A text with a mark that also shows without bold type."""
-    shown = text + ("*" if is_strong else " " if column.strong and not column.is_text else "")
+    shown = text.translate(_CONTROLS) + (
+        "*" if is_strong else " " if column.strong and not column.is_text else ""
+    )
     return (_Folded if column.is_text else Text)(shown, "bold" if is_strong else "")
 
 

@@ -47,7 +47,7 @@ class WindowOptions(UncertainActuator):
     """Standard deviation of the residual of a window's balance [m³]; it weights the record against the prior
     deviations of the actuator."""
 
-    reference_pressure: Annotated[float, SI("Pa", above=0, most=2e8)] = 8e6
+    reference_pressure: Annotated[float, SI("Pa", least=1e4, most=2e8)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
 
     def lack_of_windows(self, records: RecordBatch) -> str | None:

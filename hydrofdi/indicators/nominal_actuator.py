@@ -19,16 +19,16 @@ _OF_SPOOL = PlantConstant("spool", ("command",))
 class NominalActuator(Section):
     """Double-rod actuator with a critically lapped servovalve; defaults are those of the paper."""
 
-    piston_area: Annotated[float, SI("m^2", above=0, most=1.0), PlantConstant()] = 633e-6
+    piston_area: Annotated[float, SI("m^2", least=1e-7, most=1.0), PlantConstant()] = 633e-6
     """Annular area A of the piston in chamber 1 [m²]."""
 
-    piston_area_2: Annotated[float, SI("m^2", above=0, most=1.0)] | None = None
+    piston_area_2: Annotated[float, SI("m^2", least=1e-7, most=1.0)] | None = None
     """The same for chamber 2 [m²]; by default that of chamber 1."""
 
-    chamber_volume: Annotated[float, SI("m^3", above=0, most=1.0), PlantConstant()] = 280e-6
+    chamber_volume: Annotated[float, SI("m^3", least=1e-8, most=1.0), PlantConstant()] = 280e-6
     """Volume V of chamber 1 with the piston at the centre, which is position zero by default [m³]."""
 
-    chamber_volume_2: Annotated[float, SI("m^3", above=0, most=1.0)] | None = None
+    chamber_volume_2: Annotated[float, SI("m^3", least=1e-8, most=1.0)] | None = None
     """The same for chamber 2 [m³]; by default that of chamber 1."""
 
     position_zero: Literal["centre", "retracted", "extended"] = "centre"
@@ -38,7 +38,7 @@ class NominalActuator(Section):
     stroke: Annotated[float, SI("m", above=0, most=100.0)] | None = None
     """Stroke of the piston [m], for ``position_zero: retracted`` or ``extended``."""
 
-    bulk_modulus: Annotated[float, SI("Pa", above=0, most=1e10), PlantConstant()] = 551e6
+    bulk_modulus: Annotated[float, SI("Pa", least=1e7, most=1e10), PlantConstant()] = 551e6
     """Bulk modulus β of the fluid [Pa]."""
 
     load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12), PlantConstant("chambers", (1,))] = 150e3
@@ -57,10 +57,10 @@ class NominalActuator(Section):
     spool_gain: Annotated[float, SI("m/V", above=0, most=1.0), _OF_VALVE] = 22e-6
     """Spool position gain k_v [m/V], for ``spool: command``."""
 
-    natural_frequency: Annotated[float, SI("Hz", above=0, most=1e5), _OF_SPOOL] = 175.0
+    natural_frequency: Annotated[float, SI("Hz", least=0.1, most=1e5), _OF_SPOOL] = 175.0
     """Undamped natural frequency of the spool [Hz], for ``spool: command``."""
 
-    damping_ratio: Annotated[float, SI("1", above=0, most=100.0), _OF_SPOOL] = 0.7
+    damping_ratio: Annotated[float, SI("1", least=0.01, most=100.0), _OF_SPOOL] = 0.7
     """Damping ratio ξ of the spool [-], for ``spool: command``."""
 
     supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
@@ -69,9 +69,9 @@ class NominalActuator(Section):
     pressure, twice its mean minus the pressure that balances the spring. ``auto``: measured, else ``sum``
     with equal areas, else nominal."""
 
-    supply_pressure: Annotated[float, SI("Pa", above=0, most=2e8), PlantConstant("supply", ("nominal",))] = (
-        17.2e6
-    )
+    supply_pressure: Annotated[
+        float, SI("Pa", least=1e4, most=2e8), PlantConstant("supply", ("nominal",))
+    ] = 17.2e6
     """Nominal supply pressure P_s [Pa]."""
 
     return_pressure: Annotated[float, SI("Pa", least=0, most=2e8)] = 0.0
@@ -118,6 +118,10 @@ class NominalActuator(Section):
         if Channel.PISTON_POSITION not in records.channels:
             return [None] * records.n_record
         reasons: list[str | None] = [None] * records.n_record
+        if self.stroke is not None:
+            travel = np.ptp(records[Channel.PISTON_POSITION], axis=1)
+            for row in np.flatnonzero(travel > self.stroke).tolist():
+                reasons[row] = f"the piston travels {travel[row]:.3g} m, but its stroke is {self.stroke:g} m"
         for chamber, volume in enumerate(self._volumes_at(self._from_centre(records)), start=1):
             for row in np.flatnonzero(np.any(volume <= 0.0, axis=1)).tolist():
                 reasons[row] = (

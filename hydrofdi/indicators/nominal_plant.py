@@ -57,7 +57,7 @@ class NominalPlant(UncertainActuator):
     substeps: Annotated[int, Field(strict=True, ge=1, le=100)] = 4
     """Runge-Kutta steps per sample; at 500 Hz, four steps of 0.5 ms."""
 
-    reference_pressure: Annotated[float, SI("Pa", above=0, most=2e8)] = 8e6
+    reference_pressure: Annotated[float, SI("Pa", least=1e4, most=2e8)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
 
     @model_validator(mode="after")

@@ -40,7 +40,7 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
     """No adaptation while the spool is closer to its centre than this [m]: there the flow depends on lap and
     offset."""
 
-    reference_pressure: Annotated[float, SI("Pa", above=0)] = 8e6
+    reference_pressure: Annotated[float, SI("Pa", least=1e4, most=2e8)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
 
     @property

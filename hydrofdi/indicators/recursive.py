@@ -59,6 +59,9 @@ class RecursiveOptions(Section):
 
 Chosen = TypeVar("Chosen", bound=RecursiveOptions)
 
+_OF_PRIOR = 0.9
+"""Share of its prior standard deviation above which an estimate says nothing of a record."""
+
 
 class RecursiveIndicator(Indicator[Chosen]):
     """Base of recursive indicators: subclasses define `start`, `step` and `of_record`.
@@ -99,6 +102,11 @@ class RecursiveIndicator(Indicator[Chosen]):
         return (*self.estimates, kept) if self.n_instant else self.estimates
 
     @property
+    def prior_deviation(self) -> float:
+        """Prior standard deviation of the leakage [m³/s]; a record that hardly reduces it has no values."""
+        return 0.0
+
+    @property
     def n_instant(self) -> int:
         """Number of estimates in the stored trace."""
         return int(self.options.trace_duration / self.options.interval + 1e-9)
@@ -131,6 +139,9 @@ class RecursiveIndicator(Indicator[Chosen]):
         """Values in SI."""
         trace = self.trace(replace(records, start_time=0.0))
         values = dict(self.of_record(trace.since(self.options.transient)))
+        if self.prior_deviation:
+            is_prior = values["leakage_error"] > _OF_PRIOR * self.prior_deviation
+            values = {name: np.where(is_prior, np.nan, array) for name, array in values.items()}
         if self.n_instant:
             name = self.estimates[0].name
             values[f"{name}_trace"] = trace.values[name][:, : self.n_instant]

@@ -55,7 +55,7 @@ class StateFile:
     """
 
     def __init__(self, path: Path, detector: DetectorFile, source: str) -> None:
-        self.path = path
+        self.path = path.resolve()  # a link stays, what it leads to is replaced
         self._owner = {"schema": SCHEMA, "version": VERSION, "detector": digest(detector), "source": source}
 
     @contextmanager

@@ -46,7 +46,7 @@ def drive_edges(
 def found_period(batch: RecordBatch, row: int = 0) -> float | None:
     """Period of the drive of a record [s]: the one that is known, or that of u; None if it has none.
 
-    The rising edges of u are even, and u repeats from one to the next; this period has three digits.
+    The rising edges of u are even, and u repeats from one to the next. It is rounded to half a sample.
     """
     u = batch.channels.get(Channel.INPUT_VOLTAGE)
     if batch.drive_period is not None or u is None or not np.isfinite(samples := u[row]).all():
@@ -56,4 +56,4 @@ def found_period(batch: RecordBatch, row: int = 0) -> float | None:
         return None
     lag = round(float(steps.mean()))
     is_repeated = np.corrcoef(samples[:-lag], samples[lag:])[0, 1] > _ALIKE
-    return float(f"{steps.mean() / batch.sampling_frequency:.3g}") if is_repeated else None
+    return round(2.0 * float(steps.mean())) / (2.0 * batch.sampling_frequency) if is_repeated else None

@@ -105,6 +105,19 @@ def test_a_chamber_without_volume_is_not_measured(records, indicator):
     assert "volume of chamber 2" in found["reasons"][0]
 
 
+def test_a_piston_does_not_travel_more_than_its_stroke(records):
+    found = measured(moved(records, STROKE / 2.0), FROM_THE_END | {"stroke": "10 mm"})
+    assert "stroke" in found["reasons"][0]
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"bulk_modulus": 689}, {"damping_ratio": 0.001}, {"reference_pressure": 8}]
+)
+def test_constants_that_no_actuator_has_are_refused(records, wrong):
+    with pytest.raises(ConfigError, match=next(iter(wrong))):
+        measured(records, RIGHT | wrong)
+
+
 def trained(signals, indicator, options, **more):
     given = {"window": "4 s", "false_alarm_rate": "25 %", "sampling_frequency": RATE} | more
     return hydrofdi.train(signals, {indicator: options}, **given)

@@ -80,7 +80,7 @@ def test_constants_that_nobody_gave_are_asked_for_in_words_that_fit_every_form(h
     assert not any("YAML" in remark for remark in remarks)
 
 
-@pytest.mark.parametrize(("window", "is_warned"), [("0.5 s", True), ("2 s", False)])
+@pytest.mark.parametrize(("window", "is_warned"), [("0.5 s", True), ("2.02 s", True), ("2 s", False)])
 def test_windows_that_are_no_whole_periods_of_u_are_warned_of(window, is_warned):
     time = np.arange(0.0, 100.0, 0.02)
     square = np.sign(np.sin(np.pi * time + 0.1))

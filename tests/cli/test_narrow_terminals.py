@@ -81,3 +81,8 @@ def test_a_parted_table_shows_every_cell_whole_under_its_header(width) -> None:
     assert all(f"{run}.{column}2345" in text for run in range(3) for column in range(9))
     assert all(f"number {column}" in text for column in range(9))
     assert max(map(len, text.splitlines())) <= width
+
+
+def test_texts_from_outside_do_not_act_on_the_terminal(capsys):
+    print_table(Console(width=80), Table((Column("name", ["a\x1b[31mred\x07"], is_text=True),)))
+    assert not re.search(r"[\x00-\x09\x0b-\x1f]", capsys.readouterr().out)

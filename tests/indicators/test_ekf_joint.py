@@ -129,7 +129,7 @@ def test_a_filter_that_diverged_gives_nothing_from_then_on_and_says_so(runs, nam
             assert np.isfinite(values[[0, 2]]).all(), key
         values, reasons = measured(replace(runs, channels=broken), name)
         assert np.isnan(values["leakage"]).tolist() == [False, True, False]
-        assert reasons == (None, "the filter diverged, or a sample is not a number", None)
+        assert [reason is None for reason in reasons] == [True, False, True]
 
 
 @pytest.mark.parametrize("motion", [(), CLOSED_LOOP])

@@ -75,15 +75,29 @@ def test_noise_of_the_pressures_biases_no_bulk_modulus(runs):
     assert biased["bulk_modulus"].mean() - MODULI[0] > 2.0 * abs(left.mean())
 
 
-def test_at_rest_everything_keeps_its_prior():
+@pytest.mark.parametrize("name", ["weak_rls", "ekf_joint"])
+def test_a_record_at_rest_does_not_determine_the_leakage(name):
     still = np.full((1, N_TIME), 8.6e6)
     records = batch({P1: still, P2: still, X: still * 0.0, XV: still * 0.0})
-    values, _ = measured(records, "weak_rls", supply="nominal")
-    assert values["leakage"] == 0.0
-    np.testing.assert_allclose(values["leakage_error"], 1e-3 / 60.0)
-    np.testing.assert_allclose(values["bulk_modulus"], 551e6)
-    np.testing.assert_allclose(values["bulk_modulus_error"], np.hypot(0.3, 0.02) * 551e6)
-    assert values["flow_gain"] == 1.0
+    values, reasons = measured(records, name, supply="nominal")
+    assert all(np.isnan(array).all() for array in values.values())
+    assert reasons[0] is not None
+
+
+def test_at_rest_everything_keeps_its_prior():
+    still = np.full((1, N_TIME), 8.6e6)
+    (rls,) = make_indicators({"weak_rls": {"supply": "nominal"}}).values()
+    last = {
+        key: array[:, -1]
+        for key, array in rls.trace(
+            batch({P1: still, P2: still, X: still * 0.0, XV: still * 0.0})
+        ).values.items()
+    }
+    assert last["leakage"] == 0.0
+    np.testing.assert_allclose(last["leakage_error"], 1e-3 / 60.0)
+    np.testing.assert_allclose(last["bulk_modulus"], 551e6)
+    np.testing.assert_allclose(last["bulk_modulus_error"], np.hypot(0.3, 0.02) * 551e6)
+    assert last["flow_gain"] == 1.0
 
 
 def test_the_trace_follows_a_leak_that_sets_in_and_the_whole_record_its_mean():

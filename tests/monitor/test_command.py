@@ -121,6 +121,29 @@ def test_a_pipe_is_refused_as_state_and_as_log(machine, option, tmp_path):
     assert (tmp_path / "pipe").is_fifo()
 
 
+def test_state_and_log_in_one_file_are_refused_and_a_link_to_a_state_stays(machine, tmp_path):
+    one = ("monitor", machine.detector, machine.stream, "--no-follow", "--state", "s")
+    assert run_process(*one, "--log", "./s", cwd=tmp_path).returncode == 2
+    (tmp_path / "s").symlink_to(tmp_path / "kept")
+    assert run_process(*one, cwd=tmp_path).returncode == 0
+    assert (tmp_path / "s").is_symlink()
+    assert (tmp_path / "kept").stat().st_size
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+def test_a_full_disk_behind_standard_output_is_no_bug(machine):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [*COMMAND, "monitor", str(machine.detector), str(machine.stream), "--no-follow"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=PATIENCE,
+        )
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
 def test_sigterm_before_the_detector_is_read_is_exit_code_0(machine):
     before_reading = """
 import os, signal, sys

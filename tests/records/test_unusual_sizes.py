@@ -7,6 +7,7 @@ import pytest
 
 import hydrofdi
 from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.errors import DataError
 from hydrofdi.records import Channel
 from tests.records.measuring import P1, P2, csv_of, kinds, one
 
@@ -40,6 +41,14 @@ def test_no_remark_on_plausible_pressures_a_chamber_at_tank_pressure_or_counts(t
 def test_an_array_in_bar_is_remarked():
     table = hydrofdi.measure({"P1": 150 * (1 + SAMPLES)}, "dwt", sampling_frequency="1 kHz")
     assert table["status"].tolist() == ["low_pressure"]
+
+
+def test_a_detector_is_not_trained_on_pressures_in_another_unit_unless_they_are_accepted():
+    given = {"sampling_frequency": "1 kHz", "window": "0.5 s", "false_alarm_rate": "30 %", "output": "d2"}
+    pressure = 150 * (1 + np.random.default_rng(5).normal(0.0, 0.05, 20_000))
+    with pytest.raises(DataError, match="chamber_1_pressure"):
+        hydrofdi.train({"P1": pressure}, "dwt", **given)
+    assert hydrofdi.train({"P1": pressure}, "dwt", accept=True, **given).false_alarm_rate == 0.3
 
 
 @pytest.mark.parametrize(

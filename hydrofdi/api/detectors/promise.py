@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 _HOUR = 3600.0
 _MOST_NAMED = 5
 
-_UNEVEN = 0.02
-"""Part of a period, as a share of the window, from which on windows differ."""
+_UNEVEN = 0.75
+"""Samples per period by which a window may miss whole periods: the period is known to half a sample."""
 
 _LEAST_SHARE = 1e-3
 """Fraction of the false-alarm rate below which the lower end of its interval says no more than 0."""
@@ -142,9 +142,10 @@ def _doubts(training: Training) -> Iterator[str]:
     file, basis = training.file, training.file.basis
     if basis.drive_period is not None and file.config.window.by == "time":
         periods = (file.config.window.duration or 0.0) / basis.drive_period
-        if abs(periods - round(periods)) > _UNEVEN * periods:
+        missed = abs(periods - round(periods)) * basis.drive_period * file.sampling_frequency
+        if missed > _UNEVEN * max(1.0, periods):
             yield (
-                f"Warning: a window lasts {periods:.3g} periods of the drive ({basis.drive_period:g} s), so"
+                f"Warning: a window lasts {periods:.5g} periods of the drive ({basis.drive_period:g} s), so"
                 " windows contain different parts of it; use a whole number of periods."
             )
     if training.is_unlabelled:

@@ -31,7 +31,7 @@ class EkfJoint(KalmanFilter[JointOptions]):
     """K_i, β and valve parameters as states of the plant."""
 
     name = "ekf_joint"
-    version = 2
+    version = 3
     summary = "Internal leakage, bulk modulus and valve parameters as states of an extended Kalman filter."
     source = (
         "An & Sepehri, Int. J. Fluid Power 6(2) (2005); Sepasi & Sassani, IJCAS 8 (2010); considered"
@@ -46,7 +46,13 @@ class EkfJoint(KalmanFilter[JointOptions]):
         " standard deviation of the leakage is too wide for the nominal plant and about right for machines"
         " that differ from it."
     )
+    absence = "the filter diverged, a sample is not a number, or the record does not determine the leakage"
     Options = JointOptions
+
+    @property
+    def prior_deviation(self) -> float:
+        """Prior standard deviation of the leakage [m³/s]."""
+        return self.options.leakage_deviation
 
     @property
     def estimates(self) -> tuple[Output, ...]:

@@ -34,7 +34,7 @@ class UkfJoint(EkfJoint):
     """K_i, β and valve parameters as states of the plant, propagated by sigma points."""
 
     name = "ukf_joint"
-    version = 2
+    version = 3
     summary = (
         "Internal leakage, bulk modulus and valve parameters as states of a square-root unscented Kalman"
         " filter."

@@ -72,7 +72,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     """K_i, β and valve parameters from the volume balance, estimated recursively."""
 
     name = "weak_rls"
-    version = 4
+    version = 5
     summary = (
         "Internal leakage, bulk modulus and valve parameters by recursive least squares on the volume"
         " balance."
@@ -96,10 +96,15 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         " to 3.9 and from 0.66 to 1.6."
     )
     absence = (
-        "the record has samples that are not finite, or a supply pressure or flow gain that is not positive"
-        " fits it best"
+        "the record has samples that are not finite, does not determine the leakage, or is best explained by"
+        " a supply pressure or flow gain that is not positive"
     )
     Options = WeakRlsOptions
+
+    @property
+    def prior_deviation(self) -> float:
+        """Prior standard deviation of the leakage [m³/s]."""
+        return self.options.leakage_deviation
 
     @property
     def channels(self) -> frozenset[Channel]:
@@ -329,7 +334,7 @@ _QUALITY = (
         "1",
         "RMS of the residuals of the balances, over the option 'error'",
         is_score=False,
-        possible=(0.0, 1.0),
+        possible=(0.0, 1.1),
         is_fit=True,
     ),
     Output(

@@ -23,6 +23,9 @@ from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.edges import found_period
 from hydrofdi.settings.readable import time_text
 
+_WRONG_SIZES = {"unusual", "low_pressure"}
+"""Kinds of remarks on channels whose unit or gain is probably wrong."""
+
 
 def learn(healthy: RecordSource, config: DetectorConfig) -> Learned:
     """Train on healthy records.
@@ -166,6 +169,9 @@ def _checked(
         )
     if obstacle := without_scale(batch, channels):
         raise DataError(f"{source}: {obstacle}")
+    for remark in chain.from_iterable(() if config.accept else batch.remarks):
+        if remark.kind in _WRONG_SIZES and remark.where in channels:
+            raise DataError(f"{source}: {remark.message}; --accept trains all the same")
     needs_length = config.window.by == "time" and config.window.duration is None
     if needs_length and batch.n_time != first.n_time:
         raise DataError(

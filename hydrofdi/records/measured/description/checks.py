@@ -40,12 +40,17 @@ def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
 
 
 def channel_mistakes(channels: Mapping[Channel, ChannelConfig], source: Source) -> Iterator[Issue]:
-    """Mistakes in units, ranges and gains of columns, with their lines; channels that are given twice."""
+    """Mistakes in units, ranges and gains of columns, and what is given twice."""
     written: dict[Channel, str] = {}
     for name in source.data.get("channels") or ():
         if (first := written.setdefault(Channel(name), name)) != name:
             yield source.mistake(("channels", name), f"is given twice, as {first!r} too")
+    of_column: dict[str | None, Channel] = {}
     for channel, column in channels.items():
+        if column.column and (other := of_column.setdefault(column.column, channel)) != channel:
+            yield source.mistake(
+                ("channels", written.get(channel, channel.value)), f"has the column of {other}"
+            )
         path, unit = ("channels", written.get(channel, channel.value)), known_unit(column.unit)
         if column.unit and not is_counts(column.unit):
             if unit is None:

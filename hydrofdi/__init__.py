@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hydrofdi.api.check import calibrate, check
-    from hydrofdi.api.detectors.detecting import detect
-    from hydrofdi.api.detectors.detector import Detector
+    from hydrofdi.api.detectors.detector import Detector, detect
     from hydrofdi.api.detectors.training import train
     from hydrofdi.api.evaluating import evaluate
     from hydrofdi.api.evaluation import Evaluation
@@ -51,7 +50,7 @@ _HOMES = {
     "calibrate": "hydrofdi.api.check",
     "check": "hydrofdi.api.check",
     "collect": "hydrofdi.api.folders",
-    "detect": "hydrofdi.api.detectors.detecting",
+    "detect": "hydrofdi.api.detectors.detector",
     "evaluate": "hydrofdi.api.evaluating",
     "export": "hydrofdi.api.exporting",
     "indicators": "hydrofdi.api.listing",

@@ -10,16 +10,14 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.api.arguments import positive_of, refusal
+from hydrofdi.api.arguments import positive_of
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.inspection import Inspection, inspect_experiment
 from hydrofdi.api.notebook import html_sentences
+from hydrofdi.api.plan_warnings import experiment_warnings
 from hydrofdi.api.selection import Convergence, LeakageTarget, calibrate_flows, converge, select_runs
-from hydrofdi.api.study_warnings import study_warnings
-from hydrofdi.config.idle_parameters import idle_parameters
-from hydrofdi.config.plausibility import unusual_values
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.errors import ConfigError
 from hydrofdi.units import parse_quantity
 
 
@@ -125,11 +123,10 @@ def check(
     loaded = experiment_of(experiment, settings)
     selection = select_runs(loaded)
     with shown_in(loaded.units):
-        doubtful = unusual_values(loaded) + study_warnings(loaded)
         return Check(
             inspect_experiment(selection),
             converge(selection.jobs, accepted) if halve_step else None,
-            tuple(doubtful + idle_parameters(loaded)),
+            tuple(experiment_warnings(loaded, selection.distinct)),
         )
 
 
@@ -166,7 +163,11 @@ def calibrate(
     if isinstance(flows, str | Real) or not isinstance(flows, Iterable):
         flows = [flows]
     refuse_flow(experiment)
-    return calibrate_flows(experiment_of(experiment, settings), _in_si(flows))
+    what = "a flow such as '0.12 L/min', or a number in m³/s"
+    values = [positive_of("flows", flow, "m^3/s", what) for flow in flows]
+    if not values:
+        raise ConfigError("flows: name at least one, e.g. 0.12 L/min")
+    return calibrate_flows(experiment_of(experiment, settings), values)
 
 
 def refuse_flow(experiment: Experiment | None) -> None:
@@ -179,21 +180,3 @@ def refuse_flow(experiment: Experiment | None) -> None:
     except ValueError:
         return
     raise ConfigError(f"{text!r} is a leakage flow, not an experiment file; write flows={text!r} (--flow)")
-
-
-def _in_si(flows: Sequence[str | float]) -> list[float]:
-    values, mistakes = [], []
-    for flow in flows:
-        if isinstance(flow, bool) or not isinstance(flow, str | Real):
-            raise refusal("flows", "flows such as '0.12 L/min', or numbers in m³/s", flow)
-        try:
-            values.append(parse_quantity(flow, "m^3/s") if isinstance(flow, str) else float(flow))
-            if not values[-1] > 0.0:
-                mistakes.append(Issue("must be above zero", origin=f"flow {flow}"))
-        except ValueError as error:
-            mistakes.append(Issue(str(error), origin=f"flow {flow}"))
-    if not flows:
-        mistakes.append(Issue("name at least one flow, e.g. flows=0.12 L/min"))
-    if mistakes:
-        raise ConfigError(mistakes)
-    return values

@@ -30,12 +30,7 @@ def modes_table(found: Inspection) -> Table:
     has_conditions = len({*conditions}) > 1
     bands = [_band_name(mode.level, n_band) if mode.status == "ok" else mode.status for mode in modes]
 
-    def column(
-        name: str, unit: str, title: str, form: str, shown: Callable[[float], float] = float
-    ) -> Column:
-        values = [getattr(mode, name) for mode in modes]
-        return Column(name, values, unit, title, lambda value: _text(shown(value), form))
-
+    column = partial(_column, modes)
     columns = (
         column("bulk_modulus", "Pa", f"EBM [{modulus.unit}]", "g", modulus.number),
         column("leakage_coefficient", "m^3.5/kg^0.5", "K_i [m³/s/√Pa]", ".3g"),
@@ -141,13 +136,7 @@ def convergence_table(found: Convergence) -> Table:
 
 def targets_table(targets: Sequence[LeakageTarget]) -> Table:
     """Leakage flows with their coefficients."""
-
-    def column(
-        name: str, unit: str, title: str, form: str, shown: Callable[[float], float] = float
-    ) -> Column:
-        values = [getattr(target, name) for target in targets]
-        return Column(name, values, unit, title, lambda value: _text(shown(value), form))
-
+    column = partial(_column, targets)
     return Table((
         column("flow", "m^3/s", "mean leakage [L/min]", ".4g", _litres),
         column("coefficient", "m^3.5/kg^0.5", "K_i (orifice) [m³/s/√Pa]", ".6g"),

@@ -12,9 +12,9 @@ from hydrofdi.api.arguments import names_of, number_of
 from hydrofdi.api.assumed_plant import assumed_plants
 from hydrofdi.api.detectors.healthy_records import labels_of_healthy
 from hydrofdi.api.evaluation import Evaluation, Left
-from hydrofdi.api.healthy_control import conclusion, ranked_by_control
+from hydrofdi.api.evaluation_tables import conclusion, ranked_by_control
 from hydrofdi.api.measuring import Indicators, indicators_of, with_options
-from hydrofdi.api.records.held import Names
+from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, has_held, sources_of
 from hydrofdi.config.study.scores import load_scores
 from hydrofdi.errors import ConfigError
@@ -57,17 +57,19 @@ def evaluate(
         Records, as `hydrofdi.measure` takes them. Labels and groups come from descriptions of files, or from
         `label` and `group`.
     indicators : str, path, sequence of str, or mapping
-        As in `hydrofdi.measure`; a YAML file may hold ``scores:`` made of their numbers.
+        Such as ``dwt,ring_down``; ``all``, or a YAML file with their options and ``scores:`` that combine
+        their outputs. In Python also in the other forms of `hydrofdi.measure`.
     options : mapping, optional
         Options of one named indicator, as in `hydrofdi.measure`.
     healthy : str, int, or sequence of them
-        Labels of healthy records; all others are faulty.
+        Labels of healthy records, besides those that descriptions name; all others are faulty.
     false_alarm_rate : str or float
-        That thresholds are set for.
+        Share of false alarms for which thresholds are set, such as 1 %.
     confidence : str or float
         Confidence of intervals and bounds.
     usual_scores : bool
-        Whether scores of several numbers are made as well: mahalanobis, lda and the largest change.
+        Also evaluate mahalanobis and lda of all outputs for each set of sensors, and the largest change of
+        dwt.d1 … d5.
     sampling_frequency, channel, unit, label, group
         Of records in memory, as in `hydrofdi.measure`. Records of a unit or a day share a group.
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.evaluation_tables import evaluation_record, pairs_table, scores_table
+from hydrofdi.api.measuring import Counted
 from hydrofdi.api.notebook import html_sentences, shown
 from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.evaluation.groups import HealthyPair
-from hydrofdi.indicators.plausibility import Doubt
 from hydrofdi.indicators.record_measures import RecordMeasures
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.table import Table
@@ -28,58 +28,38 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Left:
-    """Records that are not evaluated, and indicators that failed.
+class Left(Counted):
+    """Records that are not evaluated: also repeats of another, and those without a label."""
 
-    Attributes
-    ----------
-    n_record : int
-        All that were read.
-    n_rejected, n_repeated, n_unlabelled, n_empty : int
-        Rejected, repeats of another, without a label, without a number of any indicator.
-    first_rejection, first_repeat : str
-    faults : dict of str to None
-        What is wrong with indicators that failed.
-    labels : set of str
-        Of all records, the rejected ones as well.
-    doubts : list of Doubt
-        Of all records.
-    """
-
-    n_record: int = 0
-    n_rejected: int = 0
     n_repeated: int = 0
     n_unlabelled: int = 0
-    n_empty: int = 0
-    first_rejection: str = ""
     first_repeat: str = ""
-    faults: dict[str, None] = field(default_factory=dict)
     labels: set[str] = field(default_factory=set)
-    doubts: list[Doubt] = field(default_factory=list)
     _seen: dict[bytes, RecordMeasures] = field(default_factory=dict)
 
-    def count(self, records: Iterator[RecordMeasures]) -> Iterator[RecordMeasures]:
-        """The records as they come, counted; without those that repeat the samples of another.
+    def count(self, records: Iterable[RecordMeasures]) -> Iterator[RecordMeasures]:
+        """The records as they come, without those that repeat the samples of another.
 
         Raises
         ------
         ConfigError
             Records with the same samples have different labels.
         """
-        for record in records:
-            self.n_record += 1
+        for record in super().count(records):
             self.labels |= {record.label} - {""}
-            self.faults |= dict.fromkeys(record.faults.values())
-            self.doubts += record.doubts
-            if record.is_rejected:
-                self.n_rejected += 1
-                self.first_rejection = self.first_rejection or f"{record.record_id}: {_reason(record)}"
-            elif record.has_numbers and self._is_repeat(record):
+            if record.has_numbers and self._is_repeat(record):
                 continue
-            else:
-                self.n_unlabelled += not record.label
-                self.n_empty += not record.has_numbers
+            self.n_unlabelled += not (record.is_rejected or record.label)
             yield record
+
+    def sentences(self) -> Iterator[str]:
+        """Faulty indicators, and records that are left out."""
+        yield from super().sentences()
+        of = f"of {counted(self.n_record, 'record')}"
+        if self.n_repeated:
+            yield f"left out: {self.n_repeated:,} {of} have the samples of another, e.g. {self.first_repeat}"
+        if self.n_unlabelled:
+            yield f"without a label, left out: {self.n_unlabelled:,} {of}"
 
     def _is_repeat(self, record: RecordMeasures) -> bool:
         first = self._seen.setdefault(record.digest, record)
@@ -185,17 +165,10 @@ class Evaluation(Guessable):
 
     def _sentences(self) -> list[str]:
         first = f"best score: {self.best}" if self.best else "no indicator could measure any record"
-        left = self.left
-        without = f"without a label, left out: {left.n_unlabelled:,} of {counted(left.n_record, 'record')}"
-        unlabelled = [without] if left.n_unlabelled else []
-        return [first, *filter(None, [self.conclusion]), *self.remarks, *unlabelled]
+        return [first, *filter(None, [self.conclusion]), *self.remarks, *self.left.sentences()]
 
     def __repr__(self) -> str:
         return "\n".join([repr(self.table), *self._sentences()])
 
     def _repr_html_(self) -> str:
         return html_sentences("Evaluation", self._sentences()) + self.table._repr_html_()
-
-
-def _reason(record: RecordMeasures) -> str:
-    return next(iter(record.reasons.values()), record.status)

@@ -84,17 +84,17 @@ def export(
         A file ending in ``.csv``, ``.parquet`` or ``.mat`` for one record; otherwise a folder with a file for
         each.
     format : {"csv", "parquet", "mat"}, optional
-        Of files in a folder; CSV by default.
+        Format of files in a folder [default: csv].
     channels : str or sequence of str, optional
-        Such as ``"P1,P2,x"``; all by default.
+        Such as ``P1,P2,x`` [default: all].
     unit : str or sequence of str, optional
-        Such as ``"bar,mm"``: each for the channels that it fits. The others are in SI.
+        Such as ``bar,mm``, each for the channels of its dimension; the others are in SI.
     runs : str, int or sequence of them, optional
-        Of simulated runs: positions, ranges ``"3-9"``, beginnings of identities; all by default.
+        Simulated runs: positions, ranges such as ``3-9``, or first characters of identities [default: all].
     sampling_frequency : str or float, optional
         Of a data file without a column of time [Hz].
     overwrite : bool
-        Whether an existing file, or the files of an earlier export in the folder, are replaced.
+        Replace an existing file, or the files of an earlier export in the folder.
 
     Returns
     -------

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of
 from hydrofdi.quality.failures import remedy
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import Guessable
 from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
@@ -70,8 +72,7 @@ class SweepStatus:
         )
 
 
-@dataclass(frozen=True, repr=False)
-class Explanation:
+class Explanation(Guessable, SimpleNamespace):
     """Why a run is as it is.
 
     Attributes
@@ -111,27 +112,6 @@ class Explanation:
     changes : dict
         Key of the experiment → (value of the sweep that last stored results, value now), where they differ.
     """
-
-    run_id: str
-    record_id: str
-    reason: str
-    status: str
-    message: str
-    log: str
-    causes: list[str]
-    position: int
-    request: dict[str, Any]
-    differences: dict[str, tuple[Any, Any]]
-    analysis: dict[str, dict[str, Any]]
-    calibration: dict[str, Any] | None
-    shard: str
-    provenance: dict[str, Any] | None
-    verdict: str = ""
-    doubts: dict[str, dict[str, Any]] = field(default_factory=dict)
-    remedy: str = ""
-    changes: dict[str, tuple[Any, Any]] = field(default_factory=dict)
-    is_baseline: bool = False
-    units: dict[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         said = [self.verdict or self.status, self.message, self.remedy, self.reason]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.api.arguments import refusal
 from hydrofdi.api.assumed_plant import plant_advice
 from hydrofdi.api.measuring import Indicators, indicators_of
-from hydrofdi.api.records.held import Names
+from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, joined, sources_of
 from hydrofdi.errors import Issue, ReportError
 from hydrofdi.indicators.record_measures import measure_sources
@@ -170,9 +170,9 @@ def inspect(
         Records, as `hydrofdi.measure` takes them. Of an experiment file, at most 32 records are simulated,
         spread evenly over its runs, and the one that `record` names.
     indicators : str, list or mapping, optional
-        Indicators, as in `hydrofdi.measure`, whose doubts about the records are remarks, too.
+        Indicators whose doubts about the records are remarks, too; as in `hydrofdi.measure`.
     record : str, optional
-        Record of the figure, or the beginning of its name; by default the first.
+        Record of the figure, or the beginning of its name [default: the first].
     sampling_frequency, channel, unit, label, group
         Of records in memory, as in `hydrofdi.measure`.
 

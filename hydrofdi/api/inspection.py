@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.observability import Observability, observability
-from hydrofdi.api.plan_warnings import period_count, place_in_bands, plan_warnings
+from hydrofdi.api.plan_warnings import period_count, place_in_bands
 from hydrofdi.api.selection import Selection, computed_rows
 from hydrofdi.api.step_limits import shortest_step_limits, step_limits, too_long_sentence
 from hydrofdi.config import RunParameters
@@ -172,12 +172,7 @@ def inspect_experiment(selection: Selection) -> Inspection:
         for part, limit in limits.items()
         if step > limit
     ]
-    warnings = [
-        *plan_warnings(distinct, analysis.choice),
-        *_unmeasured(jobs, rows),
-        *_noise_warnings(noise),
-        *_verdict_warnings(modes),
-    ]
+    warnings = [*_unmeasured(jobs, rows), *_noise_warnings(noise), *_verdict_warnings(modes)]
     return Inspection(
         step=step,
         step_limits=limits,

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
 from hydrofdi.api.arguments import refusal
 from hydrofdi.api.assumed_plant import assumed_plants
-from hydrofdi.api.records.held import Names
+from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators.plausibility import summaries
+from hydrofdi.indicators.plausibility import Doubt, summaries
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import indicator_names
 from hydrofdi.indicators.selection import load_indicators, make_indicators
 from hydrofdi.report.forms.measures import measures_table
 from hydrofdi.report.table import Table
-from hydrofdi.settings.counting import brief
+from hydrofdi.settings.counting import brief, counted
 from hydrofdi.settings.yaml_source import plain
 
 Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
@@ -46,7 +46,8 @@ def measure(
         or (n_record, n_time), in SI; or columns that are named like channels, ``P1 [bar]`` or
         ``chamber_1_pressure``. Data frames and datasets (pandas, xarray) must state units.
     indicators : str, path, sequence of str, or mapping
-        ``"dwt,ring_down"``, ``"all"``, a list of names, a YAML file, or label → options.
+        Such as ``dwt,ring_down``; ``all``, or a YAML file with their options. In Python also a list of names,
+        or label → options.
     options : mapping, optional
         Options of one named indicator, such as ``{"spool": "command"}``.
     sampling_frequency : str or float, optional
@@ -108,6 +109,51 @@ class Measured:
     columns: Sequence[Column]
     records: Iterator[RecordMeasures]
     remarks: tuple[str, ...] = ()
+
+
+@dataclass
+class Counted:
+    """What became of measured records: numbers of them, the first reasons, faulty indicators and doubts."""
+
+    n_record: int = 0
+    n_rejected: int = 0
+    n_empty: int = 0
+    n_unmeasured: int = 0
+    first_rejection: str = ""
+    first_reason: str = ""
+    faults: dict[str, None] = field(default_factory=dict)
+    doubts: list[Doubt] = field(default_factory=list)
+
+    def count(self, records: Iterable[RecordMeasures]) -> Iterator[RecordMeasures]:
+        """The records as they come."""
+        for record in records:
+            self.n_record += 1
+            self.n_rejected += record.is_rejected
+            self.n_empty += not (record.is_rejected or record.has_numbers)
+            self.faults |= dict.fromkeys(record.faults.values())
+            self.doubts += record.doubts
+            others = ((label, text) for label, text in record.reasons.items() if label not in record.faults)
+            label, reason = next(others, ("", record.status))
+            if record.is_rejected:
+                self.first_rejection = self.first_rejection or f"{record.record_id}: {reason}"
+            elif label:
+                self.n_unmeasured += 1
+                self.first_reason = self.first_reason or f"{label}: {reason}"
+            yield record
+
+    @property
+    def is_lacking(self) -> bool:
+        """Whether records could not be measured, or an indicator failed."""
+        return bool(self.n_rejected or self.n_empty or self.faults)
+
+    def sentences(self) -> Iterator[str]:
+        """Faulty indicators, and records without numbers."""
+        yield from (f"failed: {fault}" for fault in self.faults)
+        of = f"of {counted(self.n_record, 'record')}"
+        if self.n_rejected:
+            yield f"rejected: {self.n_rejected:,} {of}; {self.first_rejection}"
+        if self.n_empty:
+            yield f"without any number: {self.n_empty:,} {of}"
 
 
 def measured_records(data: Any, indicators: Indicators, said: Said) -> Measured:

@@ -11,6 +11,7 @@ from itertools import islice
 from math import prod
 from os import PathLike
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from numpy import bincount
@@ -29,6 +30,7 @@ from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import Guessable
 from hydrofdi.settings.readable import shown_bytes, shown_seconds
 from hydrofdi.simulation import identities_of_analyses, record_identities, run_identity
 from hydrofdi.simulation.kernels.lanes import WIDTH
@@ -159,19 +161,10 @@ class SweepPlan:
     @cached_property
     def warnings(self) -> list[str]:
         """What deserves a second look before the sweep starts, each said once."""
-        experiment, warnings = self.experiment, [*self.doubts]
-        for sample in (experiment.ensemble.sample, experiment.sweep.sample):
-            if sample and sample.method == "sobol" and sample.count & (sample.count - 1):
-                warnings.append(
-                    f"a Sobol sample of {counted(sample.count, 'point')} is not balanced; take a power of two"
-                )
-        from hydrofdi.api.plan_warnings import indicator_warnings, other_machine_warnings, plan_warnings
-        from hydrofdi.api.study_warnings import study_warnings
+        from hydrofdi.api.plan_warnings import experiment_warnings
 
-        runs = self.table.runs
-        warnings += plan_warnings(runs.distinct, runs.choice) + indicator_warnings(runs.distinct, runs.choice)
-        warnings += other_machine_warnings(experiment) + study_warnings(experiment)
-        return list(dict.fromkeys(warnings))
+        said = experiment_warnings(self.experiment, self.table.runs.distinct)
+        return list(dict.fromkeys([*self.doubts, *said]))
 
     def reason(self, position: int) -> str:
         """Why a missing run is to be computed."""
@@ -271,8 +264,7 @@ def _row_bytes(plan: SweepPlan) -> int:
     return 8 * n_number + (4 if store.dtype == "float32" else 8) * n_sample * n_signal
 
 
-@dataclass(frozen=True, repr=False)
-class Plan:
+class Plan(Guessable, SimpleNamespace):
     """What a sweep will do, as `hydrofdi.plan` returns it.
 
     Attributes
@@ -310,36 +302,9 @@ class Plan:
         Dotted parameter → the unit that the experiment is written in.
     """
 
-    experiment: str
-    file: str
-    planned: int
-    swept: int
-    controls_added: int
-    study: dict[str, Any] | None
-    axes: dict[str, Any]
-    first_point: dict[str, Any]
-    last_point: dict[str, Any]
-    stored: int
-    failed_before: int
-    missing: int
-    simulated_records: int
-    measured_analyses: int
-    reasons: dict[str, int]
-    solutions: dict[str, int]
-    calibrated_at: str
-    workers: int
-    predicted_seconds: float
-    predicted_seconds_most: float
-    predicted_file_bytes: int
-    free_bytes: int
-    warnings: list[str]
-    unusual_values: list[str]
-    idle_parameters: list[str]
-    units: dict[str, str]
-
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi plan --json`` prints."""
-        return asdict(self)
+        return dict(vars(self))
 
     def _repr_html_(self) -> str:
         return html_sentences(repr(self), self.warnings)

@@ -10,14 +10,18 @@ from math import isclose
 import numpy as np
 
 from hydrofdi.api.step_limits import Distinct, undamped_frequency
+from hydrofdi.api.study_warnings import study_warnings
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.analysis import DEFAULT_CHOICE, IndicatorChoice
+from hydrofdi.config.idle_parameters import idle_parameters
+from hydrofdi.config.plausibility import unusual_values
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.input import InputConfig
 from hydrofdi.config.sections.record import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.indicators.plant_constants import plant_constants
 from hydrofdi.records import RecordBatch
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
@@ -38,6 +42,19 @@ MOST_RECORDS = 200
 
 _OF_WAVELETS = ("dwt", "a4", "modwt", "wavelet_packet")
 _PLANT = ("actuator", "fluid", "valve")
+
+
+def experiment_warnings(experiment: ExperimentConfig, distinct: Distinct) -> list[str]:
+    """All that is said of an experiment before it runs, each once: by `check` and `plan` alike."""
+    choice, warnings = experiment.indicator_choice, []
+    for sample in (experiment.ensemble.sample, experiment.sweep.sample):
+        if sample and sample.method == "sobol" and sample.count & (sample.count - 1):
+            points = counted(sample.count, "point")
+            warnings.append(f"a Sobol sample of {points} is not balanced; take a power of two")
+    warnings += unusual_values(experiment) + idle_parameters(experiment)
+    warnings += plan_warnings(distinct, choice) + indicator_warnings(distinct, choice)
+    warnings += other_machine_warnings(experiment) + study_warnings(experiment)
+    return list(dict.fromkeys(warnings))
 
 
 def plan_warnings(distinct: Distinct, choice: IndicatorChoice = DEFAULT_CHOICE) -> list[str]:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from shutil import get_terminal_size
-from types import TracebackType
-from typing import Self
 
 from hydrofdi.api.arguments import refusal
 from hydrofdi.settings.readable import shown_seconds
@@ -60,7 +59,7 @@ class Progress:
 
 
 class Watching:
-    """A watcher that calls a function with each `Progress`; used as a context, as all watchers are."""
+    """A watcher that calls a function with each `Progress`."""
 
     def __init__(self, show: Callable[[Progress], object]) -> None:
         self._show = show
@@ -85,20 +84,8 @@ class Watching:
         self._failed += n_failed
         self._show(self.progress)
 
-    def tell(self, message: str) -> None:
+    def tell(self, message: object) -> None:
         """Does nothing: messages are for people."""
-
-    def __enter__(self) -> Self:
-        """Does nothing."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        """Does nothing."""
 
 
 class StandardError(Watching):
@@ -106,57 +93,43 @@ class StandardError(Watching):
 
     def __init__(self) -> None:
         self._redraws = sys.stderr.isatty() or "ipykernel" in sys.modules
-        self._drawn = ""
-        self._ended = threading.Event()
+        self._n_drawn = 0
+        self.ended = threading.Event()
         self._lock = threading.RLock()
         super().__init__(self._draw if self._redraws else lambda _: None)
 
-    def tell(self, message: str) -> None:
+    def tell(self, message: object) -> None:
         """Print a line above the progress."""
         with self._lock:
-            self._erase()
+            self.erase()
             print(message, file=sys.stderr, flush=True)
 
-    def __enter__(self) -> Self:
+    def repeat(self) -> None:
         """Refresh the progress regularly, so that a long run does not look like a standstill."""
-        threading.Thread(target=self._repeat, daemon=True).start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        """Remove the progress line."""
-        self._ended.set()
-        with self._lock:
-            self._erase()
-
-    def _repeat(self) -> None:
-        while not self._ended.wait(_SECONDS_BETWEEN_DRAWINGS if self._redraws else _SECONDS_BETWEEN_LINES):
-            if self._total and self._redraws:
-                self._draw(self.progress)
-            elif self._total:
-                self.tell(str(self.progress))
+        while not self.ended.wait(_SECONDS_BETWEEN_DRAWINGS if self._redraws else _SECONDS_BETWEEN_LINES):
+            if self._total:
+                (self._draw if self._redraws else self.tell)(self.progress)
 
     def _draw(self, progress: Progress) -> None:
         filled = _BAR * progress.done // max(progress.total, 1)
         line = f"[{'#' * filled}{'.' * (_BAR - filled)}] {progress}"[: get_terminal_size().columns - 1]
         with self._lock:
-            if not self._ended.is_set():
-                sys.stderr.write("\r" + line.ljust(len(self._drawn)))
+            if not self.ended.is_set():
+                sys.stderr.write("\r" + line.ljust(self._n_drawn))
                 sys.stderr.flush()
-                self._drawn = line
+                self._n_drawn = len(line)
 
-    def _erase(self) -> None:
-        if self._drawn:
-            sys.stderr.write("\r" + " " * len(self._drawn) + "\r")
-            sys.stderr.flush()
-            self._drawn = ""
+    def erase(self) -> None:
+        """Remove the progress line."""
+        with self._lock:
+            if self._n_drawn:
+                sys.stderr.write("\r" + " " * self._n_drawn + "\r")
+                sys.stderr.flush()
+                self._n_drawn = 0
 
 
-def watching(progress: bool | Callable[[Progress], object]) -> Watching:
+@contextmanager
+def watching(progress: bool | Callable[[Progress], object]) -> Iterator[Watching]:
     """The watcher that a caller chose.
 
     Raises
@@ -164,8 +137,15 @@ def watching(progress: bool | Callable[[Progress], object]) -> Watching:
     ConfigError
         The value is neither a boolean nor a function.
     """
-    if callable(progress):
-        return Watching(progress)
-    if not isinstance(progress, bool):
+    if not callable(progress) and not isinstance(progress, bool):
         raise refusal("progress", "True, False or a function", progress)
-    return StandardError() if progress else Watching(lambda _: None)
+    if progress is not True:
+        yield Watching(progress or (lambda _: None))
+        return
+    watcher = StandardError()
+    threading.Thread(target=watcher.repeat, daemon=True).start()
+    try:
+        yield watcher
+    finally:
+        watcher.ended.set()
+        watcher.erase()

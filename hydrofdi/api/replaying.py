@@ -10,7 +10,7 @@ from itertools import chain
 from typing import Any
 
 from hydrofdi.api.arguments import names_of, positive_of
-from hydrofdi.api.records.held import Names
+from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import DataError
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
@@ -46,7 +46,7 @@ def replay(
     record : str, optional
         Replay only one record: its number, from 1, or its name.
     now : bool
-        Whether time starts at the present one, in seconds since 1970.
+        Start time at the present, in seconds since 1970.
     settings : sequence of str, optional
         ``KEY=VALUE`` of an experiment that is simulated.
     sampling_frequency, channel, unit

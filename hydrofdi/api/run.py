@@ -190,8 +190,7 @@ class Run(Guessable):
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
         """The run as a record, so that `hydrofdi.measure` and others take it as it is."""
-        from hydrofdi.api.records.columns import Column, Held
-        from hydrofdi.api.records.held import records_of
+        from hydrofdi.api.records.columns import Column, Held, records_of
 
         held = self.columns
         columns = [

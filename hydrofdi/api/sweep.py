@@ -132,13 +132,13 @@ def sweep(
     workers : int, optional
         Processes; the cores that hydrofdi may use where it is left out.
     engine : {"local", "in-process", "dask"}
-        In processes of their own, in this one, or on a Dask cluster.
+        Where runs are computed: in worker processes, in this process, or on a Dask cluster.
     scheduler : str, optional
-        Address of the Dask scheduler, such as ``tcp://host:8786``.
+        Address of the Dask scheduler, such as tcp://host:8786.
     shared_directory : bool
-        Whether Dask workers reach the folder of the results.
+        Dask workers write into the results folder (the default), or send their results.
     retry_failed : bool
-        Whether runs that raised, hung or lost their worker are tried again.
+        Retry runs that raised an error, hung or lost their worker.
     progress : bool or callable
         True shows warnings and progress on standard error; a function is called with each `Progress`.
     **settings
@@ -236,7 +236,7 @@ def run_sweep(
     """
     start, completed = time.perf_counter(), 0
     engine = engine or LocalPoolEngine(available_cores())
-    watcher = watcher or watching(False)
+    watcher = watcher or Watching(lambda _: None)
     require_unlocked(directory)
     require_same_experiment(directory, experiment)
     if not (directory / REQUEST_FILE).exists():

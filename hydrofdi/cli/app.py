@@ -17,8 +17,8 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from hydrofdi import __version__
-from hydrofdi.cli.options import with_options
+import hydrofdi
+from hydrofdi.cli.options import options_like, with_options
 from hydrofdi.cli.terminal import told_on_standard_error
 from hydrofdi.errors import (
     HydrofdiError,
@@ -81,6 +81,16 @@ _HOMES = {
 }
 """Command → module below ``hydrofdi.cli``."""
 
+_KEYWORDS = {
+    "evaluate": ("indicators", "healthy", "false_alarm_rate", "confidence", "usual_scores"),
+    "export": ("format", "channels", "unit", "runs", "overwrite"),
+    "inspect": ("indicators", "record"),
+    "measure": ("indicators",),
+    "replay": ("record", "now"),
+    "sweep": ("engine", "scheduler", "shared_directory", "retry_failed"),
+}
+"""Command → keywords of the function of the same name in Python that are its options, too."""
+
 
 def application(names: Iterable[str] = _HOMES, *, with_settings: bool = True) -> typer.Typer:
     """The command line with some commands: to build the options of all takes longer than most commands.
@@ -100,14 +110,21 @@ def application(names: Iterable[str] = _HOMES, *, with_settings: bool = True) ->
     app.callback()(_root)
     for name in names:
         module = import_module(f"hydrofdi.cli.{_HOMES[name]}")
-        options = module.options() if with_settings and hasattr(module, "options") else {}
+        options = _options(name, module) if with_settings else {}
         app.command(name)(with_options(getattr(module, name), options))
     return app
 
 
+def _options(name: str, module: Any) -> dict[str, Any]:
+    """The options of a command that follow from a configuration, or from the function of its name."""
+    if name in _KEYWORDS:
+        return options_like(getattr(hydrofdi, name), *_KEYWORDS[name])
+    return module.options() if hasattr(module, "options") else {}
+
+
 def _print_version(wanted: bool) -> None:
     if wanted:
-        print(f"hydrofdi {__version__}")
+        print(f"hydrofdi {hydrofdi.__version__}")
         raise typer.Exit
 
 

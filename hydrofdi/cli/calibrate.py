@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from hydrofdi.cli.options import Json, Settings
+from hydrofdi.cli.options import Config, Json, Settings
 
 
 def calibrate(
-    config: Annotated[
-        Path | None,
-        typer.Argument(help="Experiment file, or a ready one; without it, the default actuator."),
-    ] = None,
+    config: Config = None,
     flows: Annotated[
         list[str] | None,
         typer.Option("--flow", metavar="FLOW", help="Mean leakage flow, e.g. '0.12 L/min'. Repeatable."),

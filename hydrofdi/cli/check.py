@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrofdi.cli.options import Json, Settings
+from hydrofdi.cli.options import Config, Json, Settings
 from hydrofdi.settings.counting import counted
 from hydrofdi.units import convert
 
@@ -20,10 +19,7 @@ if TYPE_CHECKING:
 
 
 def check(
-    config: Annotated[
-        Path | None,
-        typer.Argument(help="Experiment file, or a ready one; without it, the default actuator."),
-    ] = None,
+    config: Config = None,
     settings: Settings = None,
     converge: Annotated[
         bool, typer.Option("--converge", help="Halve the step until no detail RMS changes any more.")
@@ -106,14 +102,11 @@ def _print_observability(console: Console, found: Observability) -> None:
     print_table(console, unknowns_table(found))
     if not found.unknowns:
         console.print("nothing: the estimate diverges; do its options fit the actuator?")
-        return
-    if not any(found.singular_values):
+    elif not any(found.singular_values):
         console.print("the record contains no information on them; does the valve open?")
-        return
-    values = ", ".join(f"{value:.2g}" for value in found.singular_values)
-    condition = f"{found.condition:.2g}" if math.isfinite(found.condition) else "infinite"
-    console.print(f"singular values of the Gramian: {values}; condition number {condition}")
-    left = f"{found.weakest_left:.0%} of the prior deviation remains"
-    console.print(f"least known: {found.weakest} (in prior deviations): {left}")
-    pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
-    console.print(f"collinear: {pairs}" if pairs else "no two unknowns are collinear")
+    else:
+        condition = f"{found.condition:.2g}" if math.isfinite(found.condition) else "infinite"
+        left = f"{found.weakest_left:.0%} of the prior deviation remains"
+        console.print(f"condition number {condition}; least known: {found.weakest}: {left}")
+        pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
+        console.print(f"collinear: {pairs or 'none'}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import groupby
 from pathlib import Path
 from typing import Annotated
 
@@ -44,21 +43,11 @@ def configs(
 
 
 def _print_all(summaries: dict[str, str]) -> None:
-    from rich.table import Table
-    from rich.text import Text
-
+    from hydrofdi.cli.tables import print_table
     from hydrofdi.cli.terminal import terminal
+    from hydrofdi.report.table import Table
 
     console = terminal()
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(no_wrap=True)
-    table.add_column(overflow="fold")
-    for group, names in groupby(summaries, key=lambda name: name.rpartition("/")[0]):
-        if group:
-            table.add_row(Text(f"{group}/", style="bold"))
-        indent = "  " if group else ""
-        for name in names:
-            table.add_row(indent + name.rpartition("/")[2], summaries[name])
-    console.print(table)
+    print_table(console, Table.of({"name": [*summaries], "about": [*summaries.values()]}))
     console.print("\nUse a name like a file: 'hydrofdi sweep table3', 'hydrofdi plan delays/smoke'.")
     console.print("'hydrofdi configs NAME' prints one to copy.")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from heapq import nsmallest
 from operator import itemgetter
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from hydrofdi.cli.options import Json, SamplingFrequency
+from hydrofdi.cli.options import Detector, Json, SamplingFrequency, Sources
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
@@ -21,17 +21,8 @@ _SHOWN = 20
 
 
 def detect(
-    detector: Annotated[
-        Path, typer.Argument(metavar="DETECTOR", help="Detector file written by 'hydrofdi train'.")
-    ],
-    sources: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="SOURCE...",
-            help="A results folder, an experiment file (.h5, or .yaml to be simulated), a description of"
-            " measured files, or one data file.",
-        ),
-    ],
+    detector: Detector,
+    sources: Sources,
     form: Annotated[
         Literal["table", "csv", "json"], typer.Option("--format", help="Output format.")
     ] = "table",
@@ -68,19 +59,15 @@ def _print(tally: Tally) -> None:
     from hydrofdi.cli.tables import print_table
     from hydrofdi.cli.terminal import terminal
 
-    alarms: list[tuple[int, JudgedWindow]] = []
-    beyond: list[tuple[int, JudgedWindow]] = []
-    others: list[tuple[int, JudgedWindow]] = []
-    n_row = 0
-    for n_row, window in enumerate(tally, start=1):
-        kept = alarms if window.alarm else beyond if window.is_beyond else others
-        if len(kept) < _SHOWN:
-            kept.append((n_row, window))
-    shown = sorted([*alarms, *beyond, *others][:_SHOWN], key=itemgetter(0))
+    def place(row: tuple[int, JudgedWindow]) -> tuple[bool, bool, int]:
+        return not row[1].alarm, not row[1].is_beyond, row[0]
+
+    shown = [window for _, window in sorted(nsmallest(_SHOWN, enumerate(tally), place), key=itemgetter(0))]
+    n_row, n_alarm = tally.n_judged + tally.faults.total(), sum(bool(window.alarm) for window in shown)
     console = terminal()
-    print_table(console, windows_table(tally.file, [window for _, window in shown]))
+    print_table(console, windows_table(tally.file, shown))
     if n_row > len(shown):
-        first = f"{len(alarms)} of {counted(tally.n_alarm, 'alarm')} among them" if alarms else "no alarm"
+        first = f"{n_alarm} of {counted(tally.n_alarm, 'alarm')} among them" if n_alarm else "no alarm"
         console.print(f"… {len(shown)} of {counted(n_row, 'row')}, {first}; --format csv writes all")
 
 

@@ -2,58 +2,22 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from hydrofdi.cli.options import Json
+from hydrofdi.cli.options import Json, Sources
 from hydrofdi.settings.counting import counted
 
 _SHOWN = 20
 """Most scores, and most pairs of healthy groups, that the terminal shows."""
 
 if TYPE_CHECKING:
-    from hydrofdi.api.evaluation import Evaluation, Left
+    from hydrofdi.api.evaluation import Evaluation
 
 
 def evaluate(
-    sources: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="SOURCE...", help="Descriptions of measured files, results folders or experiment files."
-        ),
-    ],
-    indicators: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME,…|FILE",
-            help="Indicators, 'all', or a YAML file with their options, and 'scores:' that combine "
-            "their outputs.",
-        ),
-    ] = "dwt",
-    healthy: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="LABEL", help="Label of healthy records, in addition to 'healthy:'. Repeatable."
-        ),
-    ] = None,
-    false_alarm_rate: Annotated[
-        str, typer.Option(metavar="SHARE", help="False-alarm rate for which thresholds are set, e.g. 5%.")
-    ] = "1%",
-    confidence: Annotated[
-        str, typer.Option(metavar="SHARE", help="Confidence of intervals and bounds.")
-    ] = "95%",
-    usual_scores: Annotated[
-        bool,
-        typer.Option(
-            "--usual-scores",
-            help="Also evaluate mahalanobis and lda of all outputs for each set of sensors, and the "
-            "largest change"
-            " of dwt.d1 … d5.",
-        ),
-    ] = False,
+    sources: Sources,
     json: Json = False,
+    **settings: Any,
 ) -> int:
     """Evaluate indicators on labelled records: what each detects, and its alarms on healthy groups.
 
@@ -64,21 +28,16 @@ def evaluate(
     another or have no number of any indicator, or an indicator fails.
     """
     from hydrofdi.api.evaluating import evaluate as evaluate_records
-    from hydrofdi.cli.terminal import print_json
+    from hydrofdi.cli.terminal import print_json, tell
 
-    evaluation = evaluate_records(
-        sources,
-        indicators,
-        healthy=healthy or (),
-        false_alarm_rate=false_alarm_rate,
-        confidence=confidence,
-        usual_scores=usual_scores,
-    )
+    evaluation = evaluate_records(sources, **settings)
     if json:
         print_json(evaluation.to_dict())
     else:
         _print(evaluation)
-    return _tell(evaluation.left)
+    for sentence in evaluation.left.sentences():
+        tell(sentence)
+    return 1 if evaluation.left.is_lacking or evaluation.left.n_repeated else 0
 
 
 def _print(evaluation: Evaluation) -> None:
@@ -105,23 +64,3 @@ def _print(evaluation: Evaluation) -> None:
     console.print()
     for sentence in evaluation.remarks:
         console.print(f"- {sentence}")
-
-
-def _tell(left: Left) -> int:
-    from hydrofdi.cli.terminal import tell
-
-    for fault in left.faults:
-        tell(f"failed: {fault}")
-    if left.n_rejected:
-        tell(f"rejected: {left.n_rejected:,} of {counted(left.n_record, 'record')}; {left.first_rejection}")
-    if left.n_repeated:
-        tell(
-            f"left out: {left.n_repeated:,} of {counted(left.n_record, 'record')}"
-            " have the samples of another, e.g."
-            f" {left.first_repeat}; a threshold must not be tested on the records that set it"
-        )
-    if left.n_empty:
-        tell(f"without any number: {left.n_empty:,} of {counted(left.n_record, 'record')}")
-    if left.n_unlabelled:
-        tell(f"without a label, left out: {left.n_unlabelled:,} of {counted(left.n_record, 'record')}")
-    return 1 if left.n_rejected or left.n_repeated or left.n_empty or left.faults else 0

@@ -71,8 +71,6 @@ def why(
 
     Also shows its differences from the baseline, its failure, and how it was computed.
     """
-    from dataclasses import asdict
-
     from hydrofdi.api.folders import why as explain
     from hydrofdi.cli.explanation import print_explanation
     from hydrofdi.cli.terminal import print_json
@@ -80,7 +78,7 @@ def why(
 
     explanation = explain(directory, run, config)
     if json:
-        print_json(asdict(explanation))
+        print_json(vars(explanation))
     else:
         with shown_in(explanation.units):
             print_explanation(explanation)

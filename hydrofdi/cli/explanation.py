@@ -25,17 +25,17 @@ def print_explanation(explanation: Explanation) -> None:
     console = terminal()
     title = f"run {explanation.run_id}, row {explanation.position}, record {explanation.record_id}"
     console.print(Text(title, style="bold"))
-    console.print(f"status    {explanation.status} {explanation.message}".rstrip())
-    if explanation.remedy:
-        console.print(f"remedy    {explanation.remedy}")
-    if explanation.verdict not in ("", explanation.status):
-        console.print(f"verdict   {explanation.verdict}")
-    for word, doubt in explanation.doubts.items():
-        console.print(f"          {word}: {doubt['meaning']}; {doubt['remedy']}")
-    if explanation.reason:
-        console.print(f"to do     {explanation.reason}")
-    for cause in explanation.causes:
-        console.print(f"because   {cause}")
+    facts = [
+        ("status", f"{explanation.status} {explanation.message}".rstrip()),
+        ("remedy", explanation.remedy),
+        ("verdict", explanation.verdict if explanation.verdict != explanation.status else ""),
+        *(("", f"{word}: {told['meaning']}; {told['remedy']}") for word, told in explanation.doubts.items()),
+        ("to do", explanation.reason),
+        *(("because", cause) for cause in explanation.causes),
+    ]
+    for name, text in facts:
+        if text:
+            console.print(f"{name:<10}{text}")
     if explanation.changes:
         print_table(
             console, _pairs("changed since runs were stored", ("key", "before", "now"), explanation.changes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,35 +21,24 @@ def indicators(
     json: Json = False,
 ) -> int:
     """List the indicators, or describe one."""
-    from hydrofdi.cli.terminal import print_json
-    from hydrofdi.indicators.description import describe
-
-    described = [describe(name)] if name else _all_that_load()
-    if json:
-        records = [_record(each) for each in described]
-        print_json(records[0] if name else {"indicators": records})
-    elif name:
-        _print_one(described[0])
-    else:
-        _print_all(described)
-    return 0
-
-
-def _all_that_load() -> list[Description]:
-    """All indicators; a package that cannot be loaded causes only a warning."""
-    from hydrofdi.api.listing import described_indicators
-    from hydrofdi.cli.terminal import tell
-
-    described, doubts = described_indicators()
-    for doubt in doubts:
-        tell(f"warning: {doubt}")
-    return described
-
-
-def _record(indicator: Description) -> dict[str, Any]:
     from dataclasses import asdict
 
-    return asdict(indicator)
+    from hydrofdi.api.listing import described_indicators
+    from hydrofdi.cli.terminal import print_json, tell
+    from hydrofdi.indicators.description import describe
+
+    if name:
+        described = describe(name)
+        print_json(asdict(described)) if json else _print_one(described)
+        return 0
+    all_that_load, doubts = described_indicators()
+    for doubt in doubts:
+        tell(f"warning: {doubt}")
+    if json:
+        print_json({"indicators": [asdict(each) for each in all_that_load]})
+    else:
+        _print_all(all_that_load)
+    return 0
 
 
 def _print_all(indicators: list[Description]) -> None:
@@ -87,31 +76,21 @@ def _print_one(indicator: Description) -> None:
     for fact, text in facts.items():
         if text:
             console.print(Text(f"{fact:<10}{text}"))
-    console.print()
     options, outputs = indicator.options, indicator.outputs
-    print_table(
-        console,
-        Table.of(
-            {
-                "option": [option.name for option in options],
-                "default": [option.default for option in options],
-                "meaning": [option.text.replace("``", "") for option in options],
-            },
-            title="Options",
-        ),
-    )
-    console.print()
     dims = ("".join(f" × {n} {name}" for name, n in output.dims.items()) for output in outputs)
-    meanings = [output.long_name + more for output, more in zip(outputs, dims, strict=True)]
-    print_table(
-        console,
-        Table.of(
-            {
-                "output": [output.name for output in outputs],
-                "unit": [output.unit for output in outputs],
-                "under leakage": [output.departure for output in outputs],
-                "meaning": meanings,
-            },
-            title="Outputs",
-        ),
-    )
+    told = {
+        "Options": {
+            "option": [option.name for option in options],
+            "default": [option.default for option in options],
+            "meaning": [option.text.replace("``", "") for option in options],
+        },
+        "Outputs": {
+            "output": [output.name for output in outputs],
+            "unit": [output.unit for output in outputs],
+            "under leakage": [output.departure for output in outputs],
+            "meaning": [output.long_name + more for output, more in zip(outputs, dims, strict=True)],
+        },
+    }
+    for title, columns in told.items():
+        console.print()
+        print_table(console, Table.of(columns, title=title))

@@ -31,11 +31,12 @@ def init(
     file is never overwritten.
     """
     from hydrofdi.cli.terminal import write_out
+    from hydrofdi.config import load_experiment
     from hydrofdi.settings.ready import ready_copy
     from hydrofdi.settings.yaml_source import scalar
 
     experiment = name.removesuffix(".yaml")
-    _require_name(experiment)
+    load_experiment({"name": experiment})
     stated = experiment if isinstance(scalar(experiment), str) else f"'{experiment}'"
     text = _NAME.sub(f"name: {stated}", ready_copy(f"templates/{template}"), count=1)
     file = Path(f"{experiment}.yaml")
@@ -46,19 +47,6 @@ def init(
         f"  hydrofdi sweep {file} && hydrofdi report results/{experiment}\n"
     )
     return 0
-
-
-def _require_name(name: str) -> None:
-    from pydantic import ValidationError
-
-    from hydrofdi.config import ExperimentConfig
-    from hydrofdi.errors import ConfigError
-    from hydrofdi.settings.messages import describe_error
-
-    try:
-        ExperimentConfig(name=name)
-    except ValidationError as error:
-        raise ConfigError(f"NAME: {describe_error(error.errors()[0])}") from None
 
 
 def _write(file: Path, text: str) -> None:

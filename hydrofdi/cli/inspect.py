@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydrofdi.cli.options import Json, SamplingFrequency
+from hydrofdi.cli.options import Figure, Json, SamplingFrequency
 
 if TYPE_CHECKING:
     from hydrofdi.api.inspecting import Inspection
@@ -24,24 +24,10 @@ def inspect(
             help="A results folder, an experiment file, a description of measured files, or one data file."
         ),
     ],
-    indicators: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME,…|FILE", help="Indicators whose doubts about the records are remarks, too."
-        ),
-    ] = None,
-    record: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ID", help="Record of the figure, or the beginning of its name [default: the first]."
-        ),
-    ] = None,
-    figure: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw one record: time, spectrum, details (.png, .svg, .pdf)."),
-    ] = None,
+    figure: Figure = None,
     sampling_frequency: SamplingFrequency = None,
     json: Json = False,
+    **settings: Any,
 ) -> int:
     """Inspect records: channels, rates, lengths, ranges and defects.
 
@@ -51,7 +37,7 @@ def inspect(
     from hydrofdi.api.inspecting import inspect as look_at
     from hydrofdi.cli.terminal import print_json, tell
 
-    found = look_at(source, indicators, record=record, sampling_frequency=sampling_frequency)
+    found = look_at(source, sampling_frequency=sampling_frequency, **settings)
     if figure is not None:
         from hydrofdi.report.figures import save_figure
 

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from hydrofdi.cli.options import Json, SamplingFrequency
+from hydrofdi.cli.options import Json, SamplingFrequency, Sources
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.indicators.plausibility import Doubt
     from hydrofdi.indicators.record_measures import Column, RecordMeasures
 
 
@@ -24,18 +23,7 @@ _SHOWN = 20
 
 
 def measure(
-    sources: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="SOURCE...",
-            help="A results folder, an experiment file (.h5, or .yaml to be simulated), a description of"
-            " measured files, or one data file.",
-        ),
-    ],
-    indicators: Annotated[
-        str,
-        typer.Option(metavar="NAME,…|FILE", help="Indicators, 'all', or a YAML file with their options."),
-    ] = "dwt",
+    sources: Sources,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write to a file; its suffix sets the format.")
     ] = None,
@@ -45,24 +33,34 @@ def measure(
     ] = None,
     sampling_frequency: SamplingFrequency = None,
     json: Json = False,
+    **settings: Any,
 ) -> int:
     """Measure indicators of any records, simulated or measured.
 
     Exit code 1 if records are rejected or have no number of any indicator, or an indicator fails.
     'hydrofdi indicators' lists what can be measured.
     """
-    from hydrofdi.api.measuring import measured_records
+    from hydrofdi.api.measuring import Counted, measured_records
     from hydrofdi.api.records.sources import Said
     from hydrofdi.cli.terminal import tell
+    from hydrofdi.indicators.plausibility import summaries
 
     chosen_form = _form("json" if json else form, out)
-    measured = measured_records(sources, indicators, Said(sampling_frequency))
+    measured = measured_records(sources, settings.get("indicators", "dwt"), Said(sampling_frequency))
     for remark in measured.remarks:
         tell(f"warning: {remark}")
-    tally = _Counted(measured.records)
-    _write(chosen_form, out, measured.columns, tally)
-    _tell(tally, out, with_reason=chosen_form != "table")
-    return 1 if tally.n_rejected or tally.n_empty or tally.faults else 0
+    tally = Counted()
+    _write(chosen_form, out, measured.columns, tally.count(measured.records))
+    if out is not None:
+        tell(f"wrote {out}: {counted(tally.n_record, 'record')}")
+    for sentence in tally.sentences():
+        tell(sentence)
+    for summary in summaries(tally.doubts, tally.n_record - tally.n_rejected - tally.n_empty):
+        tell(f"warning: {summary}")
+    if tally.n_unmeasured and chosen_form != "table":
+        unmeasured = counted(tally.n_unmeasured, "record")
+        tell(f"without some numbers: {unmeasured}; the first: {tally.first_reason}")
+    return int(tally.is_lacking)
 
 
 def _form(form: str | None, out: Path | None) -> str:
@@ -80,34 +78,7 @@ def _form(form: str | None, out: Path | None) -> str:
     return form
 
 
-class _Counted:
-    """Records that are counted while they are read."""
-
-    def __init__(self, records: Iterable[RecordMeasures]) -> None:
-        self._records = records
-        self.n_record = self.n_rejected = self.n_unmeasured = self.n_empty = 0
-        self.first_reason = self.first_rejection = ""
-        self.faults: dict[str, None] = {}
-        self.doubts: list[Doubt] = []
-
-    def __iter__(self) -> Iterator[RecordMeasures]:
-        for record in self._records:
-            self.n_record += 1
-            self.n_rejected += record.is_rejected
-            self.n_empty += not (record.is_rejected or record.has_numbers)
-            self.faults |= dict.fromkeys(record.faults.values())
-            self.doubts += record.doubts
-            others = [(label, text) for label, text in record.reasons.items() if label not in record.faults]
-            for label, reason in others[:1]:
-                if record.is_rejected:
-                    self.first_rejection = self.first_rejection or f"{record.record_id}: {reason}"
-                else:
-                    self.n_unmeasured += 1
-                    self.first_reason = self.first_reason or f"{label}: {reason}"
-            yield record
-
-
-def _write(form: str, out: Path | None, columns: Sequence[Column], records: _Counted) -> None:
+def _write(form: str, out: Path | None, columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
     if form == "table":
         _print(columns, records)
         return
@@ -124,7 +95,7 @@ def _write(form: str, out: Path | None, columns: Sequence[Column], records: _Cou
     write_measures(out, form, columns, records)
 
 
-def _print(columns: Sequence[Column], records: _Counted) -> None:
+def _print(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
     """Print the first records, and how many there are."""
     from hydrofdi.cli.tables import print_table
     from hydrofdi.cli.terminal import terminal
@@ -145,23 +116,3 @@ def _print(columns: Sequence[Column], records: _Counted) -> None:
         console.print(f"… the first {len(shown)} of {counted(n_record, 'record')}; --out FILE.csv writes all")
     elif n_record != 1:
         console.print(counted(n_record, "record"))
-
-
-def _tell(tally: _Counted, out: Path | None, *, with_reason: bool) -> None:
-    from hydrofdi.cli.terminal import tell
-    from hydrofdi.indicators.plausibility import summaries
-
-    if out is not None:
-        tell(f"wrote {out}: {counted(tally.n_record, 'record')}")
-    for fault in tally.faults:
-        tell(f"failed: {fault}")
-    for summary in summaries(tally.doubts, tally.n_record - tally.n_rejected - tally.n_empty):
-        tell(f"warning: {summary}")
-    if tally.n_unmeasured and with_reason:
-        tell(
-            f"without some numbers: {counted(tally.n_unmeasured, 'record')}; the first: {tally.first_reason}"
-        )
-    if tally.n_rejected:
-        tell(
-            f"rejected: {tally.n_rejected:,} of {counted(tally.n_record, 'record')}; {tally.first_rejection}"
-        )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrofdi.cli.options import Json, SamplingFrequency
+from hydrofdi.cli.options import Detector, Json, SamplingFrequency
 
 INTERRUPTED = 130
 
@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 
 
 def monitor(
-    detector: Annotated[
-        Path, typer.Argument(metavar="DETECTOR", help="Detector file written by 'hydrofdi train'.")
-    ],
+    detector: Detector,
     source: Annotated[
         str,
         typer.Argument(

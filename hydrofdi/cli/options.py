@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import wraps
-from inspect import Parameter, Signature, signature
+from inspect import Parameter, Signature, cleandoc, signature
+from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -15,6 +17,32 @@ Settings = Annotated[
     typer.Option(
         "--set", metavar="KEY=VALUE", help="Set a parameter, e.g. fluid.bulk_modulus='689 MPa'. Repeatable."
     ),
+]
+Config = Annotated[
+    Path | None, typer.Argument(help="Experiment file, or a ready one; without it, the default actuator.")
+]
+Sweep = Annotated[
+    Path, typer.Argument(help="Experiment file with what varies, or a ready one ('hydrofdi configs').")
+]
+Results = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Folder of the results [default: results/<name>].")
+]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="Worker processes [default: the cores that hydrofdi may use].")
+]
+Sources = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="SOURCE...",
+        help="A results folder, an experiment file (.h5, or .yaml to be simulated), a description of"
+        " measured files, or one data file.",
+    ),
+]
+Detector = Annotated[
+    Path, typer.Argument(metavar="DETECTOR", help="Detector file written by 'hydrofdi train'.")
+]
+Figure = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Draw the signals of one record (.png, .svg or .pdf).")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only JSON on standard output.")]
 SamplingFrequency = Annotated[
@@ -37,13 +65,44 @@ def with_options(command: Callable[..., int], options: Mapping[str, Any]) -> Cal
 
     @wraps(command)
     def call(**values: Any) -> int:
-        return command(**values)
+        given = {name: value for name, value in values.items() if name not in options or value is not None}
+        return command(**given)
 
     by_name = Parameter.KEYWORD_ONLY
     more = [Parameter(name, by_name, default=None, annotation=kind) for name, kind in options.items()]
     call.__signature__ = Signature([*stated, *more])  # type: ignore[attr-defined]
     call.__annotations__ = {each.name: each.annotation for each in (*stated, *more)}
     return call
+
+
+def options_like(function: Any, *names: str) -> dict[str, Any]:
+    """Name → annotation of an option, for some keywords of a function: type, default and help are its own."""
+    own = signature(function).parameters
+    section = cleandoc(function.__doc__).partition("Parameters\n----------\n")[2].partition("\n\n")[0]
+    texts: dict[str, str] = {}
+    for part in re.split(r"\n(?=\S)", section):
+        head, _, text = part.partition("\n")
+        texts |= dict.fromkeys(
+            head.partition(" : ")[0].split(", "), " ".join(text.replace("``", "'").replace("`", "'").split())
+        )
+    return {name: _like(own[name], texts[name]) for name in names}
+
+
+def _like(keyword: Parameter, text: str) -> Any:
+    """The option of a keyword; it is None if it is not given, so that the default of the function holds."""
+    kind, default = str(keyword.annotation), keyword.default
+    flag = f"--{keyword.name.replace('_', '-')}"
+    if kind == "bool":
+        both = f"{flag}/--no-{flag[2:]}" if default else flag
+        return Annotated[bool | None, typer.Option(both, show_default=False, help=text)]
+    if default and isinstance(default, str):
+        text += f" [default: {default}]"
+    if kind.startswith("Literal"):
+        return Annotated[Literal[tuple(re.findall("'([^']*)'", kind))] | None, typer.Option(flag, help=text)]
+    metavar = keyword.name.rpartition("_")[2].upper()
+    if default == ():
+        return Annotated[list[str] | None, typer.Option(flag, metavar=metavar, help=f"{text} Repeatable.")]
+    return Annotated[str | None, typer.Option(flag, metavar=metavar, help=text)]
 
 
 def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:

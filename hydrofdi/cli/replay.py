@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -35,12 +35,6 @@ def replay(
         Literal["csv", "json"] | None,
         typer.Option("--format", help="Format on standard output [default: csv]."),
     ] = None,
-    record: Annotated[
-        str, typer.Option(metavar="N|NAME", help="Replay only one record: its number, from 1, or its name.")
-    ] = "",
-    now: Annotated[
-        bool, typer.Option("--now", help="Start time at the present, in seconds since 1970.")
-    ] = False,
     config: Annotated[
         Path | None,
         typer.Option(
@@ -50,6 +44,7 @@ def replay(
     ] = None,
     settings: Settings = None,
     sampling_frequency: SamplingFrequency = None,
+    **more: Any,
 ) -> int:
     """Replay records as a stream, to try out a monitor.
 
@@ -62,10 +57,9 @@ def replay(
     chunks = played(
         source,
         rate=rate,
-        record=record,
-        now=now,
         settings=settings or (),
         sampling_frequency=sampling_frequency,
+        **more,
     )
     n_sample = 0
     try:

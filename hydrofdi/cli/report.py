@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -13,31 +12,6 @@ from hydrofdi.errors import ReportError
 
 if TYPE_CHECKING:
     from hydrofdi.report.contract import ComposedReport
-
-
-class Format(StrEnum):
-    """Formats of the report."""
-
-    text = "text"
-    markdown = "markdown"
-    csv = "csv"
-    json = "json"
-    html = "html"
-
-
-def _format(text: str) -> Format:
-    """The format with this name."""
-    if text in list(Format):
-        return Format(text)
-    raise ReportError(f"--format: '{text}' is not one of the formats {', '.join(Format)}")
-
-
-_FORMAT = typer.Option(
-    "--format",
-    parser=_format,
-    metavar=f"[{'|'.join(Format)}]",
-    help="Format of the report [default: text]; html writes a page, as --html does.",
-)
 
 
 def report(
@@ -49,7 +23,12 @@ def report(
             " [default: <name>.html in the folder].",
         ),
     ] = None,
-    form: Annotated[Format | None, _FORMAT] = None,
+    form: Annotated[
+        Literal["text", "markdown", "csv", "json", "html"] | None,
+        typer.Option(
+            "--format", help="Format of the report [default: text]; html writes a page, as --html does."
+        ),
+    ] = None,
     html: Annotated[bool, typer.Option("--html", help="Write one self-contained HTML page.")] = False,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write all formats and figures to this folder.")
@@ -84,7 +63,7 @@ def report(
     from hydrofdi.config.shown_values import shown_in
     from hydrofdi.papers import make_report
 
-    html = html or form is Format.html
+    html = html or form == "html"
     directory, page = _places(places or [], html)
     data = read_results(directory)
     with shown_in(data.experiment.units):
@@ -100,8 +79,8 @@ def report(
 
             for line in write_all_forms(made, out):
                 tell(line)
-        if json or form not in (None, Format.html) or not (html or out or check or figure):
-            _print(made, Format.json if json else form or Format.text, full)
+        if json or form not in (None, "html") or not (html or out or check or figure):
+            _print(made, "json" if json else form or "text", full)
         return _check_code(made) if check else 0
 
 
@@ -125,20 +104,20 @@ def _write_page(made: ComposedReport, page: Path) -> None:
     tell(f"wrote {page}")
 
 
-def _print(made: ComposedReport, form: Format, full: bool) -> None:
-    from hydrofdi.cli.rendering import print_document
+def _print(made: ComposedReport, form: str, full: bool) -> None:
+    from hydrofdi.cli.tables import print_document
     from hydrofdi.cli.terminal import write_out
     from hydrofdi.report.forms.markdown import render_markdown
     from hydrofdi.report.record import render_csv, render_json
 
     match form:
-        case Format.text:
+        case "text":
             print_document(made.document(), made.path, full=full)
-        case Format.markdown:
+        case "markdown":
             write_out(render_markdown(made.document()))
-        case Format.csv:
+        case "csv":
             write_out(render_csv(made.columns()))
-        case Format.json:
+        case "json":
             write_out(render_json(made))
 
 

@@ -7,22 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hydrofdi.cli.options import Json, Settings
+from hydrofdi.cli.options import Config, Figure, Json, Settings
 
 if TYPE_CHECKING:
     from hydrofdi.config import ExperimentConfig
 
 
 def simulate(
-    config: Annotated[
-        Path | None,
-        typer.Argument(help="Experiment file, or a ready one; without it, the default actuator."),
-    ] = None,
+    config: Config = None,
     settings: Settings = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Store the run in this file.")] = None,
-    figure: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the signals (.png, .svg or .pdf).")
-    ] = None,
+    figure: Figure = None,
     json: Json = False,
 ) -> int:
     """Simulate one actuator and print its features.

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydrofdi.cli.options import Json, Settings
+from hydrofdi.cli.options import Json, Results, Settings, Sweep, Workers
 from hydrofdi.cli.terminal import print_json, tell
 from hydrofdi.settings.counting import counted
 
@@ -16,38 +15,15 @@ if TYPE_CHECKING:
 
 
 def sweep(
-    config: Annotated[
-        Path, typer.Argument(help="Experiment file with what varies, or a ready one ('hydrofdi configs').")
-    ],
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of the results [default: results/<name>].")
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Worker processes [default: the cores that hydrofdi may use].")
-    ] = None,
+    config: Sweep,
+    out: Results = None,
+    workers: Workers = None,
     settings: Settings = None,
-    retry_failed: Annotated[
-        bool,
-        typer.Option("--retry-failed", help="Retry runs that raised an error, hung or lost their worker."),
-    ] = False,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Show what would be done, like 'hydrofdi plan'.")
     ] = False,
-    engine: Annotated[
-        Literal["local", "in-process", "dask"], typer.Option(help="Where to compute the runs.")
-    ] = "local",
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786.")
-    ] = None,
-    shared_directory: Annotated[
-        bool,
-        typer.Option(
-            "--shared-directory/--no-shared-directory",
-            show_default=False,
-            help="Dask workers write into the results folder [default], or send their results.",
-        ),
-    ] = True,
     json: Json = False,
+    **more: Any,
 ) -> int:
     """Compute and store the missing runs of an experiment.
 
@@ -61,18 +37,9 @@ def sweep(
 
     experiment = experiment_with(config, settings or ())
     if dry_run:
-        return show_plan(experiment, out, workers, retry_failed=retry_failed, json=json)
+        return show_plan(experiment, out, workers, retry_failed=more.get("retry_failed", False), json=json)
     try:
-        results = run_missing(
-            experiment,
-            out=out,
-            workers=workers,
-            engine=engine,
-            scheduler=scheduler,
-            shared_directory=shared_directory,
-            retry_failed=retry_failed,
-            progress=True,
-        )
+        results = run_missing(experiment, out=out, workers=workers, progress=True, **more)
     except SweepInterrupted as stop:
         if stop.summary is not None:
             _show(stop.summary, json=json)

@@ -5,13 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
+from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.table import Column, Table
+from hydrofdi.settings.counting import counted
+
+if TYPE_CHECKING:
+    from hydrofdi.report.document import Document
 
 _GAP, _HEADING, _SENTENCE = 2, 10, 24
 """Blanks between columns, and widths: of a line of a heading, and of folded words."""
@@ -131,3 +138,24 @@ class _Folded:
     def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
         parts = (part for word in _words(self.text) for part in _pieces(word, options.max_width))
         return Measurement(max(map(len, parts), default=0), len(self.text))
+
+
+_FEW_ROWS = 12
+"""Rows of an answer."""
+
+
+def print_document(document: Document, file: Path, *, full: bool = False) -> None:
+    """Print the answers of a report, or all of it; the answers are last."""
+    console = terminal()
+    console.print(Text.assemble((document.title, "bold"), f", from {file}"))
+    blocks = [block for block in document.blocks if block.paragraphs or block.shown_tables]
+    others = [block for block in blocks if not block.is_answer]
+    for block in (others if full else []) + [block for block in blocks if block.is_answer]:
+        if full:
+            console.print(Text(block.title, style="bold underline"))
+        for table in block.shown_tables:
+            print_table(console, table, None if full else _FEW_ROWS)
+        for paragraph in block.paragraphs:
+            print_trimmed(console, paragraph)
+    if not full and (n_table := sum(len(block.shown_tables) for block in others)):
+        console.print(f"{counted(n_table, 'more table')}: --full shows them, --html writes a page.")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydrofdi.cli.options import Json, SamplingFrequency
+from hydrofdi.cli.options import Json, SamplingFrequency, Sources
 from hydrofdi.errors import without_credentials
 from hydrofdi.settings.counting import counted
 
@@ -18,14 +18,7 @@ if TYPE_CHECKING:
 
 
 def train(
-    sources: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="SOURCE...",
-            help="Healthy records: a results folder, an experiment file (.h5, or .yaml to be simulated), a"
-            " description of measured files, or one data file.",
-        ),
-    ],
+    sources: Sources,
     out: Annotated[Path, typer.Option(metavar="FILE", help="JSON file to write the detector to.")],
     healthy: Annotated[
         list[str] | None,

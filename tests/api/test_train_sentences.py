@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.detectors.promise import sentences
 from hydrofdi.errors import HydrofdiError
 
 INDICATOR = {"flow_balance": {"spool": "command", "supply": "sum"}}
@@ -35,23 +32,6 @@ def test_a_refusal_gives_the_reason_of_most_windows_not_of_the_first(healthy):
     pressure[3] = np.nan
     with pytest.raises(HydrofdiError, match="0 windows are too few for a balance"):
         trained(healthy | {"chamber_1_pressure": pressure}, window="40 ms")
-
-
-def test_the_summary_relates_the_score_to_the_flow_of_a_study(healthy):
-    summary = trained(healthy, window="1 s", false_alarm_rate="10 %").summary
-    assert "Studies state the mean flow" in summary
-    assert "output=mean_leakage judges that flow" in summary
-    mean = trained(healthy, output="mean_leakage", window="1 s", false_alarm_rate="10 %").summary
-    assert "Studies state" not in mean
-
-
-@pytest.mark.parametrize(("low", "shown"), [(1e-10, "0 %"), (1e-3, "0.1 %")])
-def test_a_lower_end_that_says_nothing_is_zero(healthy, low, shown):
-    training = trained(healthy, window="1 s", false_alarm_rate="10 %").training
-    limits = training.file.limits.model_copy(update={"interval": (low, 0.2)})
-    told = " ".join(sentences(replace(training, file=training.file.model_copy(update={"limits": limits}))))
-    assert f"confidence interval {shown} to 20 %" in told
-    assert ("false alarms an hour (0 to 720)" in told) is (shown == "0 %")
 
 
 def test_missing_samples_are_told_with_a_remedy(healthy):

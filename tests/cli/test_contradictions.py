@@ -2,39 +2,28 @@
 
 import pytest
 
-CONTRADICTIONS = {
-    "duty": (["leakage.onset_duty=1.5"], "leakage.onset_duty=1.5: must be at most 1; found 1.5"),
-    "stop outside": (
-        ["actuator.end_stops=elastic", "actuator.end_stop_position=0.5"],
-        "actuator: end_stop_position = 0.5 m must be below V/A = 0.4423 m, where a chamber vanishes",
-    ),
-    "boiling": (
-        ["fluid.vapour_pressure=9 MPa"],
-        "fluid.vapour_pressure = 9 MPa must be below the 8.6 MPa at which the chambers start",
-    ),
-    "boiling in a sweep": (
-        ["sweep.grid.supply.pressure=[17.2 MPa, 1 MPa]", "fluid.vapour_pressure=0.8 MPa"],
-        "at supply.pressure = 1 MPa: fluid.vapour_pressure = 800 kPa must be below",
-    ),
-    "negative periods": (
-        ["analysis.discard=-1 period"],
-        "analysis.discard=-1 period: must be zero or more periods, such as '1 period'; found '-1 period'",
-    ),
-    "range": (
-        ["pressure_1_sensor={lowest: 10 MPa, highest: 0}"],
-        "pressure_1_sensor={lowest: 10 MPa, highest: 0}: lowest = 10 MPa must be below highest = 0 kPa",
-    ),
-}
 
-
-@pytest.mark.parametrize(("settings", "expected"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
-def test_a_contradiction_is_one_line(hydrofdi, experiment_file, settings, expected):
+@pytest.mark.parametrize(
+    ("settings", "key"),
+    [
+        (["leakage.onset_duty=1.5"], "leakage.onset_duty"),
+        (["actuator.end_stops=elastic", "actuator.end_stop_position=0.5"], "end_stop_position"),
+        (["fluid.vapour_pressure=9 MPa"], "fluid.vapour_pressure"),
+        (
+            ["sweep.grid.supply.pressure=[17 MPa, 1 MPa]", "fluid.vapour_pressure=0.8 MPa"],
+            "supply.pressure",
+        ),
+        (["analysis.discard=-1 period"], "analysis.discard"),
+        (["pressure_1_sensor={lowest: 10 MPa, highest: 0}"], "pressure_1_sensor"),
+    ],
+)
+def test_a_contradiction_is_one_line(hydrofdi, experiment_file, settings, key):
     config = experiment_file("record: {duration: 2 s}\n")
     options = [part for setting in settings for part in ("--set", setting)]
     command = "plan" if "sweep" in settings[0] else "simulate"
     result = hydrofdi(command, config, *options)
     assert (result.returncode, len(result.stderr.splitlines())) == (2, 1)
-    assert expected in result.stderr
+    assert key in result.stderr
 
 
 def test_what_is_off_contradicts_nothing(hydrofdi):
@@ -43,24 +32,14 @@ def test_what_is_off_contradicts_nothing(hydrofdi):
 
 
 @pytest.mark.parametrize(
-    ("settings", "expected"),
+    "settings",
     [
-        (
-            ["input.shape=sweep", "input.end_frequency=60", "record.sampling_frequency=100"],
-            "input.end_frequency = 60 Hz is more than half of record.sampling_frequency = 100 Hz",
-        ),
-        (
-            ["input.shape=multisine", "input.harmonics=120", "record.sampling_frequency=100"],
-            "input.harmonics = 120 reach 60 Hz, more than half of record.sampling_frequency = 100 Hz",
-        ),
-        (
-            ["measurement.anti_alias=60 Hz", "record.sampling_frequency=100"],
-            "measurement.anti_alias = 60 Hz is not below half of record.sampling_frequency = 100 Hz:"
-            " sampling folds what it lets pass",
-        ),
+        ["input.shape=sweep", "input.end_frequency=60"],
+        ["input.shape=multisine", "input.harmonics=120"],
+        ["measurement.anti_alias=60 Hz"],
     ],
 )
-def test_what_is_too_fast_for_the_sampling_is_reported(hydrofdi, settings, expected):
-    settings = ["record.duration=4 s", "wavelet.levels=3", *settings]
+def test_what_is_too_fast_for_the_sampling_is_reported(hydrofdi, settings):
+    settings = ["record.duration=4 s", "wavelet.levels=3", "record.sampling_frequency=100", *settings]
     options = [part for setting in settings for part in ("--set", setting)]
-    assert expected in " ".join(hydrofdi("check", *options).stdout.split())
+    assert f"{settings[-1].partition('=')[0]} = " in hydrofdi("check", *options).stdout

@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.trained import ChartConfig
-from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.reading import detector_text, load_detector
-from hydrofdi.detectors.trained.wording import score_meaning
-from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.monitor.lines import WindowLine, line_record
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
@@ -57,20 +54,6 @@ def test_rows_are_those_of_a_monitor_on_the_same_stream(trained, tmp_path):
     assert [row["number"] for row in rows if row["alarm"]] == [13, 14, 15]
     assert {row["fault"]["kind"] for row in rows if row["fault"]} == {"missing"}
     assert ended.returncode == 0
-
-
-def test_the_heading_says_what_the_score_is(trained, tmp_path):
-    shown = run_hydrofdi("detect", trained, written(tmp_path / "long.csv", pressure(2))).stdout
-    meaning = sound_indicator("dwt", {}).outputs[1].long_name
-    assert " ".join(shown.split()).startswith(f"dwt.d2, {meaning}: alarm above ")
-
-
-@pytest.mark.parametrize("stated_at", ["8 MPa", "5 MPa"])
-def test_a_leakage_is_said_to_be_stated_at_a_pressure_difference(trained, stated_at):
-    options = {"reference_pressure": stated_at}
-    config = DetectorConfig(indicator="flow_balance", options=options, output="leakage")
-    file = load_detector(trained).model_copy(update={"config": config})
-    assert score_meaning(file) == f"internal leakage flow of K_i at {stated_at}"
 
 
 def test_the_summary_counts_what_the_rows_say(trained, tmp_path):
@@ -214,11 +197,3 @@ def test_what_is_no_detector_is_refused_in_one_line(tmp_path):
     assert ended.returncode == 2
     assert len(ended.stderr.splitlines()) == 1
     assert "detector" in ended.stderr
-
-
-def test_a_channel_with_a_unit_of_something_else_is_named_where_it_is_missing(trained, tmp_path):
-    file = written(tmp_path / "odd.csv", pressure())
-    header, *rows = file.read_text().splitlines()
-    file.write_text("\n".join([header.replace("P1 [Pa]", "P1 [mm],P2 [Pa]"), *(f"{row},1" for row in rows)]))
-    _, found = detected(trained, file)
-    assert found["windows"][0]["fault"]["text"] == "has no chamber_1_pressure; columns not used: P1 [mm]"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrofdi.api.healthy_control import ranked_by_control
+from hydrofdi.api.evaluation_tables import ranked_by_control
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.groups import healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind, Population
@@ -93,17 +93,6 @@ def test_of_equal_areas_the_quieter_control_comes_first() -> None:
     assert [each.scored.name for each in ranked_by_control(judgements, pairs)] == ["z_quiet", "a_moved"]
 
 
-@pytest.mark.parametrize("width", [60, 80])
-def test_no_number_is_cut(rig: Path, width: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", str(width))
-    page = run("evaluate", rig / "rig.yaml", *ASKED, check=0).stdout
-    assert max(map(len, page.splitlines())) <= width
-    assert not re.search(r"[0-9.,]…", page)
-    for line in page.splitlines():
-        assert line.count("[") == line.count("]")
-    assert len(re.findall(r"\d\.\d\d \[\d\.\d\d, \d\.\d\d\]", page)) >= 20
-
-
 def test_a_severity_of_a_label_that_no_record_has_is_a_mistake(rig: Path) -> None:
     (rig / "typo.yaml").write_text(GROUPED + "severity: {lrge: 0.5 L/min}\n")
     done = run("evaluate", rig / "typo.yaml", *ASKED, check=2)
@@ -113,19 +102,6 @@ def test_a_severity_of_a_label_that_no_record_has_is_a_mistake(rig: Path) -> Non
     done = run("evaluate", rig / "soud.yaml", *ASKED, check=2)
     assert "no record has the healthy label 'soud'" in done.stderr
     assert "did you mean 'sound'?" in done.stderr
-
-
-def test_shares_are_percent_for_a_person(rig: Path) -> None:
-    page = run("evaluate", rig / "rig.yaml", "--indicators", "dwt", check=0).stdout
-    assert "a false-alarm rate of 1 % needs 199 healthy records, not 48" in page
-    assert "use the 99.5 % bound (Bonferroni)" in " ".join(page.replace("\n", " ").split())
-
-
-def test_a_decimal_comma_without_a_description_says_where_to_write(tmp_path: Path) -> None:
-    rows = "".join(f"{n / 1000:.3f};{50 + n % 7:.2f}\n".replace(".", ",") for n in range(600))
-    (tmp_path / "run.csv").write_text(f"time [s];P1 [bar]\n{rows}")
-    done = run("evaluate", tmp_path / "run.csv", "--healthy", "sound", check=2)
-    assert "in the YAML that describes the file (docs/measured.md)" in done.stderr
 
 
 def test_faults_without_a_number_do_not_vanish(tmp_path: Path) -> None:

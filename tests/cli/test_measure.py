@@ -213,15 +213,6 @@ def test_a_mistake_is_one_helpful_line(
     assert done.stdout == ""
 
 
-@pytest.mark.parametrize("columns", ["80", "120"])
-def test_the_table_keeps_to_the_width_of_the_terminal(columns: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", columns)
-    text = run("measure", MUSEUM / "pressures.h5", "--indicators", "all", check=0).stdout
-    assert max(len(line.rstrip()) for line in text.splitlines()) <= int(columns)
-    assert "kPa" in text
-    assert "4 records" in text
-
-
 @pytest.fixture
 def vtnsi(tmp_path: Path) -> Path:
     if not VTNSI.is_dir():

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.api.records.opened import open_source
 from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.records.sources import open_source
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.records.overview import look_at
 

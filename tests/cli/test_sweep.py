@@ -30,11 +30,6 @@ def test_json_has_the_keys_of_the_contract(small_sweep):
     assert small_sweep.result.returncode == 0
 
 
-def test_the_study_of_the_paper_is_twelve_runs(table3):
-    assert table3.summary["planned"] == table3.summary["completed"] == 12
-    assert table3.summary["failed"] == 0
-
-
 def test_the_second_sweep_computes_nothing_and_touches_nothing(hydrofdi, small_sweep, tmp_path):
     shutil.copytree(small_sweep.folder, tmp_path, dirs_exist_ok=True)
     file = tmp_path / small_sweep.summary["file"]
@@ -122,11 +117,3 @@ def test_records_of_different_lengths_fit_into_a_file_without_signals(hydrofdi, 
     assert result.returncode == 2
     assert "store: {signals: none}" in result.stderr
     assert hydrofdi("sweep", config, "--engine", "in-process", "--set", "store.signals=none").returncode == 0
-
-
-def test_why_names_the_part_of_the_model_for_which_the_step_is_too_long(failing_sweep, hydrofdi):
-    output = " ".join(hydrofdi("why", failing_sweep.directory, "1").stdout.split())
-    assert "because the step of 0.0001 s is too long for the hydraulic mode" in output
-    (cause,) = json.loads(hydrofdi("why", failing_sweep.directory, "1", "--json").stdout)["causes"]
-    assert cause.startswith("the step of 0.0001 s is too long for the hydraulic mode")
-    assert "because" not in hydrofdi("why", failing_sweep.directory, "0").stdout

@@ -10,7 +10,6 @@ import hydrofdi
 from hydrofdi.config import load_experiment
 from hydrofdi.config.seeds import seeds_of, shown_seeds
 from hydrofdi.quality.doubts import DOUBTS
-from hydrofdi.quality.failures import remedy
 from tests.commands import run, run_json
 
 _STUDY = {"name": "asked", "record": {"duration": "4 s"}, "store": {"signals": "none"}}
@@ -32,13 +31,6 @@ def test_why_shows_the_verdict_with_its_number_and_remedy(folder: Path) -> None:
     shown = " ".join(run("why", folder, "0").stdout.split())
     assert "unsettled: the RMS of a detail of P_1 changes by up to" in shown
     assert DOUBTS["unsettled"].remedy in shown
-
-
-def test_why_names_the_remedy_of_a_failure(tmp_path: Path) -> None:
-    failing = _STUDY | {"record": {"duration": "2 s", "step": "2 ms"}, "fluid": {"bulk_modulus": "100 GPa"}}
-    hydrofdi.sweep(failing, out=tmp_path, engine="in-process")
-    shown = " ".join(run("why", tmp_path, "0").stdout.split())
-    assert f"remedy {remedy('diverged')}" in shown
 
 
 def test_why_lists_what_changed_in_readable_units_for_what_is_to_be_computed_anew(folder: Path) -> None:

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrofdi.api.records.opened import open_source
+from hydrofdi.api.records.sources import open_source
 from hydrofdi.api.stored import read_results
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.record_measures import measure_sources

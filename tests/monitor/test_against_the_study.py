@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.api.detectors.training import train_on
-from hydrofdi.api.records.opened import open_source
 from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.records.sources import open_source
 from hydrofdi.config import load_experiment
 from hydrofdi.detectors.charts import make_chart
 from hydrofdi.detectors.run_lengths import delays

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.api import replaying
-from hydrofdi.api.records.opened import open_source
+from hydrofdi.api.records.sources import open_source
 from hydrofdi.api.replaying import Pace
 from tests.commands import COMMAND, run, run_json
 from tests.monitor.streams_of_text import read_in_pieces, reader

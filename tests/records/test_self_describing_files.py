@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.records.opened import open_source
+from hydrofdi.api.records.sources import open_source
 from hydrofdi.errors import ConfigError, DataError
 from tests.commands import run, run_json
 from tests.records.measuring import P1, P2, batches, csv_of, described

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.cli.rendering import print_document
+from hydrofdi.cli.tables import print_document
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.registry import indicator_kind
 from hydrofdi.papers import make_report

@@ -14,11 +14,10 @@ from hydrofdi.api.detectors.healthy_records import LeftOut
 from hydrofdi.api.detectors.judged import windows_table
 from hydrofdi.api.detectors.promise import sentences, training_record
 from hydrofdi.api.detectors.tally import Tally
-from hydrofdi.api.detectors.watching import watched
-from hydrofdi.api.detectors.windows import channels_read, detect
+from hydrofdi.api.detectors.windows import channels_read, judged_windows, watched
 from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.places import path_of
-from hydrofdi.api.records.held import Names
+from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.reading import detector_text, is_detector, load_detector
@@ -208,7 +207,7 @@ class Detector(Guessable):
         """
         said = Said(sampling_frequency, channel, unit)
         sources = sources_of(data, channels_read(self.file), said)
-        return Tally(self.file, chain.from_iterable(detect(self.file, source) for source in sources))
+        return Tally(self.file, chain.from_iterable(judged_windows(self.file, source) for source in sources))
 
     def watch(
         self,
@@ -345,3 +344,40 @@ def require_place(out: Path) -> None:
     require_regular(out)
     if out.exists() and not is_detector(out):
         raise StoreError(f"{out}: already exists, is not a detector file and was not changed")
+
+
+def detect(
+    detector: Detector | str | PathLike[str],
+    data: Any,
+    *,
+    sampling_frequency: str | float | None = None,
+    channel: Names = None,
+    unit: Names = None,
+) -> Table:
+    """Judge records with a trained detector, window by window, as ``hydrofdi detect`` does.
+
+    Parameters
+    ----------
+    detector : Detector or path
+    data, sampling_frequency, channel, unit
+        Records in files or in memory, as in `hydrofdi.measure`.
+
+    Returns
+    -------
+    Table
+        A row for each window, as `Detector.judge` gives it.
+
+    Raises
+    ------
+    ConfigError, DataError, StoreError
+        An argument is invalid, or the records cannot be read.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> hydrofdi.detect("nothing.json", "rig.csv")
+    Traceback (most recent call last):
+    hydrofdi.errors.ConfigError: nothing.json: No such file or directory
+    """
+    judge = detector if isinstance(detector, Detector) else Detector.load(detector)
+    return judge.judge(data, sampling_frequency=sampling_frequency, channel=channel, unit=unit)

@@ -54,7 +54,11 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
             Column("unit", [unit] * len(rows), is_text=True, is_shown=False),
             low,
             high,
-            column("margin", title="margin [spreads]", text=_signed),
+            column(
+                "margin",
+                title="margin [spreads]",
+                text=lambda at: HOLE if at is None else f"{at:+.2f}".replace("-", "−"),
+            ),
             column("beyond_limit", is_shown=False),
             column("chart_statistic", title=chart, is_shown=file.chart is not None),
             verdicts,
@@ -70,7 +74,7 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
 
 def _not_judged(rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
     """How many windows beyond a limit were not judged, and why."""
-    faults = [row["fault"] for row in rows if row["beyond_limit"] and row["alarm"] is None]
+    faults = [row["fault"] for row in rows if row.get("beyond_limit") and row["alarm"] is None]
     were = "window beyond the limit was" if len(faults) == 1 else "windows beyond the limit were"
     return (f"{len(faults):,} {were} not judged: {', '.join(sorted(set(faults)))}",) if faults else ()
 
@@ -79,10 +83,6 @@ def _doubtful(rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
     """How many verdicts are doubtful, and the first reason."""
     doubts = [row["doubt"] for row in rows if row["doubt"]]
     return (f"doubtful: {counted(len(doubts), 'window')}, such as {doubts[0]}",) if doubts else ()
-
-
-def _signed(margin: float | None) -> str:
-    return HOLE if margin is None else f"{margin:+.2f}"
 
 
 def _verdict(window: JudgedWindow) -> str:
@@ -139,7 +139,6 @@ def _fields(window: JudgedWindow, unit: str) -> dict[str, Any]:
     record, fault = _record(window, unit), window.fault
     return record | {
         "alarm": window.alarm,
-        "beyond_limit": window.is_beyond,
         "chart_statistic": (record.get("chart") or {}).get("statistic"),
         "fault": "" if fault is None else fault.kind,
         "reason": "" if fault is None else fault.message,

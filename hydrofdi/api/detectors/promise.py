@@ -15,16 +15,12 @@ from hydrofdi.settings.readable import count_text, percent, plain, time_text
 if TYPE_CHECKING:
     from hydrofdi.api.detectors.detector import Training
     from hydrofdi.detectors.trained import DetectorFile
-    from hydrofdi.detectors.trained.file import Limits
 
 _HOUR = 3600.0
 _MOST_NAMED = 5
 
 _UNEVEN = 0.75
 """Samples per period by which a window may miss whole periods: the period is known to half a sample."""
-
-_LEAST_SHARE = 1e-3
-"""Fraction of the false-alarm rate below which the lower end of its interval says no more than 0."""
 
 _RESTS = {
     "windows": "windows taken as independent",
@@ -49,32 +45,17 @@ def sentences(training: Training) -> Iterator[str]:
     file = training.file
     channels = ", ".join(f"{channel.symbol} ({channel})" for channel in file.channels)
     yield f"It judges {_what(file)} at {file.sampling_frequency:g} Hz and needs {channels}."
-    yield from _plant(file)
-    yield from _reference(file)
+    if constants := constants_text(feature_of(file.config).indicator.options):
+        yield f"It takes the actuator as {constants}."
+    if file.assumed:
+        yield f"Warning: {assumption_text(file.config.indicator, file.assumed)}."
+    if " at " in (meaning := score_meaning(file)):
+        yield f"The score is the {meaning}; studies state mean flows, which are smaller."
     yield f"A score {limits_text(file)} is an alarm."
     yield from _promise(file)
     yield from _basis(training)
     yield from _doubts(training)
     yield from _chart(file)
-
-
-def _plant(file: DetectorFile) -> Iterator[str]:
-    if constants := constants_text(feature_of(file.config).indicator.options):
-        yield f"It takes the actuator as {constants}."
-    if file.assumed:
-        yield f"Warning: {assumption_text(file.config.indicator, file.assumed)}."
-
-
-def _reference(file: DetectorFile) -> Iterator[str]:
-    """The pressure difference at which a leakage flow is stated, and how it relates to that of a study."""
-    if " at " not in (meaning := score_meaning(file)):
-        return
-    yield f"The score is the {meaning}."
-    if any(output.name == "mean_leakage" for output in feature_of(file.config).indicator.outputs):
-        yield (
-            "Studies state the mean flow, which is smaller at a smaller pressure difference;"
-            " output=mean_leakage judges that flow."
-        )
 
 
 def _what(file: DetectorFile) -> str:
@@ -87,39 +68,35 @@ def _what(file: DetectorFile) -> str:
     return f"windows of {duration:g} s" + ("" if every == duration else f", one every {every:g} s,")
 
 
-def _interval(limits: Limits) -> tuple[float, float]:
-    """The interval of the false-alarm rate; a lower end far below the rate is shown as 0."""
-    low, high = limits.interval
-    return (low if low > _LEAST_SHARE * limits.false_alarm_rate else 0.0), high
-
-
 def _promise(file: DetectorFile) -> Iterator[str]:
     limits, what = file.limits, "window" if file.n_sample else "estimate"
-    rate = f"{percent(limits.false_alarm_rate)} per {what}"
-    designed_for = f"at most {rate}" if limits.method == "tolerance limit" else rate
-    low_share, high_share = _interval(limits)
+    at_most = "at most " if limits.method == "tolerance limit" else ""
+    low, high = map(percent, limits.interval)
     yield (
-        f"Designed for a false-alarm rate of {designed_for}; {100.0 * limits.confidence:.4g} % confidence"
-        f" interval {percent(low_share)} to {percent(high_share)} ({_RESTS[limits.interval_rests_on]})."
+        f"Designed for a false-alarm rate of {at_most}{percent(limits.false_alarm_rate)} per {what};"
+        f" {100.0 * limits.confidence:.4g} % confidence interval {low} to {high}"
+        f" ({_RESTS[limits.interval_rests_on]})."
     )
     if per_hour := _per_hour(file):
-        least, most = per_hour["interval"]
-        overlap = "" if not _overlap(file) else "; they come in runs because windows overlap"
-        ends = f"{count_text(least if low_share else 0.0)} to {count_text(most)}"
-        yield f"That is {count_text(per_hour['wanted'])} false alarms an hour ({ends}){overlap}."
+        least, most = map(count_text, per_hour["interval"])
+        window = file.config.window
+        overlap = (window.every or 0.0) < (window.duration or 0.0)
+        runs = "; they come in runs because windows overlap" if overlap else ""
+        yield f"That is {count_text(per_hour['wanted'])} false alarms an hour ({least} to {most}){runs}."
     if not file.n_sample:
-        yield (
-            "Estimates follow each other closely, so false alarms come in runs; a chart accounts for "
-            "the time between them."
-        )
+        yield "False alarms come in runs, as estimates follow each other closely; a chart accounts for that."
 
 
 def _basis(training: Training) -> Iterator[str]:
     basis, left = training.file.basis, training.left_out
     what = "windows that do not overlap" if training.file.n_sample else "estimates"
     groups = f" in {counted(basis.n_group, 'group')}" if basis.n_group else ""
-    source = f"{counted(basis.n_record, 'healthy record')}{groups}"
-    yield f"It rests on {basis.n_window:,} {what}, from {source}: {_named(training)}."
+    names = [f"{label} ({count:,})" for label, count in basis.populations.items()] or [*basis.sources]
+    more = f" and {len(names) - _MOST_NAMED:,} more" if len(names) > _MOST_NAMED else ""
+    yield (
+        f"It rests on {basis.n_window:,} {what}, from {counted(basis.n_record, 'healthy record')}{groups}:"
+        f" {', '.join(names[:_MOST_NAMED])}{more}."
+    )
     if basis.not_judged:
         faults = ", ".join(f"{count:,} {kind}" for kind, count in basis.not_judged.items())
         yield f"Healthy {what} that were not used: {faults}."
@@ -129,13 +106,6 @@ def _basis(training: Training) -> Iterator[str]:
         yield f"Left out because they are not healthy training records: {left.n_leaking:,}."
     if left.n_unlabelled:
         yield f"Left out because they have no label: {left.n_unlabelled:,}."
-
-
-def _named(training: Training) -> str:
-    basis = training.file.basis
-    names = [f"{label} ({count:,})" for label, count in basis.populations.items()] or [*basis.sources]
-    more = f" and {len(names) - _MOST_NAMED:,} more" if len(names) > _MOST_NAMED else ""
-    return ", ".join(names[:_MOST_NAMED]) + more
 
 
 def _doubts(training: Training) -> Iterator[str]:
@@ -150,17 +120,13 @@ def _doubts(training: Training) -> Iterator[str]:
             )
     if training.is_unlabelled:
         yield "No record has a label: all are assumed to be healthy."
-    if basis.n_record == 1:
-        yield "One record: nothing is known of other days or machines."
-    elif basis.n_group == 1:
-        yield "One group: nothing is known of others."
+    if basis.n_record == 1 or basis.n_group == 1:
+        one = "record" if basis.n_record == 1 else "group"
+        yield f"One {one}: nothing is known of other days or machines."
     if file.limits.interval_rests_on == "windows" and basis.n_window > max(basis.n_record, basis.n_group):
         yield "Windows of one record may depend on each other; then the true interval is wider."
         if not basis.n_group and basis.n_record > 1:
-            yield (
-                "The records without one of them have too few windows for limits, so the interval does not"
-                " include how records differ."
-            )
+            yield "The interval does not include how records differ, as each has too few windows."
 
 
 def _chart(file: DetectorFile) -> Iterator[str]:
@@ -172,7 +138,7 @@ def _chart(file: DetectorFile) -> Iterator[str]:
         mean = f"a false alarm every {time_text(chart.mean_time)}"
     least, most = chart.interval
     ends = f"{time_text(least)} to {time_text(most)}" if most is not None else f"at least {time_text(least)}"
-    rests = {"pieces": "pieces of records", "records": "records", "groups": "groups"}[chart.rests_on]
+    rests = "pieces of records" if chart.rests_on == "pieces" else chart.rests_on
     wanted, lasting = time_text(config.false_alarm_every), time_text(chart.hours * _HOUR)
     yield (
         f"The chart {config.chart} has the limit {plain(chart.limit, 4)} healthy spreads: {mean} ({ends}),"
@@ -190,7 +156,3 @@ def _per_hour(file: DetectorFile) -> dict[str, Any] | None:
         "wanted": limits.false_alarm_rate * windows,
         "interval": [share * windows for share in limits.interval],
     }
-
-
-def _overlap(file: DetectorFile) -> bool:
-    return (file.config.window.every or 0.0) < (file.config.window.duration or 0.0)

@@ -14,7 +14,7 @@ from hydrofdi.api.detectors.detector import Detector, Training, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.places import path_of
-from hydrofdi.api.records.held import Names
+from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.detectors.trained import training
 from hydrofdi.detectors.trained.configuration import DetectorConfig, WindowConfig

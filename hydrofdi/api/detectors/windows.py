@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+
+from hydrofdi.api.records.columns import held, records_of
+from hydrofdi.api.records.sources import Said
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.measuring import without_scale
-from hydrofdi.errors import Issue
+from hydrofdi.errors import DataError, Issue
 from hydrofdi.monitor.judged import judging_of
-from hydrofdi.monitor.lines import WindowLine
+from hydrofdi.monitor.lines import WindowLine, line_record
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.records.measured.recording import samples_of
 from hydrofdi.records.streams import Chunk
+from hydrofdi.settings.counting import counted
 
 _RATE = 0.01
 """Share of the sampling frequency that a record may differ."""
@@ -68,7 +75,7 @@ def channels_read(file: DetectorFile) -> tuple[Channel, ...]:
     return judging_of(file).needs
 
 
-def detect(file: DetectorFile, source: RecordSource) -> Iterator[JudgedWindow]:
+def judged_windows(file: DetectorFile, source: RecordSource) -> Iterator[JudgedWindow]:
     """Every window of every record: what a monitor says that is given each record as a stream by itself.
 
     Raises
@@ -127,3 +134,42 @@ def _without_windows(file: DetectorFile, records: RecordBatch) -> Issue:
     if window.by == "cycle" and records.n_time >= file.n_sample:
         return Issue(f"has no cycle: no {window.edge} edge of {window.channel} in time", kind="no_cycle")
     return Issue(f"{lasts}, and a window {duration}", kind="short_record")
+
+
+def watched(file: DetectorFile, chunks: Iterable[Any], said: Said) -> Iterator[dict[str, Any]]:
+    """The lines of a stream, as they come.
+
+    Raises
+    ------
+    ConfigError, DataError
+        A chunk lacks channels, units or times.
+    """
+    watch = Watch(file)
+    state = watch.start()
+    for chunk in _chunks(chunks, said, said.frequency or file.sampling_frequency):
+        state, lines = watch.step(state, chunk)
+        yield from (line_record(line, file.unit) for line in lines)
+    yield from (line_record(line, file.unit) for line in watch.end(state)[1])
+
+
+def _chunks(chunks: Iterable[Any], said: Said, frequency: float) -> Iterator[Chunk]:
+    """Chunks with their instants; those without any follow each other."""
+    n_before = 0
+    for each in chunks:
+        if isinstance(each, Chunk):
+            yield each
+            continue
+        samples = held(each)
+        source = records_of(samples, frequency if samples.time is None else None, said.channel, said.unit)
+        if len(source.tables) > 1:
+            raise DataError(
+                f"{source.name}: has {counted(len(source.tables), 'record')}; a chunk of a stream has one"
+            )
+        channels, times = samples_of(source.tables[0], source.config)
+        n_time = next(iter(channels.values())).size
+        if times is None or samples.time is None:
+            times = (n_before + np.arange(n_time)) / frequency
+        else:
+            times = times + samples.time.since
+        yield Chunk(times, channels)
+        n_before += n_time

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from hydrofdi.cli.rendering import print_document
+from hydrofdi.cli.tables import print_document
 from hydrofdi.report.detection.answer import answer_block, answer_sentence
 from hydrofdi.report.forms.markdown import render_markdown
 from hydrofdi.report.forms.page import render_page

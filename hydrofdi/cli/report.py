@@ -31,13 +31,13 @@ def report(
     ] = None,
     html: Annotated[bool, typer.Option("--html", help="Write one self-contained HTML page.")] = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write all formats and figures to this folder.")
+        Path | None, typer.Option(metavar="DIR|FILE", help="Write all formats and figures to this folder; or one figure to a file.")
     ] = None,
     figure: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE",
-            help="Draw the figure that the file name states (.png, .svg, .pdf). Any sweep: responses,"
+            metavar="NAME",
+            help="Draw this figure to --out FILE (.png, .svg, .pdf), or to NAME.svg. Any sweep: responses,"
             " sensitivity (a heat map of δ). A study of detection: answer, ranking, pod, roc, det,"
             " false_alarms, densities, tornado, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
             " spectrum, mode_plane, phases, scenarios.",
@@ -71,7 +71,11 @@ def report(
         if figure is not None:
             from hydrofdi.report.figures import write_figure
 
-            tell(f"drew {figure}: {write_figure(made, figure)}")
+            target = figure if figure.suffix else out
+            if target is None:
+                raise ReportError(f"--figure {figure}: add --out FILE, or write --figure {figure}.svg")
+            tell(f"drew {target}: {write_figure(made, target, figure.stem)}")
+            out = out if figure.suffix else None
         if html:
             _write_page(made, page or made.path.with_suffix(".html"))
         if out is not None:

@@ -159,6 +159,10 @@ def test_the_report_can_be_drawn(hydrofdi, table3, tmp_path):
     assert result.returncode == 0
     assert json.loads(result.stdout)["rows"]
     assert (tmp_path / "sensitivity.svg").read_text().startswith("<?xml")
+    named = ("report", table3.directory, "--figure", "sensitivity")
+    assert hydrofdi(*named, "--out", tmp_path / "map.png").returncode == 0
+    assert (tmp_path / "map.png").exists()
+    assert hydrofdi(*named).returncode == 2
 
 
 def test_without_a_folder_the_newest_experiment_is_reported(hydrofdi, small_sweep, failing_sweep, tmp_path):

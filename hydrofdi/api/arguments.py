@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from numbers import Integral, Real
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 from hydrofdi.errors import ConfigError
@@ -90,3 +92,17 @@ def names_of(name: str, given: Any, expected: str) -> list[str]:
     if any(isinstance(each, bool) or not isinstance(each, str | Integral) for each in several):
         raise refusal(name, expected, given)
     return [str(each) for each in several]
+
+
+def path_of(place: Any) -> Path:
+    """A path, with ``~`` as the home of the user; for stored results, their folder.
+
+    Raises
+    ------
+    ConfigError
+        The value has another type.
+    """
+    place = getattr(place, "folder", place)
+    if not isinstance(place, str | PathLike):
+        raise ConfigError(f"expected a path, found {brief(place)}")
+    return Path(place).expanduser()

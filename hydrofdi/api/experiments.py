@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any
 
-from hydrofdi.api.places import path_of
+from hydrofdi.api.arguments import path_of
 from hydrofdi.config import ExperimentConfig, load_experiment
 from hydrofdi.errors import ConfigError
 

@@ -9,8 +9,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from hydrofdi.api.arguments import names_of
-from hydrofdi.api.places import path_of
+from hydrofdi.api.arguments import names_of, path_of
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.api.stored import rows_identified

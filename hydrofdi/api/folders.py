@@ -12,13 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.arguments import refusal
-from hydrofdi.api.changes import changes_since
+from hydrofdi.api.arguments import path_of, refusal
 from hydrofdi.api.experiments import Experiment, experiment_of
-from hydrofdi.api.places import path_of
 from hydrofdi.api.plan import SweepPlan, plan_sweep
 from hydrofdi.api.results import Results, load
-from hydrofdi.api.stored import rows_identified, stored_run_ids
+from hydrofdi.api.stored import changes_since, rows_identified, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN

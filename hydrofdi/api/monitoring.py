@@ -10,8 +10,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, TextIO
 
-from hydrofdi.api.arguments import names_of, refusal
-from hydrofdi.api.places import path_of
+from hydrofdi.api.arguments import names_of, path_of, refusal
 from hydrofdi.api.records.sources import frequency_of
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.errors import ConfigError

@@ -16,10 +16,9 @@ from typing import Any
 
 from numpy import bincount
 
-from hydrofdi.api.arguments import count_of
+from hydrofdi.api.arguments import count_of, path_of
 from hydrofdi.api.experiments import Experiment, stated_experiment
 from hydrofdi.api.notebook import html_sentences
-from hydrofdi.api.places import path_of
 from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS

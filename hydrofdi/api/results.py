@@ -9,8 +9,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hydrofdi.api.arguments import path_of
 from hydrofdi.api.notebook import html_sentences, shown
-from hydrofdi.api.places import path_of
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.api.arguments import path_of
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.labelled import run_dataset, run_variables
 from hydrofdi.api.notebook import shown
-from hydrofdi.api.places import path_of
 from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.shown_values import shown_in, shown_value

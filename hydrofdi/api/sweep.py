@@ -12,14 +12,18 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from hydrofdi.api.arguments import choice_of, count_of
-from hydrofdi.api.changes import replaced_settings
+from hydrofdi.api.arguments import choice_of, count_of, path_of
 from hydrofdi.api.experiments import Experiment, stated_experiment
-from hydrofdi.api.places import path_of
 from hydrofdi.api.plan import SweepPlan, plan_sweep
 from hydrofdi.api.progress import COEFFICIENTS, RUNS, Progress, Watching, watching
 from hydrofdi.api.results import Results
-from hydrofdi.api.stored import experiment_directory, experiment_file, library_versions, read_results
+from hydrofdi.api.stored import (
+    experiment_directory,
+    experiment_file,
+    library_versions,
+    read_results,
+    replaced_settings,
+)
 from hydrofdi.compilation.compiling import cache_directory
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.run_table.runs import Runs

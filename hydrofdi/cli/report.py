@@ -31,7 +31,10 @@ def report(
     ] = None,
     html: Annotated[bool, typer.Option("--html", help="Write one self-contained HTML page.")] = False,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR|FILE", help="Write all formats and figures to this folder; or one figure to a file.")
+        Path | None,
+        typer.Option(
+            metavar="DIR|FILE", help="Write all formats and figures to this folder; or one figure to a file."
+        ),
     ] = None,
     figure: Annotated[
         Path | None,

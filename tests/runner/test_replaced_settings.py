@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import hydrofdi
-from hydrofdi.api.changes import replaced_settings
+from hydrofdi.api.stored import replaced_settings
 from hydrofdi.config import load_experiment
 from tests.commands import run
 

@@ -9,14 +9,13 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.api.arguments import refusal
+from hydrofdi.api.arguments import path_of, refusal
 from hydrofdi.api.detectors.healthy_records import LeftOut
 from hydrofdi.api.detectors.judged import windows_table
 from hydrofdi.api.detectors.promise import sentences, training_record
 from hydrofdi.api.detectors.tally import Tally
 from hydrofdi.api.detectors.windows import channels_read, judged_windows, watched
 from hydrofdi.api.notebook import html_sentences
-from hydrofdi.api.places import path_of
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained import DetectorFile

@@ -8,12 +8,11 @@ from os import PathLike
 from typing import Any
 
 from hydrofdi import __version__
-from hydrofdi.api.arguments import names_of
+from hydrofdi.api.arguments import names_of, path_of
 from hydrofdi.api.assumed_plant import assumed_constants
 from hydrofdi.api.detectors.detector import Detector, Training, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators
-from hydrofdi.api.places import path_of
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.detectors.trained import training

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.arguments import positive_of, refusal
-from hydrofdi.api.places import path_of
+from hydrofdi.api.arguments import path_of, positive_of, refusal
 from hydrofdi.api.records.columns import Names, held, known_text, records_of
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordBatch, RecordSource

@@ -30,13 +30,13 @@ def init(
     It contains the data sheet, motion, load, sensors and study, with units, and runs unchanged. An existing
     file is never overwritten.
     """
+    from hydrofdi.api.experiments import experiment_of
     from hydrofdi.cli.terminal import write_out
-    from hydrofdi.config import load_experiment
     from hydrofdi.settings.ready import ready_copy
     from hydrofdi.settings.yaml_source import scalar
 
     experiment = name.removesuffix(".yaml")
-    load_experiment({"name": experiment})
+    experiment_of({"name": experiment}, {})
     stated = experiment if isinstance(scalar(experiment), str) else f"'{experiment}'"
     text = _NAME.sub(f"name: {stated}", ready_copy(f"templates/{template}"), count=1)
     file = Path(f"{experiment}.yaml")

@@ -40,10 +40,8 @@ def test_a_study_that_can_state_all_is_not_warned_of(warned):
 def test_too_few_healthy_hours_are_told_with_the_number_needed(warned):
     """Behind the transient a record is watched for 18 s: an hour takes 200 of them."""
     (fit,) = warned("study.healthy.fit=199")
-    assert fit == (
-        "study.healthy.fit = 199 records set no limit for 1 h between false alarms:"
-        " weak_rls needs 200 of them (1 h)"
-    )
+    assert fit.startswith("study.healthy.fit = 199 ")
+    assert "needs 200 " in fit
     (test,) = warned("study.healthy.test=500")
-    assert "study.healthy.test = 500 records do not show that a limit holds" in test
-    assert "needs 600 of them (3 h)" in test
+    assert test.startswith("study.healthy.test = 500 ")
+    assert "needs 600 " in test

@@ -143,6 +143,11 @@ def test_half_of_the_security_is_refused(half, tmp_path):
 def test_strangers_and_wrong_passwords_are_refused_and_shown_nowhere(server, config, tmp_path, caplog, capfd):
     wrong = tmp_path / "wrong"
     wrong.write_text("not-" + PASSWORD)
-    for refused in (config(pinned="stranger"), config(own="stranger"), config(password_file=wrong)):
+    for refused, blamed in (
+        (config(pinned="stranger"), "server_certificate"),
+        (config(own="stranger"), "Untrusted"),
+        (config(password_file=wrong), "UserAccessDenied"),
+    ):
         said = reason(server, refused)
+        assert blamed in said
         assert PASSWORD not in said + caplog.text + "".join(capfd.readouterr())

@@ -73,6 +73,13 @@ def test_samples_without_time_are_counted_where_that_is_wanted():
     assert reader.read(b'{"P1 [bar]": 3}').time.tolist() == [0.2]
 
 
+def test_a_large_payload_is_refused():
+    sample = b'{"time": 1, "P1 [bar]": 1}'
+    assert read(sample + b" " * 74, largest=100)
+    with pytest.raises(PayloadError, match="100"):
+        read(sample + b" " * 75, largest=100)
+
+
 def test_a_refused_payload_takes_no_instants():
     clock = SampleClock(10.0)
     with pytest.raises(PayloadError):

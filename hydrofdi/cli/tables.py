@@ -153,9 +153,11 @@ def print_document(document: Document, file: Path, *, full: bool = False) -> Non
     for block in (others if full else []) + [block for block in blocks if block.is_answer]:
         if full:
             console.print(Text(block.title, style="bold underline"))
-        for table in block.shown_tables:
-            print_table(console, table, None if full else _FEW_ROWS)
-        for paragraph in block.paragraphs:
-            print_trimmed(console, paragraph)
+        parts = [block.paragraphs, block.shown_tables]
+        for part in (each for own in (parts[::-1] if block.is_answer else parts) for each in own):
+            if isinstance(part, str):
+                print_trimmed(console, part)
+            else:
+                print_table(console, part, None if full else _FEW_ROWS)
     if not full and (n_table := sum(len(block.shown_tables) for block in others)):
         console.print(f"{counted(n_table, 'more table')}: --full shows them, --html writes a page.")

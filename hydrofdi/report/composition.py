@@ -12,7 +12,7 @@ from hydrofdi.report.document import Block, Document
 from hydrofdi.report.indicators.section import indicator_blocks
 from hydrofdi.report.record import general_record, tidy_columns
 from hydrofdi.report.responses import responses_block, responses_record
-from hydrofdi.report.sections.provenance import provenance_block
+from hydrofdi.report.sections.provenance import machine_block, provenance_block
 from hydrofdi.report.sections.runs import (
     changes_block,
     doubts_block,
@@ -24,6 +24,7 @@ from hydrofdi.report.sections.runs import (
 
 if TYPE_CHECKING:
     from hydrofdi.report.contract import FigureKind
+    from hydrofdi.store import ExperimentData
 
 FEW_AXES = 4
 """Most varied parameters for which the figure of the responses is the default."""
@@ -109,7 +110,7 @@ def compose_general(analysis: Analysis, views: Iterable[Block]) -> Document:
         summary_block(analysis),
         provenance_block(analysis.data),
     )
-    return document_of(analysis.table.name, lead, blocks)
+    return document_of(analysis.table.name, lead, blocks, analysis.data)
 
 
 def compose_empty(analysis: Analysis, lead: str) -> Document:
@@ -127,6 +128,9 @@ def answers(*blocks: Block | None) -> tuple[Block | None, ...]:
     return tuple(block and replace(block, is_answer=True) for block in blocks)
 
 
-def document_of(title: str, lead: str, blocks: Iterable[Block | None]) -> Document:
-    """A report of the sections that there are."""
-    return Document(title, (lead,), tuple(block for block in blocks if block is not None))
+def document_of(
+    title: str, lead: str, blocks: Iterable[Block | None], data: ExperimentData | None = None
+) -> Document:
+    """A report of the sections that there are; it begins with the machine of the data."""
+    machine = (machine_block(data),) if data else ()
+    return Document(title, (lead,), (*machine, *(block for block in blocks if block is not None)))

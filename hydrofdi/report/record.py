@@ -11,9 +11,10 @@ from typing import Any
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.contract import ComposedReport
+from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.forms.separated import csv_lines
 from hydrofdi.report.indicators.section import indicator_record, output_columns, output_values
-from hydrofdi.report.runs import TableRow, finite, flow_numbers, largest_positive, level_name, row_numbers
+from hydrofdi.report.runs import TableRow, flow_numbers, largest_positive, level_name, row_numbers
 from hydrofdi.report.table import library
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert

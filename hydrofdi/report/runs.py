@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.shown_values import ShownParameter, shown_parameter
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubts_of
+from hydrofdi.report.forms.numbers import finite
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.change import percentage_change
@@ -294,8 +295,3 @@ def flow_numbers(row: TableRow) -> list[float | None]:
     """Level, mean internal flow, and mean flows out of both chambers [L/min]."""
     flows = (row.leakage_flow, row.mean_leakage_flow, *row.external_flows)
     return [finite(convert(flow, "L/min")) for flow in flows]
-
-
-def finite(value: float) -> float | None:
-    """The value, or None if it is NaN or infinite."""
-    return value if math.isfinite(value) else None

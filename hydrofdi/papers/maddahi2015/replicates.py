@@ -17,8 +17,9 @@ from hydrofdi.papers.maddahi2015.grid import Array
 from hydrofdi.papers.maddahi2015.standings import Mask
 from hydrofdi.report.composition import View
 from hydrofdi.report.document import Block, group_breaks
+from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.intervals import clustered_share
-from hydrofdi.report.runs import RunTable, TableRow, finite, level_name
+from hydrofdi.report.runs import RunTable, TableRow, level_name
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import lead_columns, modulus_column, share_text, signed, span_text
 from hydrofdi.settings.counting import counted

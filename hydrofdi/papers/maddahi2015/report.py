@@ -59,7 +59,7 @@ class StudyReport(Report):
         study = self.analysis
         if not study.has_results:
             return compose_empty(study, _LEAD)
-        return document_of(study.table.name, _LEAD, _blocks(study))
+        return document_of(study.table.name, _LEAD, _blocks(study), study.data)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON; numbers that do not exist are None.

@@ -128,7 +128,7 @@ class DetectionReport:
             remarks_block(first),
             *after,
         )
-        return document_of(self.name, _LEAD, blocks)
+        return document_of(self.name, _LEAD, blocks, data if is_complete else None)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""

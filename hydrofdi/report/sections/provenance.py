@@ -20,6 +20,27 @@ Settings = dict[tuple[str, str], Any]
 """Section and field → what the field contains."""
 
 
+_MACHINE = {
+    "actuator.piston_area": "Piston area",
+    "actuator.chamber_volume": "Volume of a chamber",
+    "actuator.mass": "Moving mass",
+    "supply.pressure": "Supply pressure",
+    "fluid.bulk_modulus": "Effective bulk modulus (EBM)",
+    "friction.viscous": "Viscous friction",
+    "input.shape": "Drive",
+    "record.duration": "Record",
+    "record.sampling_frequency": "Sampling frequency",
+}
+"""What says which machine an experiment is about, and how people call it."""
+
+
+def machine_block(data: ExperimentData) -> Block:
+    """The nominal machine and its records, as on a data sheet."""
+    values = [shown_value(name, data.experiment.value(name)) for name in _MACHINE]
+    table = Table.of({"Machine": [*_MACHINE.values()], "Nominal": values, "Key": [*_MACHINE]}, key="machine")
+    return Block("machine", "The machine", (), (table,))
+
+
 def provenance_block(data: ExperimentData) -> Block:
     """What the experiment states, the library versions, and the settings at their defaults."""
     libraries = sorted(data.versions)

@@ -153,8 +153,10 @@ def print_document(document: Document, file: Path, *, full: bool = False) -> Non
     for block in (others if full else []) + [block for block in blocks if block.is_answer]:
         if full:
             console.print(Text(block.title, style="bold underline"))
-        parts = [block.paragraphs, block.shown_tables]
-        for part in (each for own in (parts[::-1] if block.is_answer else parts) for each in own):
+        parts: list[Table | str] = [*block.paragraphs, *block.shown_tables]
+        if block.is_answer:
+            parts = [*block.shown_tables, *block.paragraphs]
+        for part in parts:
             if isinstance(part, str):
                 print_trimmed(console, part)
             else:

@@ -22,7 +22,7 @@ from pydantic.fields import FieldInfo
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.schema import experiment_schema
-from hydrofdi.config.study.online import ChartConfig
+from hydrofdi.config.study.study import ChartConfig
 from hydrofdi.detectors.charts import ChartOptions, chart_kind, chart_names
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.monitor.configuration import MonitorConfig

@@ -7,7 +7,7 @@
     ├── DataError            a measured file is unusable
     ├── StoreError           a result file is missing, damaged, locked or of another version
     ├── UnknownNameError     a table has no column of this name
-    └── ReportError          there is nothing to report
+    └── ReportError          there is nothing to report, or the records do not support it
 
 Everything else that is raised is a bug in hydrofdi or of its caller and keeps its traceback.
 A run that fails is no exception at all but a stored row with a status and a sentence.
@@ -101,6 +101,22 @@ class UnknownNameError(HydrofdiError, KeyError):
 
 class ReportError(HydrofdiError):
     """Nothing to show."""
+
+
+class NotStatedError(ReportError):
+    """The records do not support this result.
+
+    Parameters
+    ----------
+    message : str
+        One sentence: what is missing, and what would help.
+    records_needed : int, optional
+        Number of records that would suffice, if known.
+    """
+
+    def __init__(self, message: str, records_needed: int | None = None) -> None:
+        self.records_needed = records_needed
+        super().__init__(message)
 
 
 class IndicatorWarning(UserWarning):

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.config.sweeps.distinct import distinct_rows
 from hydrofdi.config.sweeps.points import count_points
+from hydrofdi.config.sweeps.sweep import distinct_rows
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation import run_identities, run_identity
 

@@ -40,7 +40,7 @@ SIDEWAYS = {
 
 HOMES = {
     "h5py": ("store/", "records/array_reader.py"),
-    "pywt": ("transforms/", "indicators/catalogue/", "config/sections/fit.py"),
+    "pywt": ("transforms/", "indicators/catalogue/", "config/sections/analysis.py"),
     "typer": ("cli/",),
     "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "config/loading.py"),
@@ -49,7 +49,7 @@ HOMES = {
         "report/forms/tidy.py",
         "report/table.py",
         "records/measured/",
-        "records/written/",
+        "records/writing.py",
     ),
     "xarray": ("api/", "report/table.py"),
     "pandas": ("api/", "report/table.py"),

@@ -9,8 +9,7 @@ from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.plant_constants import constants_not_given, plant_constants
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.records.measured.held import HeldSource
-from hydrofdi.records.measured.source import MeasuredSource
+from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import shown_quantity
 

@@ -16,7 +16,7 @@ from hydrofdi.api.evaluation_tables import conclusion, ranked_by_control
 from hydrofdi.api.measuring import Indicators, indicators_of, with_options
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, has_held, sources_of
-from hydrofdi.config.study.scores import load_scores
+from hydrofdi.config.study.detection import load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind

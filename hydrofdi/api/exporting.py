@@ -17,8 +17,7 @@ from hydrofdi.config import expand_runs
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.measured.source import MeasuredSource
-from hydrofdi.records.written.columns import Selection, selection
-from hydrofdi.records.written.forms import OWN, WRITERS
+from hydrofdi.records.writing import OWN, WRITERS, Selection, selection
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import Guessable, nearest
 from hydrofdi.simulation import record_identities, run_identities

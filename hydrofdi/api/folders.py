@@ -22,8 +22,7 @@ from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN
 from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
-from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of
-from hydrofdi.quality.failures import remedy
+from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of, remedy
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import Guessable
 from hydrofdi.simulation import record_identity

@@ -199,7 +199,7 @@ def inspect(
     if indicators is not None:
         for measured in measure_sources(sources, indicators_of(indicators))[1]:
             if measured.doubts:
-                remark = Issue("; ".join(doubt.text for doubt in measured.doubts), kind="doubtful")
+                remark = Issue("; ".join(doubt.message for doubt in measured.doubts), kind="doubtful")
                 overview.findings.setdefault(remark.kind, Finding()).add(measured.record_id, remark)
     return Inspection(overview, plant_advice(sources, overview.channels))
 

@@ -12,8 +12,8 @@ from hydrofdi.api.arguments import refusal
 from hydrofdi.api.assumed_plant import assumed_plants
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
-from hydrofdi.errors import ConfigError
-from hydrofdi.indicators.plausibility import Doubt, summaries
+from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.indicators.plausibility import summaries
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import indicator_names
 from hydrofdi.indicators.selection import load_indicators, make_indicators
@@ -122,7 +122,7 @@ class Counted:
     first_rejection: str = ""
     first_reason: str = ""
     faults: dict[str, None] = field(default_factory=dict)
-    doubts: list[Doubt] = field(default_factory=list)
+    doubts: list[Issue] = field(default_factory=list)
 
     def count(self, records: Iterable[RecordMeasures]) -> Iterator[RecordMeasures]:
         """The records as they come."""

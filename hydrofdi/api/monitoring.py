@@ -25,7 +25,7 @@ from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
-from hydrofdi.records.written.columns import titled
+from hydrofdi.records.writing import titled
 
 __all__ = ["Condition", "Event", "EventKind", "Line", "WindowLine", "calls", "json_lines", "run_monitor"]
 

@@ -22,8 +22,7 @@ from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
-from hydrofdi.config.idle_parameters import idle_parameters
-from hydrofdi.config.plausibility import unusual_values
+from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Issue

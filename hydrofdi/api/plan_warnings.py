@@ -12,12 +12,10 @@ import numpy as np
 from hydrofdi.api.step_limits import Distinct, undamped_frequency
 from hydrofdi.api.study_warnings import study_warnings
 from hydrofdi.config import ExperimentConfig, RunParameters
-from hydrofdi.config.analysis import DEFAULT_CHOICE, IndicatorChoice
-from hydrofdi.config.idle_parameters import idle_parameters
-from hydrofdi.config.plausibility import unusual_values
+from hydrofdi.config.experiment import DEFAULT_CHOICE, IndicatorChoice
+from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.request import parameter_names
-from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.config.sections.record import is_whole
+from hydrofdi.config.sections.drive import InputConfig, is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.indicators.plant_constants import plant_constants
 from hydrofdi.records import RecordBatch

@@ -142,8 +142,7 @@ class Run(Guessable):
     def warnings(self) -> tuple[str, ...]:
         """A sentence on each setting that is strange, without effect, or too fast for the step."""
         from hydrofdi.api.step_limits import step_warnings
-        from hydrofdi.config.idle_parameters import idle_parameters
-        from hydrofdi.config.plausibility import unusual_values
+        from hydrofdi.config.plausibility import idle_parameters, unusual_values
 
         doubts = unusual_values(self.experiment, with_sweep=False) + idle_parameters(self.experiment)
         return (*doubts, *step_warnings(lambda *_: [self.spec.request]), *self.saturation)
@@ -151,7 +150,7 @@ class Run(Guessable):
     @property
     def saturation(self) -> list[str]:
         """A sentence if the controller is at its voltage limit for much of the record."""
-        from hydrofdi.quality.saturation import saturation_warning
+        from hydrofdi.quality.doubts import saturation_warning
 
         voltages = self.columns.get("input_voltage")
         if voltages is None or self.status != "ok":

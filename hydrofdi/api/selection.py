@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.api.step_limits import Distinct
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
-from hydrofdi.config.parameters import SENSING
-from hydrofdi.config.request import OBSERVATION
+from hydrofdi.config.request import OBSERVATION, SENSING
 from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.config.study.table import StudyTable
 from hydrofdi.config.sweeps.sweep import SweepConfig

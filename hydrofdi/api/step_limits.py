@@ -6,9 +6,8 @@ import math
 from collections.abc import Callable, Iterable
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.parameters import EDGES
-from hydrofdi.config.request import RunRequest
-from hydrofdi.config.sections.record import is_whole
+from hydrofdi.config.request import EDGES, RunRequest
+from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency, valve_flow_pressure_coefficient
 from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues

@@ -42,8 +42,7 @@ def _simulate(
     from hydrofdi.api.run import simulate as simulate_actuator
     from hydrofdi.cli.tables import print_table
     from hydrofdi.cli.terminal import print_json, tell, terminal
-    from hydrofdi.quality.doubts import doubts_of
-    from hydrofdi.quality.failures import remedy
+    from hydrofdi.quality.doubts import doubts_of, remedy
 
     run = simulate_actuator(experiment, out=out)
     if out is not None:

@@ -54,8 +54,7 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
     """Print what a sweep did, and the verdicts on its runs."""
     from dataclasses import asdict
 
-    from hydrofdi.quality.doubts import doubt_lines
-    from hydrofdi.quality.failures import remedy
+    from hydrofdi.quality.doubts import doubt_lines, remedy
     from hydrofdi.settings.readable import shown_seconds
 
     if json:

@@ -2,7 +2,7 @@
 
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.loading import load_experiment
-from hydrofdi.config.parameters import RunParameters
+from hydrofdi.config.request import RunParameters
 from hydrofdi.config.run_table.expansion import RunTable, expand_runs
 from hydrofdi.config.run_table.runs import RunSpec
 

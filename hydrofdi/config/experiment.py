@@ -2,28 +2,262 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import Annotated, Any, Self
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
-from hydrofdi.config.analysis import DWT, IndicatorChoice
-from hydrofdi.config.calibration import CalibrationConfig
-from hydrofdi.config.claims import ClaimId, Paper
-from hydrofdi.config.limits import LimitsConfig
-from hydrofdi.config.parameters import SENSING
-from hydrofdi.config.reference import ReferenceConfig
-from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
-from hydrofdi.config.sections.fluid import FluidConfig
-from hydrofdi.config.store import StoreConfig
+from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_unit
+from hydrofdi.config.sections.machine import FluidConfig
 from hydrofdi.config.study.detection import DetectionConfig
 from hydrofdi.config.study.study import StudyConfig
-from hydrofdi.config.sweeps.replicates import ReplicatesConfig
-from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.config.sweeps.sweep import ReplicatesConfig, SweepConfig
 from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.absent import AbsentIndicator
+from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import make_chosen
+from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.yaml_source import Source
+from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.units import parse_quantity, parse_unit
+
+Indicators = Mapping[str, Indicator[Any]]
+"""Label → indicator."""
+
+DWT = "dwt"
+"""Label of the indicator of the paper. Its options are the section ``wavelet``."""
+
+
+@dataclass(frozen=True)
+class IndicatorChoice:
+    """The indicators of an experiment: label → options, as canonical JSON.
+
+    The indicator `DWT` has the wavelet of a row, which may vary from row to row.
+    """
+
+    text: str = json.dumps({DWT: {}})
+
+    @classmethod
+    def of(cls, options: Mapping[str, Mapping[str, Any]]) -> IndicatorChoice:
+        """The choice of labels with valid options."""
+        return cls(json.dumps(options))
+
+    def made(self, wavelet: WaveletConfig) -> Indicators:
+        """Label → indicator, for the wavelet of a row."""
+        return _made(self.text, wavelet)
+
+    @property
+    def absent(self) -> dict[str, str]:
+        """Labels of indicators that are not installed, and why; they are only found in stored experiments."""
+        made = _made(self.text, PAPER).items()
+        return {label: each.reason for label, each in made if isinstance(each, AbsentIndicator)}
+
+    @property
+    def identity(self) -> str:
+        """Name, version and options of each indicator; empty if they are the default.
+
+        Raises
+        ------
+        ConfigError
+            An indicator is not installed, so its version is unknown.
+        """
+        return _identity(self.text)
+
+
+@lru_cache(maxsize=1024)
+def _made(text: str, wavelet: WaveletConfig) -> Indicators:
+    options = json.loads(text)
+    if DWT in options:
+        options[DWT] = wavelet.stated()
+    return {label: _installed(label, given) for label, given in options.items()}
+
+
+def _installed(label: str, options: Mapping[str, Any]) -> Indicator[Any]:
+    """An indicator, or a placeholder for one that is not installed."""
+    own = dict(options)
+    try:
+        return sound_indicator(str(own.pop("kind", label)), own)
+    except ConfigError as error:
+        return AbsentIndicator(str(error))
+
+
+@lru_cache(maxsize=1024)
+def _identity(text: str) -> str:
+    made = _made(text, WaveletConfig())
+    for each in made.values():
+        if isinstance(each, AbsentIndicator):
+            raise ConfigError(f"{each.reason}; install the package that adds it")
+    shown = {label: [made[label].name, made[label].version, made[label].options.stated()] for label in made}
+    return "" if shown == {DWT: [DWT, 1, {}]} else json.dumps(shown, separators=(",", ":"))
+
+
+PAPER = WaveletConfig()
+"""The transform of the paper."""
+
+DEFAULT_CHOICE = IndicatorChoice()
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What is measured of one record.
+
+    Attributes
+    ----------
+    n_discarded : int
+        Samples at its start that are left out.
+    wavelet : WaveletConfig
+    choice : IndicatorChoice
+    """
+
+    n_discarded: int = 0
+    wavelet: WaveletConfig = PAPER
+    choice: IndicatorChoice = DEFAULT_CHOICE
+
+    @property
+    def indicators(self) -> Indicators:
+        """Label → indicator."""
+        return self.choice.made(self.wavelet)
+
+    def identities(self, record_id: str) -> dict[str, str]:
+        """Label → identity of what its indicator measures of a record.
+
+        It is the hash of the record's identity, the indicator, its version and its options, to which the
+        samples belong that are left out.
+        """
+        return {label: self._identity(record_id, each) for label, each in self.indicators.items()}
+
+    def _identity(self, record_id: str, indicator: Indicator[Any]) -> str:
+        parts = (
+            record_id,
+            indicator.name,
+            indicator.version,
+            self.n_discarded,
+            indicator.options.stated_text,
+        )
+        return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:16]
+
+
+DEFAULT_ANALYSIS = Analysis()
+
+
+class CalibrationConfig(Section):
+    """How K_i is solved from ``leakage.internal_flow``."""
+
+    at: Literal["run", "nominal"] = "run"
+    """Actuator for which K_i is solved, under the baseline's conditions. ``run``: each run's own, except for
+    what the baseline sets. ``nominal``: the experiment's nominal one, in each scenario of an ensemble; K_i is
+    then solved once per leakage flow and does not depend on other drawn or swept parameters."""
+
+
+Paper = Literal["maddahi2015"]
+"""A paper whose study hydrofdi knows: a package in `hydrofdi.papers`."""
+
+ClaimId = Literal["C1", "C2", "C3", "C4", "C5", "C6"]
+"""Identity of a claim, as in docs/report.md."""
+
+
+class LimitsConfig(Section):
+    """Limits that end a run when exceeded."""
+
+    time_per_job: Annotated[float, SI("s", above=0)] | None = None
+    """Wall time allowed for one run [s]; a run that takes longer is stored with status ``timeout``."""
+
+
+class ReferenceCell(Section):
+    """One published number."""
+
+    leakage: Annotated[float, SI("m^3/s", least=0)]
+    """Leakage level of the row [m³/s]; 0 for the sealed actuator."""
+
+    bulk_modulus: Annotated[float, SI("Pa", above=0)]
+    """EBM of the row [Pa]."""
+
+    level: Annotated[str, Field(pattern=r"^d[1-9][0-9]?$")]
+    """Level of the column: d1, d2, …"""
+
+    delta: Annotated[float, SI("%")] | None = None
+    """Published δ against the fixed baseline [%]."""
+
+    rms: Annotated[float, SI("Pa", above=0)] | None = None
+    """Published RMS [Pa]."""
+
+    tolerance: Annotated[float, SI("%", least=0)] | None = None
+    """Allowed deviation of the computed value: percentage points of δ, percent of a published RMS."""
+
+    @model_validator(mode="after")
+    def _one_published_number(self) -> Self:
+        if (self.delta is None) == (self.rms is None):
+            raise ValueError("give one of delta and rms")
+        return self
+
+
+class ReferenceConfig(Section):
+    """Published values."""
+
+    source: str = ""
+    """Publication that contains the numbers."""
+
+    tolerance: Annotated[float, SI("%", least=0)] = 0.5
+    """Default tolerance of the cells: percentage points of δ, percent of a published RMS."""
+
+    cells: tuple[ReferenceCell, ...] = ()
+    """The published numbers."""
+
+
+SIGNALS = (
+    "input_voltage", "reference_position", "load_force", "spool_position", "piston_position",
+    "piston_velocity", "chamber_1_pressure", "chamber_2_pressure", "valve_supply_pressure",
+    "internal_leakage_flow",
+)  # fmt: skip
+"""Signals of a run, in the order of a file."""
+
+NAMED = {"all": SIGNALS, "pressures": ("chamber_1_pressure", "chamber_2_pressure"), "none": ()}
+"""Word for some of them → their names."""
+
+
+def _as_text(given: Any) -> str:
+    """A choice of signals as one text: a word for them, or their names in order."""
+    names = NAMED.get(given, given.split(",")) if isinstance(given, str) else given
+    is_list = isinstance(names, list | tuple)
+    unknown = [name for name in names if name not in SIGNALS] if is_list else []
+    if not is_list or (unknown and isinstance(given, str)):
+        raise ValueError(f"must be 'all', 'pressures', 'none' or a list of signals; found {given!r}")
+    if unknown:
+        raise ValueError(f"there is no signal {unknown[0]!r}{nearest(str(unknown[0]), SIGNALS)}")
+    kept = tuple(name for name in SIGNALS if name in names)
+    return next((word for word, meant in NAMED.items() if meant == kept), ",".join(kept))
+
+
+Signals = Annotated[
+    str,
+    BeforeValidator(_as_text),
+    WithJsonSchema({"anyOf": [{"enum": list(NAMED)}, {"type": "array", "items": {"enum": list(SIGNALS)}}]}),
+]
+"""Which signals: ``all``, ``pressures``, ``none``, or names with commas between them."""
+
+
+class StoreConfig(Section):
+    """Content of the experiment file besides the features."""
+
+    signals: Signals = "all"
+    """``all`` signals, the chamber ``pressures`` alone, ``none``, or a list of signals to store, such as
+    ``[chamber_1_pressure, spool_position]``: input_voltage, reference_position, load_force, spool_position,
+    piston_position, piston_velocity, chamber_1_pressure, chamber_2_pressure, valve_supply_pressure,
+    internal_leakage_flow. A study stores none by default, but
+    ``simulate --out`` stores all of its one run."""
+
+    compression: Literal["none", "lzf", "gzip"] = "none"
+    """Compression of the signals."""
+
+    dtype: Literal["float32", "float64"] = "float64"
+    """Precision of the stored signals; features are always computed and stored in double precision."""
+
 
 INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
 """The two ways to state the internal leakage; one replaces the other."""

@@ -2,24 +2,110 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
 
-from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
+from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
-from hydrofdi.config.normalized_indicators import normalize_indicators
-from hydrofdi.config.request import parameter_names
+from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
-from hydrofdi.config.written_units import note_written_units
 from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.indicators.choice import chosen_options
+from hydrofdi.indicators.selection import make_chosen
 from hydrofdi.settings.counting import brief
 from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
+from hydrofdi.units import parse_unit, stated_unit
+
+
+def note_written_units(source: Source) -> None:
+    """Add to ``units`` of a source the first unit that each parameter is written with; stated units win."""
+    if not isinstance(source.data, dict) or not isinstance(stated := source.data.get("units") or {}, dict):
+        return
+    units: dict[str, str] = {}
+    for name, value in _parameters(source.data, "", frozenset(parameter_names())):
+        if name not in units and (unit := _unit_of(name, value)):
+            units[name] = unit
+    if units or stated:
+        source.data["units"] = units | stated
+
+
+def _parameters(data: Mapping[str, Any], section: str, known: Set[str]) -> Iterator[tuple[str, Any]]:
+    """Dotted names and what is written for them, in sections, axes, distributions and populations alike."""
+    for key, value in data.items():
+        name = key if key in known else f"{section}.{key}"
+        if name in known:
+            yield name, value
+            continue
+        for part in value if isinstance(value, list) else [value]:
+            if isinstance(part, Mapping):
+                yield from _parameters(part, key, known)
+
+
+def _unit_of(name: str, value: Any) -> str | None:
+    """The first unit in which a value is written, other than the SI unit; none of leakage flows."""
+    own = parameter_unit(name)
+    if own is None or name in INTERNAL_LEAKAGE_FORMS:
+        return None
+    units = (stated_unit(text, own) for text in _texts(value))
+    return next((unit for unit in units if unit and parse_unit(unit) != parse_unit(own)), None)
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, list | Mapping):
+        for part in value.values() if isinstance(value, Mapping) else value:
+            yield from _texts(part)
+
+
+def normalize_indicators(source: Source) -> bool:
+    """The ``indicators`` of a source as ``label: {options}``; mistakes are collected.
+
+    Options of the indicator ``dwt`` under its own label are those of the section ``wavelet``.
+
+    Returns
+    -------
+    bool
+        Whether they are valid.
+    """
+    if "indicators" not in source.data:
+        return True
+    own = Source(source.data, source.origins)
+    chosen = chosen_options(source.data["indicators"], own, ("indicators",))
+    if isinstance(chosen.get(DWT), dict):
+        chosen[DWT] = _moved_to_wavelet(own, chosen[DWT])
+    try:
+        make_chosen(chosen, own, ("indicators",))
+    except ConfigError:
+        source.mistakes.extend(own.mistakes)
+        del source.data["indicators"]
+        return False
+    source.data["indicators"] = {label: dict(options or {}) for label, options in chosen.items()}
+    return True
+
+
+def _moved_to_wavelet(source: Source, options: dict[str, Any]) -> dict[str, Any]:
+    """What is left of the options of ``dwt`` once the section ``wavelet`` has taken them over."""
+    wavelet = source.data.get("wavelet") or {}
+    for name, value in options.items():
+        if name in ("channel", "kind"):
+            message = f"the label {DWT} is the transform of P1; give it another label, with 'kind: {DWT}'"
+            source.mistakes.append(source.mistake(("indicators", DWT, name), message))
+            continue
+        if isinstance(wavelet, dict) and wavelet.get(name, value) != value:
+            message = f"wavelet.{name} says {wavelet[name]!r}; give it once"
+            source.mistakes.append(source.mistake(("indicators", DWT, name), message))
+        source.origins[("wavelet", name)] = source.origin(("indicators", DWT, name))
+        wavelet = {**wavelet, name: value} if isinstance(wavelet, dict) else wavelet
+    source.data["wavelet"] = wavelet
+    return {}
+
 
 _DOTTED_MAPPINGS: tuple[Path, ...] = (
     ("baseline",), ("sweep", "grid"), ("sweep", "zip"), ("sweep", "sample", "over"),

@@ -4,16 +4,265 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, model_validator
 from pydantic.fields import FieldInfo
 
-from hydrofdi.config.parameters import RECORD_SECTIONS, SENSING, RunParameters
-from hydrofdi.config.sections.analysis import AnalysisConfig
-from hydrofdi.config.sections.fit import require_discard_fits, require_record_fits
+from hydrofdi.config.sections.analysis import (
+    AnalysisConfig,
+    require_discard_fits,
+    require_fluid_fits,
+    require_input_fits,
+    require_jitter_fits,
+    require_load_fits,
+    require_record_fits,
+)
+from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.sections.drive import ControlConfig, InputConfig, RecordConfig
+from hydrofdi.config.sections.machine import (
+    ActuatorConfig,
+    Edge,
+    EdgeConfig,
+    Edges,
+    FluidConfig,
+    FrictionConfig,
+    LeakageConfig,
+    LoadConfig,
+    SupplyConfig,
+    ValveConfig,
+)
+from hydrofdi.config.sections.sensor import (
+    LengthSensorConfig,
+    MeasurementConfig,
+    PressureSensorConfig,
+    SensorConfig,
+    VelocitySensorConfig,
+    VoltageSensorConfig,
+)
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.transforms.configuration import WaveletConfig
+
+
+class RunParameters(Section):
+    """The validated sections of one record, in SI."""
+
+    actuator: ActuatorConfig = ActuatorConfig()
+    """Cylinder and load."""
+    supply: SupplyConfig = SupplyConfig()
+    """Supply and return pressure."""
+    fluid: FluidConfig = FluidConfig()
+    """Fluid."""
+    valve: ValveConfig = ValveConfig()
+    """Servovalve."""
+    supply_1_edge: EdgeConfig = EdgeConfig()
+    """Edge of the valve from the supply to chamber 1."""
+    return_1_edge: EdgeConfig = EdgeConfig()
+    """Edge of the valve from chamber 1 to the return."""
+    supply_2_edge: EdgeConfig = EdgeConfig()
+    """Edge of the valve from the supply to chamber 2."""
+    return_2_edge: EdgeConfig = EdgeConfig()
+    """Edge of the valve from chamber 2 to the return."""
+    friction: FrictionConfig = FrictionConfig()
+    """Friction."""
+    leakage: LeakageConfig = LeakageConfig()
+    """Internal and external leakage."""
+    input: InputConfig = InputConfig()
+    """Drive voltage, or reference of a controller."""
+    control: ControlConfig = ControlConfig()
+    """Open loop, or position control."""
+    load: LoadConfig = LoadConfig()
+    """Force on the piston."""
+    record: RecordConfig = RecordConfig()
+    """Integration and sampling."""
+    measurement: MeasurementConfig = MeasurementConfig()
+    """Common settings of the sensors."""
+    pressure_1_sensor: PressureSensorConfig = PressureSensorConfig()
+    """Sensor of the chamber-1 pressure."""
+    pressure_2_sensor: PressureSensorConfig = PressureSensorConfig()
+    """Sensor of the chamber-2 pressure."""
+    supply_sensor: PressureSensorConfig = PressureSensorConfig()
+    """Sensor of the supply pressure."""
+    position_sensor: LengthSensorConfig = LengthSensorConfig()
+    """Sensor of the piston position."""
+    velocity_sensor: VelocitySensorConfig = VelocitySensorConfig()
+    """Sensor of the piston velocity."""
+    spool_sensor: LengthSensorConfig = LengthSensorConfig()
+    """Sensor of the spool position."""
+    voltage_sensor: VoltageSensorConfig = VoltageSensorConfig()
+    """Sensor of the input voltage."""
+
+    fitting_sections: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("fluid", "supply"),
+        ("input", "control", "load", "record", "measurement"),
+    )
+    # sections that have to fit each other; in what else they hold, they are free
+
+    @model_validator(mode="after")
+    def _sections_fit_each_other(self) -> Self:
+        for fitting in self.fitting_sections:
+            self.require_fit(fitting)
+        return self
+
+    def with_values(self, values: Mapping[str, Any]) -> Self:
+        """These parameters with the dotted names in `values` replaced.
+
+        Either form of the internal leakage replaces the other.
+
+        Raises
+        ------
+        ValueError
+            The values are invalid, or do not fit each other.
+        """
+        return self.with_sections(self.changed_sections(values))
+
+    def changed_sections(self, values: Mapping[str, Any]) -> dict[str, Section]:
+        """The sections that dotted values change, as they become.
+
+        Raises
+        ------
+        ValueError
+            The values are invalid.
+        """
+        changed: dict[str, list[tuple[str, Any]]] = {}
+        for name, value in values.items():
+            section, field = name.split(".")
+            changed.setdefault(section, []).append((field, value))
+        return {name: replace_fields(self.__dict__[name], tuple(fields)) for name, fields in changed.items()}
+
+    def with_sections(self, sections: Mapping[str, Section]) -> Self:
+        """These parameters with valid sections replaced.
+
+        Raises
+        ------
+        ValueError
+            The sections do not fit each other.
+        """
+        moved = self.with_valid_sections(sections)
+        for fitting in self.fitting_sections:
+            if not sections.keys().isdisjoint(fitting):
+                moved.require_fit(fitting)
+        return moved
+
+    def with_valid_sections(self, sections: Mapping[str, Section]) -> Self:
+        """These parameters with sections replaced that are known to fit."""
+        moved = type(self).__new__(type(self))
+        object.__setattr__(moved, "__dict__", {**self.__dict__, **sections})
+        object.__setattr__(moved, "__pydantic_fields_set__", _all_fields(type(self)))
+        object.__setattr__(moved, "__pydantic_extra__", None)
+        object.__setattr__(moved, "__pydantic_private__", None)
+        return moved
+
+    def require_fit(self, sections: tuple[str, ...]) -> None:
+        """Check that the sections of one of `fitting_sections` fit each other.
+
+        Raises
+        ------
+        ValueError
+            They do not fit.
+        """
+        if "fluid" in sections:
+            require_fluid_fits(self.fluid, self.supply)
+            return
+        require_input_fits(self.input, self.control, self.record)
+        require_load_fits(self.load, self.record)
+        require_jitter_fits(self.measurement, self.record)
+
+    @property
+    def is_periodic(self) -> bool:
+        """Whether all that acts on the actuator repeats itself with the period of the input."""
+        return self.input.is_periodic and not self.load.random_force
+
+    @property
+    def edges(self) -> Edges:
+        """The metering edges of the valve."""
+        return Edges(*(Edge.of(self.valve, self.__dict__[name]) for name in EDGES))
+
+    @property
+    def has_unequal_edges(self) -> bool:
+        """Whether a metering edge differs from the others."""
+        return not all(self.__dict__[name].is_default for name in EDGES)
+
+    def is_shown_exactly(self, sensor: str) -> bool:
+        """Whether a sensor, named by its section, shows its signal as it is."""
+        shared = self.measurement
+        return shared.jitter == 0.0 and shared.anti_alias is None and bool(getattr(self, sensor).is_ideal)
+
+    def text(self) -> str:
+        """What differs from the defaults, as JSON; keys sorted, floats in their shortest exact form.
+
+        So a parameter that is added later leaves the identity of stored records alone, and the noise that is
+        drawn from it. A default that changes has to raise ``PHYSICS_VERSION``.
+        """
+        return sections_text({name: self.__dict__[name] for name in RECORD_SECTIONS})
+
+    def value(self, name: str) -> Any:
+        """The value of a dotted name, e.g. ``"fluid.bulk_modulus"``."""
+        section, field = name.split(".")
+        return getattr(getattr(self, section), field)
+
+    def shown_sections(self) -> dict[str, dict[str, Any]]:
+        """All parameters by section, as results show them."""
+        return {name: _shown_fields(self.__dict__[name]) for name in type(self).model_fields}
+
+    def shown_value(self, name: str) -> Any:
+        """The value of a dotted name as results show it: a file by its name, size and digest."""
+        return without_contents(self.value(name))
+
+
+RECORD_SECTIONS = tuple(sorted(RunParameters.model_fields))
+"""The sections that determine a record, in the order of its text."""
+
+EDGES = ("supply_1_edge", "return_1_edge", "supply_2_edge", "return_2_edge")
+"""Sections of the metering edges, in the order of `Edges`."""
+
+SENSING: dict[str, type[Section]] = {
+    name: info.annotation
+    for name, info in RunParameters.model_fields.items()
+    if isinstance(info.annotation, type) and issubclass(info.annotation, SensorConfig | MeasurementConfig)
+}
+"""Sections that say how signals are measured, not what happens."""
+
+
+def _shown_fields(section: Section) -> dict[str, Any]:
+    return {field: without_contents(getattr(section, field)) for field in type(section).model_fields}
+
+
+_SPELLED = {"record": "run"}
+"""Section → its name in hashed texts: ``record`` was called ``run``, and identities and noise are kept."""
+
+
+def sections_text(sections: Mapping[str, Section]) -> str:
+    """What differs from the defaults in sections, as JSON."""
+    parts = [section_text(name, sections[name]) for name in sorted(sections)]
+    return "{" + ",".join(filter(None, parts)) + "}"
+
+
+def section_text(name: str, section: Section) -> str:
+    """A section's part of a text; empty if it has its defaults."""
+    return "" if section.is_default else f'"{_SPELLED.get(name, name)}":{section.stated_text}'
+
+
+def replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Section:
+    """A section with fields replaced; either form of the internal leakage replaces the other.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        They are invalid, or do not fit the others.
+    """
+    new, kind = dict(fields), type(section)
+    values = {name: section.__dict__[name] for name in kind.model_fields}
+    if isinstance(section, LeakageConfig) and new.keys() & {"internal_coefficient", "internal_flow"}:
+        values |= {"internal_coefficient": None, "internal_flow": None}
+    replaced = kind.model_validate(values | new)
+    object.__setattr__(replaced, "__pydantic_fields_set__", _all_fields(kind))  # one set for all of them
+    return replaced
+
+
+@lru_cache(maxsize=128)
+def _all_fields(kind: type[Section]) -> set[str]:
+    return set(kind.model_fields)
 
 
 class RunRequest(RunParameters):

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from hydrofdi.config.experiment import ExperimentConfig
-from hydrofdi.config.idle_parameters import idle_draws
-from hydrofdi.config.plausibility import block_values
+from hydrofdi.config.plausibility import block_values, idle_draws
 from hydrofdi.settings.quantities import Section
 
 _OF_RECORDS = ("measurement.seed", "input.seed", "load.seed")

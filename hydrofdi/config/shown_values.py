@@ -11,8 +11,7 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
-from hydrofdi.config.parameters import RunParameters
-from hydrofdi.config.request import field_quantity, parameter_names, parameter_unit
+from hydrofdi.config.request import RunParameters, field_quantity, parameter_names, parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import number_text, readable_unit, shown_quantity, typeset

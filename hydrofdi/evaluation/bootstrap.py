@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.auc import Area, area_under_curve, share_below
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 
 FEWEST_GROUPS = 5

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.auc import Area, area_under_curve, placements
-from hydrofdi.evaluation.refusal import NotStatedError
 
 MANY_GROUPS = 30
 """Minimum number of groups for a reliable estimate of the variance between groups."""

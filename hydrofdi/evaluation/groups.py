@@ -9,9 +9,9 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.auc import Area, area_under_curve
 from hydrofdi.evaluation.rates import Rate, alarm_rate
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.evaluation.threshold import Threshold
 

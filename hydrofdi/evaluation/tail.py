@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.pareto import anderson_darling, fit_generalised_pareto
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array, measurable, share_between_0_and_1
 from hydrofdi.evaluation.threshold import Threshold
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array, measurable, share_between_0_and_1
 
 

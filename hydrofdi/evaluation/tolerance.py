@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import measurable, share_between_0_and_1
 from hydrofdi.evaluation.threshold import Threshold, limits_at_rank
 

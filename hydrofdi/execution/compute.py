@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.store import StoreConfig
+from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.execution.jobs import Job
 from hydrofdi.execution.measuring import measured_columns, needed_signals
 from hydrofdi.indicators.measuring import Seconds
-from hydrofdi.quality.external_leakage import mean_external_leakage_flows
-from hydrofdi.quality.operating_point import hydraulic_mode
+from hydrofdi.quality.doubts import how_records_settle
+from hydrofdi.quality.measures import hydraulic_mode, mean_external_leakage_flows
 from hydrofdi.quality.run_quality import assess_runs
-from hydrofdi.quality.settling import how_records_settle
 from hydrofdi.sensing import Measurement
 from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
 from hydrofdi.simulation.kernels.tap import Tap

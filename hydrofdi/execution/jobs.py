@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hydrofdi.config import RunParameters, RunSpec
-from hydrofdi.config.analysis import DEFAULT_ANALYSIS, Analysis
+from hydrofdi.config.experiment import DEFAULT_ANALYSIS, Analysis
 from hydrofdi.store import StoredRun
 
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.analysis import DWT, Analysis, Indicators
+from hydrofdi.config.experiment import DWT, Analysis, Indicators
 from hydrofdi.errors import Issue
 from hydrofdi.execution.jobs import Job
 from hydrofdi.indicators.measuring import Measures, Seconds, measure
 from hydrofdi.indicators.record_measures import used_channels
-from hydrofdi.quality.pressure import pressure_features
+from hydrofdi.quality.measures import pressure_features
 from hydrofdi.records import RecordBatch
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers

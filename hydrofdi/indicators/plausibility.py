@@ -1,14 +1,14 @@
-"""Doubts about the numbers of a record: estimates that no machine has, and models that do not explain it."""
+"""Issues about the numbers of a record: estimates that no machine has, and models that do not explain it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from hydrofdi.errors import Issue
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array
 from hydrofdi.settings.readable import shown_quantity
@@ -29,34 +29,12 @@ _DEVIATIONS = 4.0
 """Standard deviations by which an estimate must lie below its lowest possible value."""
 
 
-@dataclass(frozen=True)
-class Doubt:
-    """Why the numbers of a record are doubtful.
-
-    Attributes
-    ----------
-    name : str
-        The output, with its prefix.
-    text : str
-        The reason in words, with the value.
-    is_impossible : bool
-        Whether no machine has such a value; else the model does not explain the record.
-    is_not_positive : bool
-        Whether the output can only be positive, and is negative or missing.
-    """
-
-    name: str
-    text: str
-    is_impossible: bool
-    is_not_positive: bool
-
-
 def doubts_of(
     indicator: Indicator[Any],
     values: Mapping[str, Array],
     prefix: str = "",
     fits: Mapping[str, float] | None = None,
-) -> list[tuple[Doubt, ...]]:
+) -> list[tuple[Issue, ...]]:
     """Doubts about each record; none about records without any number.
 
     Parameters
@@ -71,7 +49,7 @@ def doubts_of(
     """
     outputs = [each for each in indicator.outputs if prefix + each.name in values and not each.dims]
     own = {each.name: values[prefix + each.name] for each in outputs}
-    found: list[list[Doubt]] = [[] for _ in next(iter(own.values()), ())]
+    found: list[list[Issue]] = [[] for _ in next(iter(own.values()), ())]
     is_measured = np.any([np.isfinite(array) for array in own.values()], axis=0) if own else np.array([])
     for output in outputs:
         if output.possible == (None, None):
@@ -87,28 +65,28 @@ def doubts_of(
     return [tuple(each) for each in found]
 
 
-def _doubt(output: Output, value: float, high: float, prefix: str) -> Doubt:
+def _doubt(output: Output, value: float, high: float, prefix: str) -> Issue:
     name, shown = prefix + output.name, shown_quantity(value, output.unit)
     if output.is_fit:
         text = f"{name} = {shown} exceeds {high:.3g}: the model does not explain this machine"
-        return Doubt(name, text, False, False)
+        return Issue(text, name, kind="misfit")
     if output.is_positive and not value > 0.0:
-        return Doubt(name, f"{name} is not positive: {CAUSES}", True, True)
-    return Doubt(name, f"{name} = {shown} is physically impossible: {CAUSES}", True, False)
+        return Issue(f"{name} is not positive: {CAUSES}", name, kind="not_positive")
+    return Issue(f"{name} = {shown} is physically impossible: {CAUSES}", name, kind="impossible")
 
 
-def summaries(found: Iterable[Doubt], n_record: int) -> Iterator[str]:
+def summaries(found: Iterable[Issue], n_record: int) -> Iterator[str]:
     """A sentence on each doubtful output, with the number of its records and the first reason.
 
     Parameters
     ----------
-    found : iterable of Doubt
+    found : iterable of Issue
         Of all records.
     n_record : int
         Number of records with numbers.
     """
-    of: dict[str, list[Doubt]] = {}
+    of: dict[str, list[Issue]] = {}
     for doubt in found:
-        of.setdefault(doubt.name, []).append(doubt)
+        of.setdefault(doubt.where, []).append(doubt)
     for some in of.values():
-        yield f"doubtful: {len(some):,} of {n_record:,} records, such as {some[0].text}"
+        yield f"doubtful: {len(some):,} of {n_record:,} records, such as {some[0].message}"

@@ -10,10 +10,10 @@ from math import prod
 
 import numpy as np
 
-from hydrofdi.errors import DataError
+from hydrofdi.errors import DataError, Issue
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.measuring import Indicators, Measures, measure, output_unit
-from hydrofdi.indicators.plausibility import Doubt, doubts_of
+from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 
 
@@ -69,7 +69,7 @@ class RecordMeasures:
         Label of an indicator that failed → its error; this is also its reason.
     digest : bytes
         Digest of the samples: equal for records with equal samples. Empty if the record is rejected.
-    doubts : tuple of Doubt
+    doubts : tuple of Issue
         Estimates that are physically impossible, and models that do not explain the record.
     """
 
@@ -83,7 +83,7 @@ class RecordMeasures:
     is_rejected: bool = False
     faults: Mapping[str, str] = field(default_factory=dict)
     digest: bytes = b""
-    doubts: tuple[Doubt, ...] = ()
+    doubts: tuple[Issue, ...] = ()
 
     @property
     def has_numbers(self) -> bool:
@@ -156,7 +156,7 @@ def _require_same_units(
 
 
 def _record(
-    batch: RecordBatch, measures: Measures, row: int, used: frozenset[Channel], doubts: tuple[Doubt, ...]
+    batch: RecordBatch, measures: Measures, row: int, used: frozenset[Channel], doubts: tuple[Issue, ...]
 ) -> RecordMeasures:
     concerning = (each for each in batch.remarks[row] if not each.where or each.where in used)
     kinds = [*dict.fromkeys(remark.kind for remark in concerning), *(["doubtful"] if doubts else [])]

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import parameter_names, parameter_quantity
-from hydrofdi.quality.doubts import DOUBTS, SOUND
-from hydrofdi.quality.settling import Settling
+from hydrofdi.quality.doubts import DOUBTS, SOUND, Settling
 from hydrofdi.simulation import Trajectory
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.units import parse_quantity

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,3 +160,29 @@ class RecordBatch:
         return replace(
             self, record_ids=numbers, sources=(), groups=(), remarks=(), rejected=(), units={}, labels=None
         )
+
+
+class RecordSource(Protocol):
+    """Records, batch by batch: simulated, stored or measured."""
+
+    @property
+    def name(self) -> str:
+        """Name for display: a file or a folder."""
+        ...
+
+    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
+        """All records, each once, in a fixed order; one batch in memory at a time.
+
+        Parameters
+        ----------
+        labels : bool
+            Whether batches contain the labels of their records. Only evaluations request them.
+
+        Raises
+        ------
+        DataError
+            A measured file cannot be used.
+        StoreError
+            A stored file cannot be read.
+        """
+        ...

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
+from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch, RecordSource
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.edges import found_period
-from hydrofdi.records.source import RecordSource
+from hydrofdi.records.stuck import found_period
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert, parse_unit
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hydrofdi.config.analysis import DWT
+from hydrofdi.config.experiment import DWT
 from hydrofdi.report.indicators.study import IndicatorStudy, study_indicators
 from hydrofdi.report.responses import ResponseStudy, study_responses
 from hydrofdi.report.runs import RunTable, run_table, table_runs

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.analysis import DWT
+from hydrofdi.config.experiment import DWT
 from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
 from hydrofdi.report.document import Block

@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.quantities import Section

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.scoring.contract import Flags, Score, as_features
 

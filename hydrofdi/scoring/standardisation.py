@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array
 
 NORMAL_QUARTILES = 1.3489795003921634

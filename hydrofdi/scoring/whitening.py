@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.scoring.contract import LEAST_RECORDS
 from hydrofdi.scoring.extra import scikit_learn

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig, SensorConfig
 
 _NEGLIGIBLE = 40.0

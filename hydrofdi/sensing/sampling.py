@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.compilation.compiling import strictly_compiled
-from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.physics.equation import equation
 
 

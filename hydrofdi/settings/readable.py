@@ -122,3 +122,10 @@ def time_text(seconds: float) -> str:
 def two_digits(value: float) -> str:
     """A number with two digits, never as a power of ten where it has up to six."""
     return f"{float(f'{value:.2g}'):g}"
+
+
+SUPPLY_PRESSURE = ("0.1 MPa", "150 MPa")
+RETURN_PRESSURE = ("1 kPa", "20 MPa")
+POSITION = ("1 µm", "10 m")
+SPOOL_POSITION = ("1 µm", "50 mm")
+VOLTAGE = ("10 mV", "1 kV")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.simulation.inputs import Chunk, Inputs
 from hydrofdi.simulation.kernels.kernel import advance_lanes
 from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.csv_input import parse_rows
-from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.simulation.kernels.lanes import SPOOLS, WIDTH
 from hydrofdi.simulation.kernels.options import Chosen
 from hydrofdi.simulation.kernels.spool import advance_spools

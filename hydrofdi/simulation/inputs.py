@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.simulation.drive import Drive, Spools, position_reference
 from hydrofdi.simulation.feedback import reading_errors
 from hydrofdi.simulation.kernels.tap import Tap

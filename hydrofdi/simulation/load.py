@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.sections.load import LoadConfig
-from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.config.sections.drive import RecordConfig
+from hydrofdi.config.sections.machine import LoadConfig
 from hydrofdi.simulation.random_levels import random_levels
 
 _STREAM = 1

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.config.sections.drive import RecordConfig
 
 
 def random_levels(

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.config.sections.input import InputConfig
+from hydrofdi.config.sections.drive import InputConfig
 from hydrofdi.errors import Issue, StoreError
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.store.experiment_data import ExperimentData

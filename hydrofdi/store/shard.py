@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.store import StoreConfig
+from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder

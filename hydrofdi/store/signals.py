@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.store import StoreConfig
+from hydrofdi.config.experiment import StoreConfig
 
 _BLOCK_BYTES = 1_000_000
 """Approximate size of a block in memory, so that it fits the processor cache [bytes]."""

@@ -9,10 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.multiplicity import holm
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.redrawn import redrawn
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.studies.judgement import Judgement
 from hydrofdi.studies.records import StudyRecords

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.multiplicity import simultaneous_confidence
 from hydrofdi.evaluation.pod.axis import AxisName
 from hydrofdi.evaluation.pod.curve import PodCurve, probability_of_detection
@@ -17,7 +18,6 @@ from hydrofdi.evaluation.pod.lack_of_fit import LackOfFit, lack_of_fit
 from hydrofdi.evaluation.pod.monotone import interpolated_level
 from hydrofdi.evaluation.pod.profile import quantile_of_chi_square
 from hydrofdi.evaluation.pod.smallest import smallest_detectable
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.evaluation.tolerance import records_needed

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.study.detection import ScoreConfig
-from hydrofdi.errors import ConfigError
+from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.records import Channel
 from hydrofdi.scoring import Score, cross_fitted_scores, make_score

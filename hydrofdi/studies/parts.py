@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.multiplicity import confidence_text
 from hydrofdi.evaluation.pod.curve import PodCurve
 from hydrofdi.evaluation.pod.detectable import DetectableSeverity
@@ -16,7 +17,6 @@ from hydrofdi.evaluation.pod.monotone import last_shown
 from hydrofdi.evaluation.pod.tally import Tally
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.evaluation.rates import Rate, alarm_rate
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.evaluation.tolerance import records_needed

@@ -8,9 +8,9 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.pod.likelihood import Link
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import share_between_0_and_1
 from hydrofdi.evaluation.tail import tail_threshold
 from hydrofdi.evaluation.threshold import Threshold, quantile_threshold

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.config import load_experiment
-from hydrofdi.config.idle_parameters import _NEEDS, idle_parameters
+from hydrofdi.config.plausibility import _NEEDS, idle_parameters
 from hydrofdi.config.request import parameter_names, validate_parameter
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))

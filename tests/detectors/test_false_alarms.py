@@ -7,7 +7,7 @@ from detectors.streams import autoregressive, true_mean_time
 from hydrofdi.detectors.charts import make_chart
 from hydrofdi.detectors.run_lengths import FalseAlarms
 from hydrofdi.detectors.run_lengths.operation import members, operations
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import NotStatedError
 
 INTERVAL = 0.1
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.healthy_scale import healthy_scale
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import NotStatedError
 
 
 def test_a_scale_leaves_out_what_is_missing():

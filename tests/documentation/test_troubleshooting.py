@@ -5,8 +5,7 @@ import re
 
 import pytest
 
-from hydrofdi.quality.doubts import DOUBTS
-from hydrofdi.quality.failures import FAILURES
+from hydrofdi.quality.doubts import DOUBTS, FAILURES
 from tests.documentation.pages import ROOT
 
 PAGE = (ROOT / "docs" / "troubleshooting.md").read_text(encoding="utf-8")

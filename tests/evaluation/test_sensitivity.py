@@ -5,7 +5,7 @@ import pytest
 from scipy import optimize, stats
 from scipy.stats import qmc
 
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.sensitivity.indices import sobol_indices
 from hydrofdi.evaluation.sensitivity.response import Response, rising
 from hydrofdi.evaluation.sensitivity.spread import relative_spread

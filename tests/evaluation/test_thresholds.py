@@ -9,10 +9,9 @@ import pytest
 from scipy.special import ndtr
 from scipy.stats import beta, binom
 
-from hydrofdi.errors import HydrofdiError
+from hydrofdi.errors import HydrofdiError, NotStatedError
 from hydrofdi.evaluation.direction import Direction, learned_direction, suspicion
 from hydrofdi.evaluation.rates import alarm_rate
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.evaluation.tolerance import records_needed, tolerance_threshold
 from tests.evaluation.repeats import holds_in

@@ -3,9 +3,8 @@
 import pytest
 
 from hydrofdi.config import RunSpec, expand_runs, load_experiment
-from hydrofdi.config.analysis import Analysis, IndicatorChoice
-from hydrofdi.config.parameters import RECORD_SECTIONS, RunParameters
-from hydrofdi.config.request import RunRequest, parameter_names
+from hydrofdi.config.experiment import Analysis, IndicatorChoice
+from hydrofdi.config.request import RECORD_SECTIONS, RunParameters, RunRequest, parameter_names
 from hydrofdi.simulation import record_identities, record_identity, run_identities, run_identity
 from hydrofdi.transforms.configuration import WaveletConfig
 

@@ -11,8 +11,7 @@ import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.sections.csv_input import MOST_ROWS, held_text
-from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation import run_identity, simulate_batch
 from hydrofdi.simulation.drive import input_voltage, largest_voltage

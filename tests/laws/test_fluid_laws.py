@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import mode_frequency
-from hydrofdi.quality.operating_point import hydraulic_mode
+from hydrofdi.quality.doubts import how_records_settle
+from hydrofdi.quality.measures import hydraulic_mode
 from hydrofdi.quality.run_quality import assess_runs
-from hydrofdi.quality.settling import how_records_settle
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.friction import FrictionConfig
+from hydrofdi.config.sections.machine import FrictionConfig
 from hydrofdi.physics.friction import LAWS, choice_of_law, chosen_friction
 from hydrofdi.physics.friction.lugre import bristle_friction_force, bristle_rate
 from hydrofdi.physics.friction.smooth import smooth_friction_force

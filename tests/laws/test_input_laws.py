@@ -8,8 +8,7 @@ import pytest
 from hydrofdi.api.selection import computed_rows
 from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment
 from hydrofdi.config.request import RunRequest
-from hydrofdi.config.sections.input import InputConfig
-from hydrofdi.config.sections.record import RecordConfig
+from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.simulation import simulate_batch

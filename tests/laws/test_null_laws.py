@@ -9,7 +9,7 @@ import pytest
 from free_motion import free_motion
 
 from hydrofdi.config import RunParameters
-from hydrofdi.quality.operating_point import hydraulic_mode
+from hydrofdi.quality.measures import hydraulic_mode
 from hydrofdi.simulation import simulate_batch
 
 NULL = 0.8e-6

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.analysis import PAPER
+from hydrofdi.config.experiment import PAPER
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.simulation import Trajectory, simulate_batch
 from hydrofdi.simulation.kernels.options import ModelOptions

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from hydrofdi.config.claims import ClaimId
+from hydrofdi.config.experiment import ClaimId
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, claim_margins
 from hydrofdi.papers.maddahi2015.grid import ModeGrid
 from hydrofdi.papers.maddahi2015.study import study_experiment

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.records.edges import found_period
+from hydrofdi.records.stuck import found_period
 
 TIME = np.arange(20_000) / 1e3
 DRAWN = np.random.default_rng(4)

@@ -5,7 +5,7 @@ import pytest
 
 import hydrofdi
 from hydrofdi.records import Channel
-from hydrofdi.records.measured.findings.hum import hum_share
+from hydrofdi.records.measured.defects import hum_share
 
 RATE = 500.0
 

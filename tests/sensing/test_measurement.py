@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters, RunSpec, load_experiment
-from hydrofdi.config.analysis import PAPER
+from hydrofdi.config.experiment import PAPER
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import CHANNELS, Measurement
 from hydrofdi.sensing.channels import CLOCK, random_generator

@@ -20,7 +20,7 @@ WRITER = """
 import sys
 from pathlib import Path
 import numpy as np
-from hydrofdi.config.store import StoreConfig
+from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.store import write_shard
 from hydrofdi.store.layout import names
 

@@ -6,7 +6,7 @@ import pytest
 from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
-from hydrofdi.config.store import SIGNALS, StoreConfig
+from hydrofdi.config.experiment import SIGNALS, StoreConfig
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.store.layout import names
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from hydrofdi.config.study.online import ChartConfig, OnlineConfig
+from hydrofdi.config.study.study import ChartConfig, OnlineConfig
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.studies.rules import Rules
 from hydrofdi.studies.run_lengths.judging import judge_chart

@@ -11,8 +11,8 @@ from hydrofdi.config import RunSpec
 from hydrofdi.config.request import RunRequest
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.execution import compute as compute_module
-from hydrofdi.quality.pressure import pressure_features
-from hydrofdi.quality.settling import SETTLED_CHANGE, how_records_settle
+from hydrofdi.quality.doubts import SETTLED_CHANGE, how_records_settle
+from hydrofdi.quality.measures import pressure_features
 from hydrofdi.simulation import simulate_batch
 from hydrofdi.transforms.wavelet import coefficient_rms
 

@@ -10,8 +10,7 @@ import pytest
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.request import parameter_names
 from hydrofdi.execution import Job, compute_columns
-from hydrofdi.quality.doubts import DOUBTS
-from hydrofdi.quality.failures import FAILURES, remedy
+from hydrofdi.quality.doubts import DOUBTS, FAILURES, remedy
 
 _SHORT = RunParameters().with_values({"record.duration": 8.0, "input.period": 0.5})
 _WIDE = {"input.amplitude": 8.0}

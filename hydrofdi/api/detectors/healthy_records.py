@@ -17,8 +17,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators.record_measures import samples_digest
 from hydrofdi.records import RecordBatch, RecordSource
-from hydrofdi.records.measured.held import HeldSource
-from hydrofdi.records.measured.source import MeasuredSource
+from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.runs import external_coefficients
 from hydrofdi.settings.messages import nearest
 from hydrofdi.store.records import StoredRecords

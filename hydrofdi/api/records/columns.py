@@ -15,11 +15,17 @@ from hydrofdi.api.arguments import refusal
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel
 from hydrofdi.records.dates import instant, is_dated
-from hydrofdi.records.measured.column_names import channel_named, titles_of_dates, titles_of_time
-from hydrofdi.records.measured.column_units import is_counts, known_unit, unit_by_name
+from hydrofdi.records.measured.column_names import (
+    channel_named,
+    is_counts,
+    known_unit,
+    titles_of_dates,
+    titles_of_time,
+    unit_by_name,
+)
 from hydrofdi.records.measured.formats.table import split_title
-from hydrofdi.records.measured.held import HeldSource, HeldTable, held_source
-from hydrofdi.records.measured.sampling import counts_samples
+from hydrofdi.records.measured.recording import counts_samples
+from hydrofdi.records.measured.source import HeldSource, HeldTable, held_source
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import parse_unit, similar_units

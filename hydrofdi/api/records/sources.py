@@ -16,7 +16,7 @@ from hydrofdi.api.arguments import path_of, positive_of, refusal
 from hydrofdi.api.records.columns import Names, held, known_text, records_of
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.records.measured.held import HeldSource
+from hydrofdi.records.measured.source import HeldSource
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
 

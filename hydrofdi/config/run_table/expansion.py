@@ -14,9 +14,8 @@ from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.config.study.draws import study_points
 from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.config.study.table import StudyTable, populations, study_table
-from hydrofdi.config.sweeps.distinct import distinct_rows
 from hydrofdi.config.sweeps.points import Column, Points, count_points, multiplied, sweep_points
-from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.config.sweeps.sweep import SweepConfig, distinct_rows
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.counting import counted
 

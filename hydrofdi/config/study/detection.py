@@ -1,14 +1,27 @@
-"""The ``detection`` section: how indicators are judged as detectors."""
+"""Indicators, scores and charts of a study of detection."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
+from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from hydrofdi.config.study.online import OnlineConfig
+from hydrofdi.config.study.study import ChartConfig, OnlineConfig, move_options
+from hydrofdi.detectors.charts import chart_kind, chart_names
+from hydrofdi.indicators.contract import Indicator
+from hydrofdi.indicators.labels import label_mistake
+from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import Channel
+from hydrofdi.scoring.registry import score_kind, score_names
+from hydrofdi.settings.extending import read_extended
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.settings.ready import located
+from hydrofdi.settings.validation import validated
+from hydrofdi.settings.yaml_source import Path, Source
 
 
 class ScoreConfig(Section):
@@ -87,3 +100,93 @@ class DetectionConfig(Section):
     @classmethod
     def _each_once(cls, given: list[Channel]) -> list[Channel]:
         return list(dict.fromkeys(given))
+
+
+def normalize_charts(source: Source, online: Any, path: Path, made: Mapping[str, Indicator[Any]]) -> None:
+    """Move the options of charts under ``options``; check labels, rules, options and what is watched."""
+    charts = online.get("charts") if isinstance(online, dict) else None
+    for label, chart in charts.items() if isinstance(charts, dict) else ():
+        here = (*path, "charts", label)
+        if mistake := label_mistake(label, "a chart"):
+            source.mistakes.append(source.mistake(here, f"{label!r} {mistake}"))
+        if not isinstance(chart, dict):
+            continue
+        rule = chart.get("chart")
+        if isinstance(rule, str) and rule not in chart_names():
+            message = f"there is no chart {rule!r}{nearest(rule, chart_names())}"
+            source.mistakes.append(source.mistake((*here, "chart"), message))
+        model = chart_kind(rule).Options if rule in chart_names() else Section
+        if rule in chart_names() or not isinstance(rule, str):
+            move_options(source, chart, here, ChartConfig.model_fields, model)
+        watched = chart.get("of")
+        if isinstance(watched, str) and (message := _why_not_watched(watched, made)):
+            source.mistakes.append(source.mistake((*here, "of"), message))
+
+
+def _why_not_watched(watched: str, made: Mapping[str, Indicator[Any]]) -> str:
+    """The reason why a number has no trace; empty if it has one."""
+    traced = {
+        f"{label}.{each.estimates[0].name}": each
+        for label, each in made.items()
+        if isinstance(each, RecursiveIndicator)
+    }
+    if watched not in traced:
+        known = "" if traced else ": no indicator of this file follows records sample by sample"
+        return f"no indicator keeps a trace of {watched!r}{known or nearest(watched, list(traced))}"
+    if not traced[watched].n_instant:
+        label = watched.partition(".")[0]
+        return f"no trace of {watched} is kept: give {label} its trace_duration, such as that of the records"
+    return ""
+
+
+_CHOICE_OF_ONE = re.compile(r"\[.*|\s*\(.*")
+"""Behind the name of a number: its place in an array, or that its change is meant."""
+
+
+def load_scores(indicators: str, made: Mapping[str, Indicator[Any]]) -> dict[str, ScoreConfig]:
+    """The ``scores`` of a file of indicators; none where no file is named, or it has none.
+
+    Parameters
+    ----------
+    indicators : str
+        What `hydrofdi.indicators.load_indicators` took.
+    made : mapping of str to Indicator
+        What it gave.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake.
+    """
+    if not located(FilePath(indicators)).is_file():
+        return {}
+    source = read_extended(FilePath(indicators), "a file of indicators")
+    source.data = {"scores": source.data.get("scores") or {}}
+    normalize_scores(source, source.data["scores"], ("scores",), made)
+    return validated(ScoresConfig, source).scores
+
+
+def normalize_scores(source: Source, scores: Any, path: Path, made: Mapping[str, Indicator[Any]]) -> None:
+    """Move the options of scores under ``options``, and check labels, options and names of numbers."""
+    numbers = [
+        f"{label}.{output.name}" for label, each in made.items() for output in each.outputs if output.is_score
+    ]
+    for label, score in scores.items() if isinstance(scores, dict) else ():
+        here = (*path, label)
+        mistake = label_mistake(label, "a score") or ("is the label of an indicator" if label in made else "")
+        if mistake:
+            source.mistakes.append(source.mistake(here, f"{label!r} {mistake}"))
+        if not isinstance(score, dict):
+            continue
+        _move_options(source, score, here)
+        for kind in ("of", "by"):
+            for place, name in enumerate(score[kind] if isinstance(score.get(kind), list) else ()):
+                if _CHOICE_OF_ONE.sub("", str(name)) not in (*made, *numbers):
+                    message = f"no indicator gives {name!r}{nearest(str(name), [*made, *numbers])}"
+                    source.mistakes.append(source.mistake((*here, kind, place), message))
+
+
+def _move_options(source: Source, score: dict[str, Any], path: Path) -> None:
+    kind = score.get("kind")
+    model = score_kind(kind).Options if kind in score_names() else Section
+    move_options(source, score, path, ScoreConfig.model_fields, model)

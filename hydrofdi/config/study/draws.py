@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.study.study import PopulationConfig, StudyConfig
 from hydrofdi.config.study.table import Drawn, populations
 from hydrofdi.config.sweeps.points import Column, Points, drawn, one_after_the_other
-from hydrofdi.config.sweeps.unit_cube import correlated, saltelli_page, unit_cube
+from hydrofdi.config.sweeps.sweep import correlated, saltelli_page, unit_cube
 from hydrofdi.evaluation.populations import Kind
 
 _PATH = "study.population"

@@ -7,13 +7,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from hydrofdi.config.analysis import DWT, IndicatorChoice
-from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
-from hydrofdi.config.study.changed_values import changed_value
-from hydrofdi.config.study.charts import normalize_charts
-from hydrofdi.config.study.scores import normalize_scores
+from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, IndicatorChoice
+from hydrofdi.config.study.detection import normalize_charts, normalize_scores
+from hydrofdi.config.study.table import changed_value
+from hydrofdi.config.sweeps.distributions import distribution_in_si
 from hydrofdi.config.sweeps.dotted_values import axis_in_si
-from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
 from hydrofdi.config.sweeps.values import nominal_value
 from hydrofdi.indicators.choice import chosen_options
 from hydrofdi.indicators.registry import sound_indicator

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema, model_validator
 
-from hydrofdi.config.sweeps.sample import CorrelationConfig, Distribution
-from hydrofdi.config.sweeps.sweep import Axes
-from hydrofdi.settings.messages import nearest
-from hydrofdi.settings.quantities import Section
+from hydrofdi.config.sweeps.distributions import argument_values
+from hydrofdi.config.sweeps.sweep import Axes, CorrelationConfig, Distribution
+from hydrofdi.settings.messages import describe_error, nearest
+from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.settings.yaml_source import Path, Source
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
 FitCount = Annotated[int, Field(strict=True, ge=0, le=1_000_000)]
@@ -203,3 +205,70 @@ class StudyConfig(Section):
                 " population.correlation"
             )
         return self
+
+
+def move_options(
+    source: Source, section: dict[str, Any], path: Path, fields: Iterable[str], model: type[Section]
+) -> None:
+    """Move all but some fields of a section under ``options``; what the model refuses is a mistake."""
+    known = list(fields)
+    beside = {name: section.pop(name) for name in [name for name in section if name not in known]}
+    within = section.get("options", {})
+    if not isinstance(within, dict):
+        return
+    options = section["options"] = within | beside
+    try:
+        model.model_validate(options)
+    except ValidationError as errors:
+        names = [*known, *model.model_fields]
+        for error in errors.errors():
+            place = error["loc"] if error["loc"][0] in beside else ("options", *error["loc"])
+            source.mistakes.append(source.mistake((*path, *place), describe_error(error, names)))
+
+
+def study_values(study: StudyConfig) -> Iterator[tuple[str, Any]]:
+    """The parameters that differ between records, each with every value or end of its distribution."""
+    population, others = study.population, (*study.shifts.values(), *study.confusions.values())
+    yield from ((name, level) for name, levels in _levels(study) for level in levels)
+    for changes in (population.over, population.per_record, *others):
+        for name, value in changes.items():
+            stated = argument_values(dict(value)) if isinstance(value, Mapping) else [value]
+            yield from ((name, each) for each in stated)
+
+
+def _levels(study: StudyConfig) -> Iterator[tuple[str, list[Any]]]:
+    if study.faults:
+        yield from study.faults.over.items()
+
+
+def _listed(given: Any) -> Any:
+    return given if isinstance(given, list) else [given]
+
+
+class ChartConfig(Section):
+    """A control chart: the watched output and the rule."""
+
+    of: str
+    """The watched output: ``label.output`` of an indicator that follows records sample by sample and stores
+    its trace (option ``trace_duration``), such as ``weak_rls.leakage``."""
+
+    chart: str
+    """The rule: ``cusum``, ``ewma``, ``glr`` or ``moving_window``."""
+
+    options: dict[str, Any] = Field(default_factory=dict)
+    """Options of the rule, which may also be given next to the other keys."""
+
+
+class OnlineConfig(Section):
+    """Control charts on the traces of a study: false alarms over time, and the delay after the onset."""
+
+    false_alarm_every: Annotated[
+        list[Annotated[float, SI("s", above=0, usual=("1 min", "1 year"))]],
+        BeforeValidator(_listed),
+        Field(min_length=1),
+    ] = [24.0 * 3600.0]  # noqa: RUF012 (pydantic copies it)
+    """Mean times between false alarms for which limits are set on healthy fit records [s]; one, or several
+    for a curve of the delay."""
+
+    charts: dict[str, ChartConfig] = Field(min_length=1)
+    """Label → chart."""

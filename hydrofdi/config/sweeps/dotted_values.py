@@ -13,7 +13,7 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.config.sweeps.stated_distributions import distribution_in_si
+from hydrofdi.config.sweeps.distributions import distribution_in_si
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.config.sweeps.values import difference, parameter_value, require_numbers
 from hydrofdi.settings.messages import describe_error, nearest

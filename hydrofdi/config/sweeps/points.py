@@ -14,11 +14,8 @@ from pydantic import ValidationError
 
 from hydrofdi.config.request import parameter_quantity, validate_parameter
 from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.config.sweeps.distinct import distinct_rows
 from hydrofdi.config.sweeps.distributions import is_unbounded, quantiles
-from hydrofdi.config.sweeps.sample import SampleConfig
-from hydrofdi.config.sweeps.sweep import SweepConfig
-from hydrofdi.config.sweeps.unit_cube import correlated, unit_cube
+from hydrofdi.config.sweeps.sweep import SampleConfig, SweepConfig, correlated, distinct_rows, unit_cube
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.messages import describe_error
 

@@ -1,17 +1,146 @@
-"""The ``sweep`` section: which parameters vary, and how.
-
-Blocks beside each other are combined, the points of a union are concatenated, and blocks nest.
-"""
+"""The sweep block, the samples and the replicates."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+import warnings
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.config.sweeps.sample import SampleConfig
+from hydrofdi.config.sweeps.distributions import quantiles
+from hydrofdi.evaluation.populations import SECOND
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import Section
+
+_LARGEST_KEY = 2**62
+
+
+def distinct_rows(
+    columns: Sequence[NDArray[np.int32]], n_row: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Distinct rows of columns of integers (-1 or greater), in order of first appearance.
+
+    Parameters
+    ----------
+    columns : sequence of int arrays, shape (n_row,)
+    n_row : int
+
+    Returns
+    -------
+    first : array of int, shape (n_distinct,)
+        Row in which each distinct row first appears.
+    inverse : array of int, shape (n_row,)
+        Index of the distinct row that each row equals.
+    """
+    key, n_key = np.zeros(n_row, dtype=np.int64), 1
+    for column in columns:
+        size = int(column.max(initial=-1)) + 2
+        if size * n_key > _LARGEST_KEY:
+            _, key = np.unique(key, return_inverse=True)
+            n_key = n_row
+        key, n_key = key * size + (column + 1), n_key * size
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[inverse]
+
+
+Kind = Literal[
+    "uniform", "loguniform", "normal", "truncated_normal", "lognormal", "triangular", "integers", "choice"
+]
+
+_ARGUMENTS = {"anyOf": [{"type": "array", "items": {}}, {"type": "string", "pattern": "^\\s*(±|\\+/-|\\+-)"}]}
+
+Distribution = dict[Kind, Annotated[list[Any], WithJsonSchema(_ARGUMENTS)]]
+"""Name of a distribution → its arguments, in SI."""
+
+
+class CorrelationConfig(Section):
+    """Parameters that are not drawn independently of each other (Gaussian copula)."""
+
+    parameters: list[str] = Field(min_length=2)
+    """Dotted parameters of ``over``; the others stay independent."""
+
+    matrix: list[list[float]]
+    """Correlations ρ of the standard normal variables behind the drawn values: one row and one column per
+    parameter, ones on the diagonal. Spearman's rank correlation of the drawn values is (6/π) arcsin(ρ/2) for
+    all distributions; the linear correlation of normal values is ρ itself."""
+
+    @model_validator(mode="after")
+    def _matrix_is_one_of_correlations(self) -> Self:
+        size = len(self.parameters)
+        if len(set(self.parameters)) < size:
+            raise ValueError("names a parameter twice")
+        if [len(row) for row in self.matrix] != [size] * size:
+            raise ValueError(f"matrix needs {size} rows of {size} numbers, one per parameter")
+        matrix = np.array(self.matrix)
+        if not np.array_equal(matrix, matrix.T):
+            raise ValueError("matrix must be symmetric")
+        if not np.array_equal(np.diag(matrix), np.ones(size)):
+            raise ValueError("matrix needs ones on its diagonal")
+        if not (np.isfinite(matrix).all() and np.linalg.eigvalsh(matrix).min() > 1e-12):
+            raise ValueError("matrix must be positive definite: these correlations contradict each other")
+        return self
+
+
+class SampleConfig(Section):
+    """Points drawn from distributions."""
+
+    method: Literal["sobol", "lhs", "random"] = "sobol"
+    """Scrambled Sobol sequence, Latin hypercube, or independent draws (scipy.stats.qmc, numpy)."""
+
+    count: Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
+    """Number of points; a power of two keeps a Sobol sequence balanced."""
+
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+    """Seed; the same seed gives the same points."""
+
+    over: dict[str, Distribution] = Field(min_length=1)
+    """Dotted parameter → its distribution: uniform [low, high], loguniform [low, high],
+    normal [mean, standard deviation], truncated_normal [mean, standard deviation, low, high] (of the normal
+    distribution before truncation), lognormal [median, factor] (the factor is the geometric standard
+    deviation, above 1: two thirds of the draws lie from median/factor to median·factor), triangular [low,
+    mode, high], integers [low, high] (integers, both ends included), or choice [value, …]. In place of the
+    arguments, ``±20 %`` or ``±1 µm`` is a width about the experiment's own value: it sets the ends of uniform
+    and triangular, and the standard deviation of normal."""
+
+    correlation: CorrelationConfig | None = None
+    """Parameters that are drawn jointly; by default all are independent."""
+
+    @model_validator(mode="after")
+    def _correlated_parameters_are_drawn(self) -> Self:
+        for name in self.correlation.parameters if self.correlation else ():
+            if name not in self.over:
+                raise ValueError(f"correlation: {name!r} is not drawn{nearest(name, list(self.over))}")
+        return self
+
+
+class ReplicatesConfig(Section):
+    """Independent replicates of every healthy run, each with its own sensor noise and its own draw."""
+
+    count: Annotated[int, Field(strict=True, ge=0, le=10_000)] = 0
+    """Number of replicates of each healthy run. With 2 or more, δ is also computed against their mean and
+    compared with the range of the replicates' own δ, each against the mean of the other replicates."""
+
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+    """Seed of the draws."""
+
+    over: dict[str, Distribution] = Field(default_factory=dict)
+    """Dotted parameter → its distribution, as in ``sample``: normal variation between actuators and days.
+    Drawn independently for each replicate."""
+
+    def draws(self, n_healthy: int) -> list[dict[str, object]]:
+        """Parameter values of each replicate: all replicates of the first healthy run, then of the next."""
+        generator = np.random.default_rng(self.seed)
+        unit = generator.random((n_healthy * self.count, len(self.over)))
+        columns = {name: quantiles(law, unit[:, k]) for k, (name, law) in enumerate(self.over.items())}
+        return [{name: values[k] for name, values in columns.items()} for k in range(len(unit))]
+
 
 _VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "boolean"}]}
 
@@ -98,3 +227,71 @@ class SweepConfig(Section):
         over = self.sample.over if self.sample else {}
         in_union = [name for block in self.union for name in block.names]
         return list(dict.fromkeys([*self.grid, *self.zip, *over, *in_union]))
+
+
+Method = Literal["sobol", "lhs", "random"]
+
+
+def unit_cube(
+    method: Method, count: int, n_axis: int, seed: int | np.random.SeedSequence
+) -> NDArray[np.float64]:
+    """Points in the unit cube, shape (count, n_axis)."""
+    generator = np.random.default_rng(seed)
+    if method == "random" or not n_axis:
+        return generator.random((count, n_axis))
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol if method == "sobol" else qmc.LatinHypercube
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # the user may choose any count, not only powers of two
+        cube: NDArray[np.float64] = sequence(n_axis, rng=generator).random(count)
+    return cube
+
+
+def correlated(
+    unit: NDArray[np.float64], names: Sequence[str], correlation: CorrelationConfig | None
+) -> NDArray[np.float64]:
+    """Points in the unit cube, some of whose coordinates are correlated by a Gaussian copula.
+
+    Parameters
+    ----------
+    unit : ndarray, shape (n_point, n_axis)
+    names : sequence of str, length n_axis
+        Parameter of each coordinate.
+    correlation : CorrelationConfig or None
+    """
+    if correlation is None:
+        return unit
+    from scipy.special import ndtr, ndtri
+
+    axes = [list(names).index(name) for name in correlation.parameters]
+    normal = ndtri(np.clip(unit[:, axes], 2.0**-53, 1.0 - 2.0**-53))
+    depending = unit.copy()
+    depending[:, axes] = ndtr(normal @ np.linalg.cholesky(np.array(correlation.matrix)).T)
+    return depending
+
+
+def saltelli_page(
+    page: str, names: Sequence[str], count: int, seed: int | np.random.SeedSequence
+) -> NDArray[np.float64]:
+    """A page of a design for Sobol indices: Saltelli et al., Computer Physics Communications 181 (2010) 259.
+
+    Parameters
+    ----------
+    page : str
+        ``SECOND`` for the matrix B; a parameter for A with that column from B; any other name for A.
+    names : sequence of str, length n_axis
+    count : int
+    seed : int or SeedSequence
+        Must be the same for all pages.
+
+    Returns
+    -------
+    ndarray, shape (count, n_axis)
+    """
+    cube = unit_cube("sobol", count, 2 * len(names), seed)
+    first, second = cube[:, : len(names)], cube[:, len(names) :]
+    if page == SECOND:
+        return second
+    exchanged = np.array([name == page for name in names], dtype=bool)
+    return np.where(exchanged, second, first)

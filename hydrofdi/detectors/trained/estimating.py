@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.detectors.features import Feature
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.indicators.plausibility import Doubt, doubts_of
+from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.indicators.recursive import RecursiveIndicator, instants
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk, State
@@ -39,7 +39,7 @@ class Estimate:
         In the unit of the output; NaN if there is a fault.
     fault : Issue or None
         Reason of a restart of the indicator.
-    doubts : tuple of Doubt
+    doubts : tuple of Issue
     fits : mapping of str to float
         Outputs that state how well the model explains the samples.
     """
@@ -48,7 +48,7 @@ class Estimate:
     time: float
     score: float
     fault: Issue | None = None
-    doubts: tuple[Doubt, ...] = ()
+    doubts: tuple[Issue, ...] = ()
     fits: Mapping[str, float] = field(default_factory=dict)
 
 

@@ -13,7 +13,7 @@ from hydrofdi.detectors.trained.novelty import findings, not_positive, wrong_sid
 from hydrofdi.detectors.trained.verdict import Verdict
 from hydrofdi.errors import Issue
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.plausibility import Doubt, doubts_of
+from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
 from hydrofdi.settings.counting import counted
@@ -87,7 +87,7 @@ def verdict_of(
     score: float,
     fault: Issue | None = None,
     obstacle: str | None = None,
-    doubts: Sequence[Doubt] = (),
+    doubts: Sequence[Issue] = (),
 ) -> Verdict:
     """Verdict on a score.
 
@@ -101,7 +101,7 @@ def verdict_of(
         states whether the score is beyond a limit.
     obstacle : str, optional
         Why there is no score.
-    doubts : sequence of Doubt
+    doubts : sequence of Issue
         About the numbers of the window. If a quantity can only be positive, and is not, a window without an
         alarm is novel.
     """
@@ -117,7 +117,7 @@ def verdict_of(
     if distance >= 0.0:
         fault = fault or not_positive(file, doubts) or wrong_side(file, score)
     if fault is None:
-        return Verdict(score, distance < 0.0, margin, doubt="; ".join(doubt.text for doubt in doubts))
+        return Verdict(score, distance < 0.0, margin, doubt="; ".join(doubt.message for doubt in doubts))
     if distance < 0.0:
         fault = replace(fault, message=f"{fault.message}; the score is also beyond its limit")
     return Verdict(score, None, margin, fault)

@@ -8,7 +8,6 @@ from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile
 from hydrofdi.detectors.trained.ranges import ChannelFacts, channel_facts
 from hydrofdi.detectors.trained.wording import readable, score_text
 from hydrofdi.errors import Issue
-from hydrofdi.indicators.plausibility import Doubt
 from hydrofdi.records import Channel, RecordBatch
 
 _FAR = 10.0
@@ -35,11 +34,11 @@ def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> li
     return [_finding(row, facts, ranges) for row in range(records.n_record)]
 
 
-def not_positive(file: DetectorFile, doubts: Sequence[Doubt]) -> Issue | None:
+def not_positive(file: DetectorFile, doubts: Sequence[Issue]) -> Issue | None:
     """Why a window is novel: a quantity is not positive, but is so in all healthy windows."""
     for doubt in doubts:
-        if doubt.is_not_positive and doubt.name in file.positive:
-            return Issue(doubt.text, kind="novel")
+        if doubt.kind == "not_positive" and doubt.where in file.positive:
+            return Issue(doubt.message, kind="novel")
     return None
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array, measurable
 
 INNER = (0.05, 0.95)

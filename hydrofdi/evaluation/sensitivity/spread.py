@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.sensitivity.estimate import Estimate
 from hydrofdi.evaluation.sensitivity.quantiles import INNER, quantiles_and_draws
 

@@ -21,7 +21,7 @@ from hydrofdi.monitor.sources.columns import Column
 from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource, joined
 from hydrofdi.monitor.sources.inbox import Inbox
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_units import factor_to_si
+from hydrofdi.records.measured.column_names import factor_to_si
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.counting import counted

@@ -11,13 +11,15 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_names import channel_named, titles_of_dates, titles_of_time
-from hydrofdi.records.measured.column_units import (
+from hydrofdi.records.measured.column_names import (
     agreed_unit,
     calibrated,
+    channel_named,
     factor_to_si,
     is_counts,
     scaled,
+    titles_of_dates,
+    titles_of_time,
     unit_by_name,
 )
 from hydrofdi.records.measured.description.sections import ChannelConfig, TimeConfig

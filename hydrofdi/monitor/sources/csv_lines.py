@@ -14,9 +14,14 @@ from hydrofdi.monitor.sources.payload import SampleClock
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.dates import is_dated, unix_seconds
-from hydrofdi.records.measured.column_units import is_unit
-from hydrofdi.records.measured.formats.text_cells import blank_divided, delimiter_of
-from hydrofdi.records.measured.formats.text_numbers import CellError, column_numbers, is_number
+from hydrofdi.records.measured.column_names import is_unit
+from hydrofdi.records.measured.formats.text_cells import (
+    CellError,
+    blank_divided,
+    column_numbers,
+    delimiter_of,
+    is_number,
+)
 from hydrofdi.records.streams import Chunk
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from hydrofdi.papers.maddahi2015.claims import ClaimResult
 from hydrofdi.papers.maddahi2015.standings import phases_table, points
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.quality.settling import samples_per_period
+from hydrofdi.quality.doubts import samples_per_period
 from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import joined, labels_text

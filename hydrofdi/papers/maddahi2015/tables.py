@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.config.reference import ReferenceCell, ReferenceConfig
+from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015.standings import points
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.document import Block, group_breaks

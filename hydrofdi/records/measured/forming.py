@@ -3,27 +3,75 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.batch import RejectedRecord
+from hydrofdi.records.batch import RecordBatch, RejectedRecord
 from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.cutting import (
+    Stroke,
+    cycles_of,
+    find_stroke,
+    normalized,
+    reference_pressure,
+    segment_of,
+    short_stroke,
+    trimmed,
+)
+from hydrofdi.records.measured.defects import Ranges, defects
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.ranges import plausible_range
 from hydrofdi.records.measured.files import place_of
-from hydrofdi.records.measured.findings.defects import Ranges, defects
 from hydrofdi.records.measured.formats.table import Table
-from hydrofdi.records.measured.naming import filled, names_of_path, path_pattern
-from hydrofdi.records.measured.parts.cutting import cycles_of, segment_of, trimmed
-from hydrofdi.records.measured.parts.normalizing import normalized, reference_pressure
-from hydrofdi.records.measured.parts.stroke import Stroke, find_stroke, short_stroke
 from hydrofdi.records.measured.recording import Recording, read_recording, recording_of
 from hydrofdi.records.measured.rejection import RejectionError
+
+_FIELD = re.compile(r"\{([A-Za-z_][A-Za-z0-9_]*)\}")
+OWN_NAMES = ("folder", "file", "direction")
+"""Names that every record has."""
+
+
+def path_pattern(template: str) -> re.Pattern[str]:
+    """The regular expression of a template of paths.
+
+    Raises
+    ------
+    re.error
+        The template is not a regular expression.
+    """
+    if not template or "(?P<" in template:
+        return re.compile(f"(?:{template})$" if template else "")
+    pieces = _FIELD.split(template)
+    texts, names = [re.escape(piece) for piece in pieces[::2]], pieces[1::2]
+    # a name ends where the text behind it first occurs; only the last one may have to look further
+    fields = [f"(?P<{name}>[^/](?:(?!{text})[^/])*+)" for name, text in zip(names, texts[1:], strict=True)]
+    fields[-1:] = [f"(?P<{name}>[^/]+?)" for name in names[-1:]]
+    return re.compile("".join(a + b for a, b in zip(texts, [*fields, ""], strict=True)) + "$")
+
+
+def names_of_path(place: str, pattern: re.Pattern[str]) -> dict[str, str] | None:
+    """Name → value in a path; None if it does not match."""
+    match = pattern.search(place)
+    if match is None:
+        return None
+    path = PurePosixPath(place)
+    own = {"folder": path.parent.name, "file": path.name}
+    return own | {name: value or "" for name, value in match.groupdict().items()}
+
+
+def fields_of(template: str) -> list[str]:
+    """Names in braces in a template."""
+    return _FIELD.findall(template)
+
+
+def filled(template: str, values: Mapping[str, str]) -> str:
+    """A template with its names replaced."""
+    return _FIELD.sub(lambda match: values[match[1]], template)
 
 
 @dataclass(frozen=True)
@@ -147,3 +195,80 @@ class Forming:
     def _ranges(self) -> Ranges:
         pairs = ((name, plausible_range(name, column)) for name, column in self.config.channels.items())
         return {channel: limits for channel, limits in pairs if limits is not None}
+
+
+MOST_SAMPLES = 2**22
+"""Most samples, over all channels, of a batch with more than one record: 32 MiB."""
+
+
+def batched(
+    records: Iterable[MeasuredRecord | RejectedRecord],
+    drive_period: float | None,
+    labels: bool,
+    most_samples: int = MOST_SAMPLES,
+) -> Iterator[RecordBatch]:
+    """Batches of consecutive records that fit together; rejected records come with the next batch.
+
+    Parameters
+    ----------
+    records : iterable of MeasuredRecord or RejectedRecord
+    drive_period : float or None
+        [s].
+    labels : bool
+        Whether batches contain the labels of their records.
+    most_samples : int
+        Most samples, over all channels, of a batch with more than one record.
+    """
+    waiting: list[MeasuredRecord] = []
+    rejected: list[RejectedRecord] = []
+    for record in records:
+        if isinstance(record, RejectedRecord):
+            rejected.append(record if labels else replace(record, label=""))
+            continue
+        if waiting and (_shape(record) != _shape(waiting[0]) or _is_full(waiting, most_samples)):
+            yield _batch(waiting, rejected, drive_period, labels)
+            waiting, rejected = [], []
+        waiting.append(record)
+    if waiting or rejected:
+        yield _batch(waiting, rejected, drive_period, labels)
+
+
+def _shape(record: MeasuredRecord) -> Hashable:
+    return record.recording.n_time, record.recording.sampling, record.recording.relative
+
+
+def _is_full(records: list[MeasuredRecord], most_samples: int) -> bool:
+    first = records[0].recording
+    return (len(records) + 1) * first.n_time * len(first.channels) > most_samples
+
+
+def _batch(
+    records: list[MeasuredRecord],
+    rejected: list[RejectedRecord],
+    drive_period: float | None,
+    labels: bool,
+) -> RecordBatch:
+    if not records:
+        return RecordBatch({}, 1.0, (), rejected=tuple(rejected), labels=() if labels else None)
+    first = records[0].recording
+    return RecordBatch(
+        channels={
+            channel: np.stack([record.recording.channels[channel] for record in records])
+            for channel in first.channels
+        },
+        sampling_frequency=first.sampling.frequency,
+        start_time=first.sampling.start,
+        record_ids=tuple(record.record_id for record in records),
+        sources=tuple(record.source for record in records),
+        groups=tuple(record.group for record in records),
+        drive_period=drive_period,
+        relative=first.relative,
+        normalized=first.normalized,
+        remarks=tuple(record.recording.remarks for record in records),
+        rejected=tuple(rejected),
+        units={
+            channel: frozenset(record.recording.units[channel] for record in records)
+            for channel in first.units
+        },
+        labels=tuple(record.label for record in records) if labels else None,
+    )

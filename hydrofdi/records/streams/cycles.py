@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.edges import Direction, drive_edges
 from hydrofdi.records.streams.chunk import Chunk, State
 from hydrofdi.records.streams.window import Window
 from hydrofdi.records.streams.windower import Windower
+from hydrofdi.records.stuck import Direction, drive_edges
 
 
 class CycleWindower(Windower):

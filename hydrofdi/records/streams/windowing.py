@@ -7,13 +7,13 @@ from typing import Literal
 
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.edges import Direction
 from hydrofdi.records.streams.chunk import Chunk
 from hydrofdi.records.streams.cycles import CycleWindower
 from hydrofdi.records.streams.even import EvenStream
 from hydrofdi.records.streams.sliding import TimeWindower
 from hydrofdi.records.streams.window import Window
 from hydrofdi.records.streams.windower import Windower
+from hydrofdi.records.stuck import Direction
 
 
 def make_windower(

@@ -9,8 +9,8 @@ from functools import lru_cache
 from typing import Any
 
 from hydrofdi.config.shown_values import shown_value
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.selection import best_with_sensors, tested, wavelet_rules
 from hydrofdi.report.detection.wording import rate_text, sensors, severity_unit

@@ -113,7 +113,7 @@ def _record(columns: Sequence[Column], record: RecordMeasures) -> dict[str, Any]
         "status": record.status,
         "values": values,
     }
-    doubts = {doubt.name: doubt.text for doubt in record.doubts}
+    doubts = {doubt.where: doubt.message for doubt in record.doubts}
     more = {"reasons": record.reasons, "doubts": doubts}
     return whole | {name: texts for name, texts in more.items() if texts}
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.analysis import DWT
+from hydrofdi.config.experiment import DWT
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
 from hydrofdi.settings.readable import readable_unit

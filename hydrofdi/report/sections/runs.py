@@ -7,9 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.quality.doubts import DOUBTS, Doubt
-from hydrofdi.quality.failures import remedy
-from hydrofdi.quality.settling import samples_per_period
+from hydrofdi.quality.doubts import DOUBTS, Doubt, remedy, samples_per_period
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.axes import Axis
 from hydrofdi.report.document import Block, group_breaks

@@ -7,7 +7,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.scoring.contract import Flags, Rule, Score
 from hydrofdi.scoring.rules import row_products

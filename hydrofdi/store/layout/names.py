@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from hydrofdi.config.store import NAMED
+from hydrofdi.config.experiment import NAMED
 
 FORMAT_VERSION = 4
 """Version of the layout of shards and experiment files."""

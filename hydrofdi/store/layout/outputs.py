@@ -7,7 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from hydrofdi.config.analysis import Indicators
+from hydrofdi.config.experiment import Indicators
 from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.store.layout.names import ANALYSIS_ID, LEVEL, OBSTACLE, PHASE, RUN, Variable
 from hydrofdi.transforms.wavelet import n_phase

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.analysis import DWT
+from hydrofdi.config.experiment import DWT
 from hydrofdi.store.layout.names import APPROXIMATION_RMS, DETAIL_RMS, PHASE_DETAIL_RMS, SETTLED_DETAIL_RMS
 
 _OUTPUT = {DETAIL_RMS: "d{}", APPROXIMATION_RMS: "a{}", PHASE_DETAIL_RMS: "d{}_phases"}

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.config.study.online import ChartConfig, OnlineConfig
+from hydrofdi.config.study.study import ChartConfig, OnlineConfig
 from hydrofdi.detectors.charts import Chart, make_chart
 from hydrofdi.detectors.healthy_scale import HealthyScale, healthy_scale
 from hydrofdi.detectors.run_lengths import AlarmLimit, FalseAlarms, delays
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.populations import Kind, Population
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.studies.rules import Rules
 from hydrofdi.studies.run_lengths.judgement import ChartJudgement, LeakDelay

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.study.online import ChartConfig
+from hydrofdi.config.study.study import ChartConfig
 from hydrofdi.store import ExperimentData
 from hydrofdi.studies.judged import rules_of
 from hydrofdi.studies.reading import needed_channels, study_designs

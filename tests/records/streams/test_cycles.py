@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.parts.events import edges
+from hydrofdi.records.measured.cutting import edges
 from hydrofdi.records.streams import make_windower, windows_of
 
 P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE

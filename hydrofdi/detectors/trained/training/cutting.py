@@ -7,8 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 import numpy as np
 
 from hydrofdi.detectors.trained.configuration import WindowConfig
-from hydrofdi.errors import ConfigError
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.streams import Chunk, EvenStream, Window, Windower
 

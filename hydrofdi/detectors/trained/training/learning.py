@@ -15,12 +15,11 @@ from hydrofdi.detectors.trained.training.estimate_scorer import EstimateScorer
 from hydrofdi.detectors.trained.training.learned import Learned, LearnedRecord
 from hydrofdi.detectors.trained.training.scorer import Scorer
 from hydrofdi.detectors.trained.training.window_scorer import WindowScorer
-from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.evaluation.refusal import NotStatedError
+from hydrofdi.errors import ConfigError, DataError, NotStatedError
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
 from hydrofdi.indicators.plausibility import CAUSES
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.records.edges import found_period
+from hydrofdi.records.stuck import found_period
 from hydrofdi.settings.readable import time_text
 
 _WRONG_SIZES = {"unusual", "low_pressure"}

@@ -11,10 +11,10 @@ import numpy as np
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import Limits
 from hydrofdi.detectors.trained.training.learned import Learned
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.groups import Rule, left_out_outcomes
 from hydrofdi.evaluation.rates import alarm_rate
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.threshold import Threshold, quantile_threshold
 from hydrofdi.evaluation.tolerance import tolerance_threshold
 from hydrofdi.records import Array

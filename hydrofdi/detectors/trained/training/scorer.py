@@ -11,7 +11,6 @@ import numpy as np
 from hydrofdi.detectors.trained.ranges import ChannelFacts
 from hydrofdi.detectors.trained.training.learned import LearnedRecord, ScoreLine
 from hydrofdi.errors import Issue
-from hydrofdi.indicators.plausibility import Doubt
 from hydrofdi.records import Channel, RecordBatch
 
 
@@ -60,11 +59,11 @@ class Scorer(ABC):
     def interval(self, records: Sequence[LearnedRecord]) -> float:
         """Mean time between scores [s]."""
 
-    def _doubt(self, doubts: Iterable[Doubt], fits: Mapping[str, float]) -> None:
+    def _doubt(self, doubts: Iterable[Issue], fits: Mapping[str, float]) -> None:
         """Count the doubts about a window."""
         for doubt in doubts:
-            self.n_impossible[doubt.name] += doubt.is_impossible
-            self.n_not_positive[doubt.name] += doubt.is_not_positive
+            self.n_impossible[doubt.where] += doubt.kind != "misfit"
+            self.n_not_positive[doubt.where] += doubt.kind == "not_positive"
         for name, value in fits.items():
             self.fits[name] = float(np.fmax(self.fits.get(name, value), value))
 

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping
 
 from hydrofdi.errors import Issue
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_units import is_counts, known_unit, unit_remedy
+from hydrofdi.records.measured.column_names import is_counts, known_unit, unit_remedy
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.ranges import plausible_range
 from hydrofdi.records.measured.description.sections import ChannelConfig
-from hydrofdi.records.measured.naming import OWN_NAMES, fields_of, path_pattern
+from hydrofdi.records.measured.forming import OWN_NAMES, fields_of, path_pattern
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.yaml_source import Source
 from hydrofdi.units import parse_unit

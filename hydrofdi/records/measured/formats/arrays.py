@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import gzip
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +14,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.formats.table import Table, split_title
-from hydrofdi.records.measured.rejection import damage_named
+from hydrofdi.records.measured.rejection import RejectionError, damage_named
 from hydrofdi.settings.counting import counted
 
 _EXACT = 2**53
@@ -103,3 +107,47 @@ def _magnitude(values: Any) -> int:
 
 def _as_text(value: Any) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+Content = Path | BytesIO
+
+_MOST_BYTES = 2**31
+
+
+def file_bytes(path: Path) -> bytes:
+    """All bytes of a file, decompressed if its name ends in ``.gz``.
+
+    Raises
+    ------
+    DataError
+        It is larger than 2 GiB.
+    RejectionError
+        It cannot be read or decompressed.
+    """
+    opener = gzip.open if path.suffix.lower() == ".gz" else open
+    with damage_named("gzip" if path.suffix.lower() == ".gz" else "a file"), opener(path, "rb") as file:
+        data = file.read(_MOST_BYTES + 1)
+    if len(data) > _MOST_BYTES:
+        raise DataError(f"{path}: is larger than {_MOST_BYTES / 2**30:g} GiB")
+    if not data:
+        raise RejectionError("empty", "is empty")
+    return data
+
+
+def content_of(path: Path) -> Content:
+    """Input of a library: the path itself, or the decompressed bytes."""
+    return BytesIO(file_bytes(path)) if path.suffix.lower() == ".gz" else path
+
+
+@contextmanager
+def npz_table(place: str, content: Content) -> Iterator[ArrayTable]:
+    """The arrays of an archive."""
+    with damage_named("NPZ"):
+        archive: Any = np.load(content, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise RejectionError("damaged", "cannot be read as NPZ: it is not an archive of arrays")
+    with archive:
+        with damage_named("NPZ"):
+            arrays = {name: np.asarray(archive[name]) for name in archive.files}
+        shapes = {name: array.shape for name, array in arrays.items()}
+        yield ArrayTable(place, "NPZ", shapes, arrays.__getitem__)

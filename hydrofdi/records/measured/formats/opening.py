@@ -6,17 +6,48 @@ from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats.content import Content, content_of, file_bytes
-from hydrofdi.records.measured.formats.npz import npz_table
-from hydrofdi.records.measured.formats.parquet import parquet_table
+from hydrofdi.records.measured.formats.arrays import ArrayTable, Content, content_of, file_bytes, npz_table
 from hydrofdi.records.measured.formats.reading_apart import table_read_apart
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text import TextTable
 from hydrofdi.records.measured.rejection import damage_named
 from hydrofdi.settings.messages import foreign_file, nearest
+
+
+def parquet_table(place: str, content: Content) -> ArrayTable:
+    """The columns of a file.
+
+    Raises
+    ------
+    DataError
+        pyarrow is not installed.
+    """
+    try:
+        import pyarrow.parquet as parquet
+    except ImportError:
+        message = "Parquet needs the extra 'parquet': pip install 'hydrofdi[parquet]'"
+        raise DataError(f"{place}: {message}") from None
+    with damage_named("Parquet"):
+        file = parquet.ParquetFile(content)
+        n_row, names = file.metadata.num_rows, file.schema_arrow.names
+
+    def load(name: str) -> Any:
+        return _values(file.read(columns=[name]).column(0))
+
+    return ArrayTable(place, "Parquet", dict.fromkeys(names, (n_row,)), load)
+
+
+def _values(column: Any) -> Any:
+    import pyarrow
+
+    if pyarrow.types.is_integer(column.type) and column.null_count:
+        column = column.cast(pyarrow.float64())
+    return column.to_numpy()
+
 
 _KINDS = {
     **dict.fromkeys((".csv", ".tsv", ".tab", ".txt", ".dat", ".asc"), "text"),

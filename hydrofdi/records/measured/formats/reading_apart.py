@@ -17,8 +17,7 @@ from typing import Any, cast
 import numpy as np
 
 from hydrofdi.records import array_reader
-from hydrofdi.records.measured.formats.arrays import ArrayTable
-from hydrofdi.records.measured.formats.content import Content
+from hydrofdi.records.measured.formats.arrays import ArrayTable, Content
 from hydrofdi.records.measured.rejection import RejectionError, damage_named
 
 SECONDS = 60.0

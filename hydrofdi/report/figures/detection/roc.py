@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
-from hydrofdi.errors import ReportError
+from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.populations import Kind, Population
-from hydrofdi.evaluation.refusal import NotStatedError
 from hydrofdi.evaluation.roc import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.report.detection.selection import chosen_levels, level_of

@@ -1,20 +1,79 @@
-"""Defects of the channels of a record."""
+"""Defects of measured records: missing, stuck and clipped samples, hum, outliers, and strange sizes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
-from hydrofdi.records.measured.findings.hum import hum_share
-from hydrofdi.records.measured.findings.sizes import unusual_sizes
 from hydrofdi.records.measured.recording import Recording
+from hydrofdi.records.measured.sizes import unusual_sizes
 from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
 from hydrofdi.settings.counting import counted
+
+_LOWEST = 20.0
+_PERIODS = 16.0
+"""Fewest periods of the mains in a record that is checked."""
+_PERIODS_OF_PART = 8.0
+"""Periods of the mains in each part of a record. The amplitudes of the parts are compared."""
+_STEADY = 0.7
+"""Least ratio of a steady line's lower amplitudes (their first quartile over the parts) to the median. It is
+1 for a sine, 0.64 for narrow-band noise (Rayleigh), and near 0 for a mode that decays between strokes.
+Clipping may hide a line for a quarter of a record."""
+
+
+def hum_share(samples: Array, sampling_frequency: float, mains: float) -> float:
+    """Share of the power above 20 Hz in steady lines at the mains frequency and its harmonics.
+
+    A line is steady if its amplitude lasts through the record, also while the machine rests.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n_time,)
+    sampling_frequency : float
+        [Hz].
+    mains : float
+        [Hz].
+    """
+    if samples.size < _PERIODS * sampling_frequency / mains or mains >= sampling_frequency / 2.0:
+        return 0.0
+    power = _spectrum(samples - samples.mean()) ** 2
+    step = sampling_frequency / samples.size
+    frequency = np.arange(power.size) * step
+    harmonics = mains * np.arange(1, int(sampling_frequency / 2.0 / mains) + 1, dtype=np.float64)
+    width = 2.0 * step
+    at_line = np.zeros(power.size, dtype=bool)
+    for harmonic in harmonics[_are_steady(samples, sampling_frequency, mains, harmonics)].tolist():
+        at_line |= np.abs(frequency - harmonic) <= width
+    counted = frequency >= _LOWEST
+    total = float(power[counted].sum())
+    return float(power[at_line & counted].sum()) / total if total > 0.0 else 0.0
+
+
+def _are_steady(
+    samples: Array, sampling_frequency: float, mains: float, harmonics: Array
+) -> NDArray[np.bool_]:
+    """Whether the amplitude at each harmonic lasts, shape (n_harmonic,)."""
+    n_part = round(_PERIODS_OF_PART * sampling_frequency / mains)
+    parts = np.lib.stride_tricks.sliding_window_view(samples, n_part)[:: max(1, n_part // 2)]
+    amplitudes = _spectrum(parts - parts.mean(axis=1, keepdims=True))
+    places = np.minimum(np.rint(harmonics * n_part / sampling_frequency).astype(int), n_part // 2)
+    low, median = np.quantile(amplitudes[:, places], [0.25, 0.5], axis=0)
+    steady: NDArray[np.bool_] = low > _STEADY * median
+    return steady
+
+
+def _spectrum(samples: Array) -> Array:
+    """Amplitude spectrum of samples along their last axis, with a Hann window."""
+    window = np.hanning(samples.shape[-1] + 1)[:-1]
+    amplitudes: Array = np.abs(np.fft.rfft(samples * window))
+    return amplitudes
+
 
 _SPIKE = 20.0
 """A spike is farther from the median than this multiple of the range from the 1 % to the 99 % quantile."""
@@ -120,3 +179,19 @@ def _hum(recording: Recording, channel: Channel, samples: Array, limits: LimitsC
     if shares[mains] > limits.hum:
         text = f"{shares[mains]:.0%} of the power of {channel} above 20 Hz is hum of {mains:g} Hz"
         yield Issue(text, channel, kind="hum")
+
+
+_TOLERANCE = 0.01
+
+
+def differences(recording: Recording, first: Recording) -> Iterator[Issue]:
+    """Remarks if the sampling, or a header's unit under a gain, differs from the first record."""
+    found, usual = recording.sampling.frequency, first.sampling.frequency
+    if abs(found / usual - 1.0) > _TOLERANCE:
+        text = f"sampled at {found:g} Hz, the first record at {usual:g} Hz: bands of d1, d2, … differ"
+        yield Issue(text, kind="sampling_varies")
+    for channel, header in recording.scaled_headers.items():
+        before = first.scaled_headers.get(channel, header)
+        if header != before:
+            text = f"one gain for headers in {header or 'no unit'} and, in record 1, {before or 'no unit'}"
+            yield Issue(text, channel, kind="units_vary")

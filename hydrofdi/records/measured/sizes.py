@@ -9,7 +9,7 @@ import numpy as np
 from hydrofdi.errors import Issue
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.recording import Recording
-from hydrofdi.settings import usual
+from hydrofdi.settings import readable as usual
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.units import parse_quantity
 

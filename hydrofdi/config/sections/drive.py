@@ -1,0 +1,184 @@
+"""The sections of the drive: input, control, record."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from hydrofdi.config.sections.csv_input import digest, require_held_text
+from hydrofdi.settings import readable as usual
+from hydrofdi.settings.quantities import SI, Section
+
+
+class InputConfig(Section):
+    """Open-loop drive voltage."""
+
+    shape: Literal["square", "steps", "sine", "sweep", "multisine", "csv"] = "square"
+    """``square``: +amplitude in the first half of each period, −amplitude in the second (paper). ``steps``:
+    seeded pseudo-random levels within ±amplitude, each held for a period. ``sine``: one frequency, 1/period.
+    ``sweep``: a sine whose frequency rises linearly over the record, from 1/period to ``end_frequency``.
+    ``multisine``: the first ``harmonics`` of 1/period with Schroeder's phases, its peak at ±amplitude.
+    ``csv``: the rows of ``file``, which no amplitude scales."""
+
+    amplitude: Annotated[float, SI("V", usual=("1 mV", "100 V"))] = 2.0
+    """Amplitude [V]. Axis ticks of Figure 2; 1 V is admissible."""
+
+    period: Annotated[float, SI("s", above=0, usual=("1 ms", "1 h"))] = 2.0
+    """Period [s]. A choice; 0.5, 1, 4 and 5 s are admissible."""
+
+    end_frequency: Annotated[float, SI("Hz", above=0, usual=("0.01 Hz", "1 kHz"))] = 20.0
+    """Frequency at the end of a sweep [Hz]. A choice, well below the spool's 175 Hz."""
+
+    harmonics: Annotated[int, Field(strict=True, ge=1, le=1000)] = 20
+    """Number of harmonics of a multisine. A choice."""
+
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+    """Seed of the pseudo-random steps."""
+
+    file: Annotated[str, AfterValidator(require_held_text)] | None = None
+    """CSV file of the shape ``csv``: two columns, time and voltage (in closed loop: position), with a
+    header such as ``time [ms], voltage [V]`` (without one: s and V). Each value holds until the next row's
+    time, the last to the end of the record; a time between two Runge-Kutta steps takes effect at the next
+    step. Times rise strictly, from zero or less. At most 100,000 rows. The path is relative to the
+    experiment file that names it; the contents become part of the configuration, so that results do not
+    need the file any more."""
+
+    @model_validator(mode="after")
+    def _file_belongs_to_csv(self) -> Self:
+        if self.shape == "csv" and self.file is None:
+            raise ValueError("shape csv needs a file: input.file names a CSV file")
+        if self.shape != "csv" and self.file is not None:
+            raise ValueError(f"input.file needs shape csv; shape is {self.shape}")
+        return self
+
+    def stated(self) -> dict[str, Any]:
+        """The fields that differ from their defaults; a file by the digest of its contents."""
+        fields = super().stated()
+        return fields if self.file is None else fields | {"file": digest(self.file)}
+
+    @property
+    def factor(self) -> float:
+        """What scales the waveform of unit amplitude [V]; a file is not scaled."""
+        return 1.0 if self.shape == "csv" else self.amplitude
+
+    @property
+    def is_periodic(self) -> bool:
+        """Whether the voltage repeats itself after a period."""
+        return self.shape in {"square", "sine", "multisine"}
+
+
+class ControlConfig(Section):
+    """Open loop, or closed loop on the piston position."""
+
+    law: Literal["open", "p", "pi", "pid"] = "open"
+    """``open``: the input is the voltage of the valve (paper). ``p``, ``pi``, ``pid``: the input is a
+    reference for the position, which a sampled controller tracks through the voltage."""
+
+    feedback: Literal["ideal", "measured"] = "ideal"
+    """Position used by the controller. ``ideal``: the true position. ``measured``: what ``position_sensor``
+    shows, with bias, drift, white noise, range and resolution. Lags, filter and jitter belong to the record
+    and stay out of the loop. Where controller and record sample at the same instant, they read the same
+    position if the sensor has no lag and ``measurement`` neither filter nor jitter, and its noise is not a
+    density or the controller samples as often as the record."""
+
+    amplitude: Annotated[float, SI("m", usual=usual.POSITION)] = 20e-3
+    """Amplitude of the position reference [m]; its shape and period are those of the input. A choice."""
+
+    proportional_gain: Annotated[float, SI("V/m", least=0, usual=("0.01 V/m", "1000000 V/m"))] = 100.0
+    """Gain K_p [V/m]. A choice: a crossover near 1 Hz, well below the hydraulic mode."""
+
+    integral_gain: Annotated[float, SI("V/(m*s)", least=0, usual=("0.01 V/(m*s)", "1e7 V/(m*s)"))] = 100.0
+    """Gain K_I of the laws ``pi`` and ``pid`` [V/(m·s)]. A choice. The integral is frozen while the voltage
+    is limited and the error would drive it further (anti-windup)."""
+
+    derivative_gain: Annotated[float, SI("V*s/m", least=0, usual=("1e-5 V*s/m", "10000 V*s/m"))] = 0.5
+    """Gain K_D of the law ``pid`` [V·s/m]. A choice."""
+
+    sample_time: Annotated[float, SI("s", above=0, usual=("1 µs", "1 s"))] = 2e-3
+    """Sampling interval of the controller [s]; the voltage is held in between. A choice."""
+
+    voltage_limit: Annotated[float, SI("V", above=0, usual=usual.VOLTAGE)] = 5.0
+    """Largest magnitude of the voltage [V]. A choice."""
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether a controller drives the valve."""
+        return self.law != "open"
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether a controller reads the sensor of the position."""
+        return self.is_closed and self.feedback == "measured"
+
+    @property
+    def used_integral_gain(self) -> float:
+        """K_I, or 0 where the law has none [V/(m·s)]."""
+        return self.integral_gain if self.law in {"pi", "pid"} else 0.0
+
+    @property
+    def used_derivative_gain(self) -> float:
+        """K_D, or 0 where the law has none [V·s/m]."""
+        return self.derivative_gain if self.law == "pid" else 0.0
+
+
+def is_whole(ratio: float) -> bool:
+    """Whether a ratio is an integer from 1 on, up to rounding."""
+    return math.isfinite(ratio) and round(ratio) >= 1 and abs(ratio - round(ratio)) < 1e-6
+
+
+_MOST_SAMPLES, _MOST_STEPS_PER_SAMPLE = 10_000_000, 1_000_000
+"""What a record may hold so that it fits into memory."""
+
+
+class RecordConfig(Section):
+    """Integration and sampling of a record."""
+
+    duration: Annotated[float, SI("s", above=0, usual=("10 ms", "24 h"))] = 20.0
+    """Length of the record [s]."""
+
+    step: Annotated[float, SI("s", above=0, usual=("0.1 µs", "10 ms"))] = 1e-4
+    """Runge-Kutta step [s]. Legible as ".1 seconds", read as 0.1 ms: 1 ms is unstable in the friction's
+    linear zone."""
+
+    sampling_frequency: Annotated[float, SI("Hz", above=0, usual=("1 Hz", "1 MHz"))] = 500.0
+    """Sampling frequency of the record [Hz]. Caption of Figure 2, legible as "5"; 250 Hz is admissible."""
+
+    @model_validator(mode="after")
+    def _times_fit_the_step(self) -> Self:
+        ratio = self.sampling_frequency * self.step
+        if ratio < sys.float_info.min or not is_whole(1.0 / ratio):
+            raise ValueError(
+                f"the sampling interval 1/sampling_frequency = {1 / self.sampling_frequency:g} s"
+                f" is not a multiple of step = {self.step:g} s"
+            )
+        if not is_whole(self.duration * self.sampling_frequency):
+            raise ValueError(f"duration = {self.duration:g} s is not a multiple of the sampling interval")
+        if self.n_sample > _MOST_SAMPLES or self.steps_per_sample > _MOST_STEPS_PER_SAMPLE:
+            raise ValueError(
+                f"{self.n_sample:.3g} samples with {self.steps_per_sample:.3g} steps each are too many;"
+                f" at most {_MOST_SAMPLES:g} and {_MOST_STEPS_PER_SAMPLE:g}"
+            )
+        return self
+
+    @property
+    def n_step(self) -> int:
+        """Number of Runge-Kutta steps."""
+        return self.n_sample * self.steps_per_sample
+
+    @property
+    def n_sample(self) -> int:
+        """Number of samples t_k = k/f_s, k = 0 … n_sample − 1."""
+        return round(self.duration * self.sampling_frequency)
+
+    @property
+    def time_axis(self) -> tuple[float, float, float]:
+        """Duration [s], step [s] and sampling frequency [Hz]."""
+        return self.duration, self.step, self.sampling_frequency
+
+    @property
+    def steps_per_sample(self) -> int:
+        """Number of Runge-Kutta steps from one sample to the next."""
+        return round(1.0 / (self.sampling_frequency * self.step))

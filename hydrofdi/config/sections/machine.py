@@ -1,0 +1,411 @@
+"""The sections of the machine: actuator, fluid, friction, leakage, load, supply, and the servovalve."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
+
+from pydantic import Field, model_validator
+
+from hydrofdi.physics.friction import FRICTION_LAWS
+from hydrofdi.settings import readable as usual
+from hydrofdi.settings.quantities import SI, Section
+
+if TYPE_CHECKING:
+    LawName = str
+else:
+    LawName = Literal[tuple(FRICTION_LAWS)]
+
+
+class ActuatorConfig(Section):
+    """Double-rod cylinder with equal piston areas that moves a mass against a spring."""
+
+    mass: Annotated[float, SI("kg", above=0, usual=("10 g", "100000 kg"))] = 12.3
+    """Mass m of piston and load [kg]. Table 1 of the paper, legible as "1.3"."""
+
+    piston_area: Annotated[float, SI("m^2", above=0, usual=("1 mm^2", "1 m^2"))] = 633e-6
+    """Annular area A of either piston side [m²]. Bore 38.1 mm and rod 25.4 mm of the test rig."""
+
+    chamber_volume: Annotated[float, SI("m^3", above=0, usual=("0.1 cm^3", "1 m^3"))] = 280e-6
+    """Fluid volume V of each chamber with the piston centred [m³]. Low confidence: constrained only by the
+    paper's statements; 160 to 470 cm³ are admissible."""
+
+    load_stiffness: Annotated[float, SI("N/m", least=0, usual=("1 N/m", "10 GN/m"))] = 150e3
+    """Stiffness K_ex of the environment spring [N/m]. Table 1, legible as "15"."""
+
+    end_stops: Literal["none", "elastic"] = "none"
+    """End of the stroke. ``none``: no stops (paper); a run whose piston leaves the cylinder fails.
+    ``elastic``: a spring of ``end_stop_stiffness`` from ``end_stop_position`` on."""
+
+    end_stop_position: Annotated[float, SI("m", above=0, usual=("1 mm", "10 m"))] = 0.3
+    """Distance of either end stop from the centre [m]. A choice, below the V/A at which a chamber
+    vanishes."""
+
+    end_stop_stiffness: Annotated[float, SI("N/m", above=0, usual=("1 kN/m", "100 GN/m"))] = 20e6
+    """Stiffness of an end stop [N/m]. A choice, well above that of the fluid."""
+
+    @model_validator(mode="after")
+    def _end_stops_lie_within_the_cylinder(self) -> Self:
+        stroke = self.chamber_volume / self.piston_area
+        if self.end_stops == "elastic" and self.end_stop_position >= stroke:
+            raise ValueError(
+                f"end_stop_position = {self.end_stop_position:g} m must be below V/A = {stroke:.4g} m,"
+                " where a chamber vanishes"
+            )
+        return self
+
+
+class FluidConfig(Section):
+    """Fluid in the chambers."""
+
+    bulk_modulus: Annotated[float, SI("Pa", above=0, usual=("10 MPa", "10 GPa"))] = 551e6
+    """Effective bulk modulus β (EBM) [Pa]. 551 MPa = 80 kpsi is the paper's normal value."""
+
+    vapour_pressure: Annotated[float, SI("Pa", usual=("1 Pa", "1 MPa"))] = 0.0
+    """Pressure below which a chamber counts as cavitating [Pa]; on the same scale as the return pressure.
+    A choice: air comes out of the oil below the tank's pressure."""
+
+    cavitation: Literal["none", "clamped"] = "none"
+    """Chamber pressure at ``vapour_pressure``. ``none``: it falls below, as if the fluid could carry tension
+    (paper). ``clamped``: the pressure stays there until flow comes in again; the volume of the vapour is not
+    tracked."""
+
+    law: Literal["constant", "free_air"] = "constant"
+    """Bulk modulus over pressure. ``constant``: β (paper). ``free_air``: β is that of the liquid, and free
+    air softens it at low pressure. Temperature is not modelled."""
+
+    free_air: Annotated[float, SI("1", least=0, usual=("1e-6", "0.5"))] = 0.005
+    """Volume of free air over that of the liquid at atmospheric pressure, X [-]. A choice; tanks have 0.001
+    to 0.05."""
+
+    polytropic_exponent: Annotated[float, SI("1", least=1, usual=("0.1", "10"))] = 1.4
+    """Polytropic exponent n of the air [-]: 1 for slow (isothermal), 1.4 for fast (adiabatic) changes."""
+
+    atmospheric_pressure: Annotated[float, SI("Pa", above=0, usual=("10 kPa", "1 MPa"))] = 101325.0
+    """Absolute pressure at which the pressures of the model are zero [Pa]."""
+
+
+class AppliedFriction(NamedTuple):
+    """Parameters of friction with the scale of the dry part applied, in SI."""
+
+    coulomb: float
+    breakaway: float
+    viscous: float
+    transition: float
+    velocity_threshold: float
+    bristle_stiffness: float
+    bristle_damping: float
+
+
+class FrictionConfig(Section):
+    """Friction between the piston, its seals and the cylinder."""
+
+    coulomb: Annotated[float, SI("N", least=0, usual=("0.01 N", "1 MN"))] = 200.0
+    """Coulomb friction force F_c [N]. Table 1 lost all digits."""
+
+    breakaway: Annotated[float, SI("N", least=0, usual=("0.01 N", "1 MN"))] = 250.0
+    """Breakaway friction force F_brk [N]. Table 1, legible as "5"."""
+
+    viscous: Annotated[float, SI("N*s/m", least=0, usual=("0.01 N*s/m", "10 MN*s/m"))] = 50.0
+    """Viscous friction coefficient f [N·s/m]. Table 1, legible as "5"; low confidence."""
+
+    transition: Annotated[float, SI("s/m", least=0, usual=("0.01 s/m", "100000 s/m"))] = 40.0
+    """Transition coefficient c_v from breakaway to Coulomb friction [s/m]. Table 1, legible as "4"."""
+
+    scale: Annotated[float, SI("1", least=0, usual=("0.001", "1000"))] = 1.0
+    """Factor on the dry friction, F_c and F_brk (and σ_0, σ_1) together [-]. 1 is the paper, which leaves the
+    effect of dry friction on the indicator to future work."""
+
+    law: LawName = "threshold"
+    """Dry friction around zero velocity. ``threshold``: linear below v_th, with a kink there (paper, eq. 12).
+    ``smooth``: the sign of the velocity becomes tanh(v_p/v_th), without a kink. ``lugre``: bristles that
+    bend before they slide; in steady motion the same Stribeck force."""
+
+    velocity_threshold: Annotated[float, SI("m/s", above=0, usual=("1 µm/s", "1 m/s"))] = 1e-3
+    """Speed v_th below which friction is linear in velocity [m/s]. Table 1."""
+
+    bristle_stiffness: Annotated[float, SI("N/m", above=0, usual=("1 N/m", "100 GN/m"))] = 5e6
+    """Stiffness σ_0 of the bristles of the LuGre law [N/m]. A choice: breakaway bends them by 50 µm."""
+
+    bristle_damping: Annotated[float, SI("N*s/m", least=0, usual=("0.01 N*s/m", "10 MN*s/m"))] = 1e3
+    """Damping σ_1 of the bristles of the LuGre law [N·s/m]. A choice."""
+
+    @cached_property
+    def applied(self) -> AppliedFriction:
+        """What acts: dry friction scaled; no bristles where there is none."""
+        bristles = self.scale if self.coulomb or self.breakaway else 0.0
+        return AppliedFriction(
+            self.scale * self.coulomb, self.scale * self.breakaway, self.viscous, self.transition,
+            self.velocity_threshold, bristles * self.bristle_stiffness, bristles * self.bristle_damping,
+        )  # fmt: skip
+
+
+_AT_ONCE = 1e-9
+
+
+class LeakageConfig(Section):
+    """Leakage; the internal leakage is given by its coefficient or by the mean flow that it should cause."""
+
+    internal_coefficient: (
+        Annotated[float, SI("m^3.5/kg^0.5", least=0, usual=("1e-13 m^3.5/kg^0.5", "1e-5 m^3.5/kg^0.5"))]
+        | None
+    ) = None
+    """Coefficient K_i of the internal leakage [m^3.5/kg^0.5], i.e. m³/s per √Pa."""
+
+    internal_flow: Annotated[float, SI("m^3/s", least=0, usual=("0.01 mL/min", "1000 L/min"))] | None = None
+    """Mean of abs(q_il) over the record [m³/s], from which K_i is solved under the baseline's conditions."""
+
+    external_coefficient: Annotated[
+        float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))
+    ] = 0.0
+    """Coefficient K_e of the external leakage of either chamber [m³/(s·Pa)]."""
+
+    external_coefficient_1: (
+        Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))] | None
+    ) = None
+    """Coefficient of the external leakage of chamber 1 only [m³/(s·Pa)]; by default
+    ``external_coefficient``."""
+
+    external_coefficient_2: (
+        Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))] | None
+    ) = None
+    """Coefficient of the external leakage of chamber 2 only [m³/(s·Pa)]; by default
+    ``external_coefficient``."""
+
+    law: Literal["orifice", "laminar", "blended"] = "orifice"
+    """Internal leakage over the pressure difference ΔP. ``orifice``: K_i √ΔP (paper, eq. 11). ``laminar``:
+    proportional to ΔP, a gap that leaks as much as the orifice at ``laminar_reference``. ``blended``: the
+    orifice with its infinite slope at zero smoothed over ``blending_pressure``."""
+
+    laminar_reference: Annotated[float, SI("Pa", above=0, usual=("10 kPa", "100 MPa"))] = 10e6
+    """Pressure difference at which the laminar gap leaks as much as the orifice of the same K_i [Pa].
+    A choice: about the mean difference over a stroke."""
+
+    blending_pressure: Annotated[float, SI("Pa", above=0, usual=("0.1 Pa", "1 MPa"))] = 1e3
+    """Pressure difference Δp_small below which the blended law is linear [Pa]. A choice, far below any
+    difference that matters."""
+
+    onset: Literal["constant", "step", "ramp", "intermittent"] = "constant"
+    """K_i over time. ``constant``: from the start (paper). ``step``: from ``onset_time`` on. ``ramp``: rising
+    over ``onset_duration``. ``intermittent``: open for a share ``onset_duty`` of every ``onset_duration``."""
+
+    onset_time: Annotated[float, SI("s", least=0, usual=("1 µs", "24 h"))] = 0.0
+    """Time at which the internal leakage sets in [s]."""
+
+    onset_duration: Annotated[float, SI("s", above=0, usual=("1 ms", "24 h"))] = 1.0
+    """Rise time of a ramp, or period of an intermittent leak [s]."""
+
+    onset_duty: Annotated[float, SI("1", least=0, most=1)] = 0.5
+    """Share of the period during which an intermittent leak is open [-]."""
+
+    @model_validator(mode="after")
+    def _one_form_of_internal_leakage(self) -> Self:
+        if self.internal_coefficient is not None and self.internal_flow is not None:
+            raise ValueError("give internal_coefficient or internal_flow, not both")
+        return self
+
+    @property
+    def chamber_1_coefficient(self) -> float:
+        """K_e of chamber 1 [m³/(s·Pa)]."""
+        own = self.external_coefficient_1
+        return self.external_coefficient if own is None else own
+
+    @property
+    def chamber_2_coefficient(self) -> float:
+        """K_e of chamber 2 [m³/(s·Pa)]."""
+        own = self.external_coefficient_2
+        return self.external_coefficient if own is None else own
+
+    @property
+    def rise_start(self) -> float:
+        """When the leakage begins to open [s]; a step does so just before its time."""
+        return self.onset_time - self.rise_duration if self.onset == "step" else self.onset_time
+
+    @property
+    def rise_duration(self) -> float:
+        """How long the leakage takes to open, or the period of an intermittent one [s]."""
+        return _AT_ONCE if self.onset == "step" else self.onset_duration
+
+    @property
+    def needs_calibration(self) -> bool:
+        """Whether K_i has to be solved from a mean leakage flow."""
+        return bool(self.internal_flow)
+
+
+class LoadConfig(Section):
+    """Force against positive motion of the piston."""
+
+    constant_force: Annotated[float, SI("N", usual=("0.01 N", "10 MN"))] = 0.0
+    """Constant force [N]. None in the paper."""
+
+    random_force: Annotated[float, SI("N", least=0, usual=("0.01 N", "10 MN"))] = 0.0
+    """Largest magnitude of an additional pseudo-random force [N]: seeded levels, each held for a period."""
+
+    random_period: Annotated[float, SI("s", above=0, usual=("1 ms", "1 h"))] = 0.5
+    """Time that each level of the pseudo-random force is held [s]. A choice."""
+
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+    """Seed of the pseudo-random force."""
+
+    @property
+    def is_present(self) -> bool:
+        """Whether there is a force at all."""
+        return self.constant_force != 0.0 or self.random_force != 0.0
+
+
+class SupplyConfig(Section):
+    """Supply and return pressures."""
+
+    pressure: Annotated[float, SI("Pa", above=0, usual=usual.SUPPLY_PRESSURE)] = 17.2e6
+    """Supply pressure P_s [Pa]. 2500 psi on the test rig."""
+
+    return_pressure: Annotated[float, SI("Pa", least=0, usual=usual.RETURN_PRESSURE)] = 0.0
+    """Return pressure P_r [Pa]."""
+
+    droop: Literal["none", "first_order"] = "none"
+    """Supply pressure under flow. ``none``: constant (paper). ``first_order``: it falls
+    by ``droop_resistance`` times the flow, with a lag of ``droop_time_constant``."""
+
+    droop_resistance: Annotated[float, SI("Pa*s/m^3", least=0, usual=("1e7 Pa*s/m^3", "1e13 Pa*s/m^3"))] = (
+        2e10
+    )
+    """Drop of the supply pressure per unit of flow, R_s [Pa·s/m³]. A choice: 2 MPa at 6 L/min."""
+
+    droop_time_constant: Annotated[float, SI("s", above=0, usual=("0.1 ms", "100 s"))] = 0.05
+    """Time constant τ_s with which the supply pressure responds to flow [s]. A choice."""
+
+    @model_validator(mode="after")
+    def _supply_exceeds_return(self) -> Self:
+        if self.pressure <= self.return_pressure:
+            raise ValueError("the supply pressure must be above the return pressure")
+        return self
+
+
+class EdgeConfig(Section):
+    """Metering edge of the valve; by default like the others."""
+
+    lap: Annotated[float, SI("m", usual=("10 nm", "1 mm"))] = 0.0
+    """Additional lap of this edge beyond ``valve.lap`` [m]; negative if it opens earlier."""
+
+    lap_leakage: Annotated[
+        float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))
+    ] = 0.0
+    """Additional conductance of its clearance beyond ``valve.lap_leakage`` [m³/(s·Pa)]."""
+
+    flow_gain_ratio: Annotated[float, SI("1", above=0, usual=("0.1", "10"))] = 1.0
+    """Its flow gain over ``valve.flow_gain`` [-]."""
+
+
+class Edge(NamedTuple):
+    """What one edge has in all: x_0 [m], c_lap [m³/(s·Pa)] and K_v [m^1.5/kg^0.5]."""
+
+    lap: float
+    lap_leakage: float
+    flow_gain: float
+
+    @classmethod
+    def of(cls, valve: ValveConfig, own: EdgeConfig) -> Edge:
+        """What the edges have in common, and what this one has of its own."""
+        return cls(
+            valve.lap + own.lap, valve.lap_leakage + own.lap_leakage, valve.flow_gain * own.flow_gain_ratio
+        )
+
+
+class Edges(NamedTuple):
+    """The edges between supply, return and the chambers."""
+
+    supply_1: Edge
+    return_1: Edge
+    supply_2: Edge
+    return_2: Edge
+
+    @property
+    def largest_underlap(self) -> float:
+        """How far an edge stands open at the null, at most [m]."""
+        return max(0.0, *(-edge.lap for edge in self))
+
+    @property
+    def clearances(self) -> tuple[float, float]:
+        """Conductance of the clearances of each chamber [m³/(s·Pa)]."""
+        return (
+            self.supply_1.lap_leakage + self.return_1.lap_leakage,
+            self.supply_2.lap_leakage + self.return_2.lap_leakage,
+        )
+
+
+class ValveConfig(Section):
+    """Servovalve."""
+
+    flow_gain: Annotated[
+        float, SI("m^1.5/kg^0.5", above=0, usual=("0.001 m^1.5/kg^0.5", "0.5 m^1.5/kg^0.5"))
+    ] = 0.0292
+    """Flow gain K_v [m^1.5/kg^0.5], 0.6 √(2/ρ) with ρ = 847 kg/m³. Table 1, legible as ".9"."""
+
+    area_gradient: Annotated[float, SI("m", above=0, usual=("0.1 mm", "1 m"))] = 20.75e-3
+    """Orifice area gradient w [m]. Low confidence: lost in Table 1, from sister works."""
+
+    spool_gain: Annotated[float, SI("m/V", above=0, usual=("10 nm/V", "10 mm/V"))] = 22e-6
+    """Spool position gain k_v [m/V]. Medium confidence; 27.9 and 40.6 µm/V are admissible."""
+
+    natural_frequency: Annotated[float, SI("Hz", above=0, usual=("1 Hz", "10 kHz"))] = 175.0
+    """Undamped natural frequency of the spool [Hz]; ω_v = 2π times it. Table 1, legible as "175"."""
+
+    damping_ratio: Annotated[float, SI("1", above=0, usual=("0.05", "5"))] = 0.7
+    """Damping ratio ξ of the spool [-]. Table 1, legible as ".7"."""
+
+    largest_opening: Annotated[float, SI("m", above=0, usual=usual.SPOOL_POSITION)] | None = None
+    """Spool position at which the valve saturates [m]; by default unlimited (paper)."""
+
+    largest_speed: Annotated[float, SI("m/s", above=0, usual=("0.1 mm/s", "100 m/s"))] | None = None
+    """Slew limit of the spool [m/s]; by default unlimited (paper)."""
+
+    hysteresis: Annotated[float, SI("V", least=0, usual=("0.1 mV", "10 V"))] = 0.0
+    """Width of the hysteresis between voltage and spool [V]: how far the voltage must reverse before the
+    spool does. Independent of rate (backlash). None in the paper."""
+
+    lap: Annotated[float, SI("m", usual=("10 nm", "1 mm"))] = 0.0
+    """Distance x_0 that the spool must move before an edge opens [m]: overlap (dead band) where positive,
+    underlap (all edges open at the centre) where negative, critical lap where zero (paper)."""
+
+    lap_leakage: Annotated[
+        float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))
+    ] = 0.0
+    """Conductance of the clearance over each of the four edges [m³/(s·Pa)]. None in the paper."""
+
+    null_offset: Annotated[float, SI("m", usual=("1 nm", "1 mm"))] = 0.0
+    """Spool position at which the valve is centred on its ports, at the start of the record [m]. The edges
+    measure the spool from there; its position and sensor reading count from its own zero. Zero in the
+    paper."""
+
+    null_drift: Annotated[float, SI("m/s", usual=("0.01 nm/s", "0.1 mm/s"))] = 0.0
+    """Speed at which this position moves over the record [m/s], as with temperature. Zero in the paper."""
+
+    @property
+    def angular_frequency(self) -> float:
+        """ω_v [rad/s]."""
+        return 2.0 * math.pi * self.natural_frequency
+
+    @property
+    def position_limit(self) -> float:
+        """Largest size of the spool position [m]."""
+        return math.inf if self.largest_opening is None else self.largest_opening
+
+    @property
+    def speed_limit(self) -> float:
+        """Largest size of the spool's speed [m/s]."""
+        return math.inf if self.largest_speed is None else self.largest_speed
+
+    @property
+    def is_shifted(self) -> bool:
+        """Whether the ports are centred anywhere but at the zero of the spool."""
+        return self.null_offset != 0.0 or self.null_drift != 0.0
+
+    def largest_null(self, duration: float) -> float:
+        """Largest size of the null over a record of that length [m]."""
+        return max(abs(self.null_offset), abs(self.null_offset + self.null_drift * duration))
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether position or speed of the spool saturates."""
+        return self.largest_opening is not None or self.largest_speed is not None

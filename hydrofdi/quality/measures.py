@@ -1,0 +1,229 @@
+"""Numbers behind the verdict on a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config import RunParameters
+from hydrofdi.config.experiment import Analysis
+from hydrofdi.config.sections.machine import FluidConfig, LeakageConfig
+from hydrofdi.physics.fluid import effective_bulk_modulus
+from hydrofdi.physics.hydraulic_mode import (
+    HydraulicMode,
+    blended_conductance,
+    laminar_conductance,
+    leakage_conductance,
+    mode_damping_ratio,
+    mode_frequency,
+    valve_flow_pressure_coefficient,
+)
+from hydrofdi.physics.leakage import external_leakage_flow
+from hydrofdi.physics.valve import chamber_1_orifice_drop, null_position
+from hydrofdi.quality.doubts import samples_per_period, settled_start
+from hydrofdi.simulation import Trajectory
+from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.undecimated import (
+    boundary_length,
+    phase_detail_rms,
+    undecimated_coefficients,
+    undecimated_rms,
+)
+from hydrofdi.transforms.wavelet import CoefficientRms, n_phase, root_mean_square
+
+
+def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int = 0) -> HydraulicMode:
+    """Frequency and damping of the hydraulic mode at the median working point of a record.
+
+    Valve opening, orifice drop and pressure difference are the medians of their absolute values over the
+    samples; K_c and G are singular where a drop vanishes, so a mean would be ruled by single samples.
+
+    Parameters
+    ----------
+    parameters : RunParameters
+    trajectory : Trajectory
+    run : int
+        Row of the trajectory.
+
+    Returns
+    -------
+    HydraulicMode
+        Frequency [Hz], piston centred, and damping ratio [-]; the ratio is infinite if the median drop
+        or, with a leak, the median pressure difference vanishes.
+    """
+    actuator = parameters.actuator
+    mass = np.float64(actuator.mass)
+    pressure_1, pressure_2 = trajectory.chamber_1_pressure[run], trajectory.chamber_2_pressure[run]
+    coefficient = trajectory.leakage_coefficient[run]
+    with np.errstate(all="ignore"):
+        beta = _modulus(parameters.fluid, pressure_1, pressure_2)
+        omega = mode_frequency(
+            beta, np.float64(actuator.piston_area), actuator.chamber_volume, mass, actuator.load_stiffness
+        )
+        damping = mode_damping_ratio(
+            omega, beta, actuator.chamber_volume, mass, parameters.friction.viscous,
+            _valve_coefficient(parameters, trajectory, run),
+            _conductance(parameters.leakage, _median_size(pressure_1 - pressure_2), coefficient),
+        )  # fmt: skip
+    return HydraulicMode(float(omega / (2.0 * math.pi)), float(damping))
+
+
+def _modulus(fluid: FluidConfig, *pressures: NDArray[np.float64]) -> np.float64:
+    """β [Pa]; with free air the mean of those at the median pressures of the chambers."""
+    if fluid.law == "constant":
+        return np.float64(fluid.bulk_modulus)
+    moduli = [
+        effective_bulk_modulus(
+            np.median(pressure), fluid.bulk_modulus, fluid.free_air, fluid.polytropic_exponent,
+            fluid.atmospheric_pressure,
+        )
+        for pressure in pressures
+    ]  # fmt: skip
+    return np.float64(np.mean(moduli))
+
+
+def _valve_coefficient(parameters: RunParameters, trajectory: Trajectory, run: int) -> float:
+    """K_c of the edge that feeds chamber 1, mean clearances and mean K_e of the chambers [m³/(s·Pa)]."""
+    valve = parameters.valve
+    null = null_position(trajectory.time, valve.null_offset, valve.null_drift)
+    spool = trajectory.spool_position[run] - null
+    drop = chamber_1_orifice_drop(
+        spool, trajectory.chamber_1_pressure[run], trajectory.valve_supply_pressure[run],
+        parameters.supply.return_pressure,
+    )  # fmt: skip
+    edges = parameters.edges
+    feeding = edges.supply_1
+    opening = np.maximum(_median_size(spool) - feeding.lap, 0.0) if feeding.lap else _median_size(spool)
+    leakage = parameters.leakage
+    external = 0.5 * (leakage.chamber_1_coefficient + leakage.chamber_2_coefficient)
+    edge = valve_flow_pressure_coefficient(
+        opening, _median_size(drop), feeding.flow_gain, valve.area_gradient
+    )
+    return edge + 0.5 * sum(edges.clearances) + external
+
+
+def _conductance(leakage: LeakageConfig, difference: float, coefficient: float) -> float:
+    if not coefficient:
+        return 0.0
+    if leakage.law == "laminar":
+        return laminar_conductance(coefficient, leakage.laminar_reference)
+    if leakage.law == "blended":
+        return blended_conductance(difference, coefficient, leakage.blending_pressure)
+    return leakage_conductance(difference, coefficient)
+
+
+def _median_size(signal: object) -> np.float64:
+    return np.float64(np.median(np.abs(np.asarray(signal)), overwrite_input=True))
+
+
+Array = NDArray[np.float64]
+
+
+def pressure_features(
+    runs: Sequence[RunParameters], analyses: Sequence[Analysis], pressure: Array, settled_from: Array
+) -> dict[str, Array]:
+    """What is measured of chamber-1 pressures with the knowledge of when they settled.
+
+    The mean is that of what ``analysis.discard`` leaves. Features of the settled record are undecimated and
+    free of boundaries: whole periods are taken as a circle; a record without a period is taken from what is
+    left out on, less the coefficients that look back beyond that.
+
+    Parameters
+    ----------
+    runs : sequence of RunParameters, length n_run
+        All with the same duration and sampling frequency.
+    analyses : sequence of Analysis, length n_run
+        All with the same number of levels, and phases measured.
+    pressure : ndarray, shape (n_run, n_time)
+        As the sensor shows it [Pa].
+    settled_from : ndarray, shape (n_run,)
+        Start of the settled periods [s]; NaN if there are none.
+
+    Returns
+    -------
+    dict
+        ``mean_chamber_1_pressure`` (n_run,); ``settled_detail_rms`` and ``settled_approximation_rms``
+        (n_run, n_level); where ``wavelet.phase`` is ``all`` also ``settled_phase_detail_rms``
+        (n_run, n_phase, n_level). All in Pa; settled ones are NaN for periodic records that have not settled.
+    """
+    features: dict[str, Array] = {}
+    for analysis, start, is_circular, members in _windows(runs, analyses, settled_from):
+        records = pressure[members]
+        part = {"mean_chamber_1_pressure": np.mean(records[:, analysis.n_discarded :], axis=1)}
+        part |= _settled(analysis.wavelet, records[:, start:], start - analysis.n_discarded, is_circular)
+        for name, values in part.items():
+            features.setdefault(name, np.empty((len(runs), *values.shape[1:])))[members] = values
+    return features
+
+
+def _settled(
+    wavelet: WaveletConfig, records: Array, first_sample: int, is_circular: bool
+) -> dict[str, Array]:
+    if records.shape[1] == 0:
+        return _unsettled(wavelet, records.shape[0])
+    rms = undecimated_rms(records, wavelet) if is_circular else _inner_rms(records, wavelet)
+    features = {"settled_detail_rms": rms.detail, "settled_approximation_rms": rms.approximation}
+    if wavelet.phase == "all":
+        features["settled_phase_detail_rms"] = _phases(records, wavelet, first_sample, is_circular)
+    return features
+
+
+def _unsettled(wavelet: WaveletConfig, n_run: int) -> dict[str, Array]:
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(
+        ("settled_detail_rms", "settled_approximation_rms"), (n_run, wavelet.levels)
+    )
+    if wavelet.phase == "all":
+        shapes["settled_phase_detail_rms"] = (n_run, n_phase(wavelet.levels), wavelet.levels)
+    return {name: np.full(shape, np.nan) for name, shape in shapes.items()}
+
+
+def _windows(
+    runs: Sequence[RunParameters], analyses: Sequence[Analysis], settled_from: Array
+) -> Iterator[tuple[Analysis, int, bool, list[int]]]:
+    """Analysis, first settled sample, whether the record from there on is a circle, and the runs of which
+    this is so.
+
+    Runs that come together are analysed alike; a record that has not settled has no settled sample.
+    """
+    groups: dict[object, tuple[Analysis, int, bool, list[int]]] = {}
+    for position, (run, analysis) in enumerate(zip(runs, analyses, strict=True)):
+        n_period, start = samples_per_period(run), analysis.n_discarded
+        if n_period is not None:
+            start = settled_start(run, n_period, float(settled_from[position]), analysis.n_discarded)
+        key = analysis, start, n_period is not None
+        groups.setdefault(key, (*key, []))[3].append(position)
+    yield from groups.values()
+
+
+def _inner_rms(records: Array, wavelet: WaveletConfig) -> CoefficientRms:
+    inside = slice(boundary_length(wavelet), None)
+    detail, approximation = (
+        root_mean_square(coefficients[..., inside])
+        for coefficients in undecimated_coefficients(records, wavelet)
+    )
+    return CoefficientRms(detail, approximation)
+
+
+def _phases(records: Array, wavelet: WaveletConfig, first_sample: int, is_circular: bool) -> Array:
+    outside = 0 if is_circular else boundary_length(wavelet)
+    details, _ = undecimated_coefficients(records, wavelet)
+    return phase_detail_rms(details[..., outside:], first_sample + outside)
+
+
+def mean_external_leakage_flows(
+    runs: Sequence[RunParameters], trajectory: Trajectory
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Mean of q_el1 and q_el2 over the samples [m³/s], each of shape (n_run,)."""
+    pressures = (trajectory.chamber_1_pressure, trajectory.chamber_2_pressure)
+    coefficients = (
+        np.array([run.leakage.chamber_1_coefficient for run in runs]),
+        np.array([run.leakage.chamber_2_coefficient for run in runs]),
+    )
+    first, second = (
+        np.asarray(external_leakage_flow(np.mean(pressure, axis=1), coefficient))
+        for pressure, coefficient in zip(pressures, coefficients, strict=True)
+    )
+    return first, second

@@ -1,0 +1,284 @@
+"""Parts of recordings: cut by time, cycles and events; normalised; with the stroke."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from hydrofdi.errors import DataError, Issue
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.description.sections import CyclesConfig, SegmentConfig, TrimConfig
+from hydrofdi.records.measured.recording import Recording, Sampling
+from hydrofdi.records.measured.rejection import RejectionError
+from hydrofdi.records.stuck import BAND, Direction, drive_edges
+
+
+def edges(samples: Array, direction: Direction) -> list[int]:
+    """First sample beyond a band around the middle of the range, after each change of side.
+
+    Parameters
+    ----------
+    samples : ndarray, shape (n_time,)
+    direction : str
+        ``rising``, ``falling`` or ``both``.
+    """
+    drive = _range(samples)
+    return drive_edges(samples, drive, direction)[0].tolist() if drive[1] > drive[0] else []
+
+
+def reversals(position: Array) -> list[int]:
+    """Samples at which a position reverses; reversals below a fifth of its range do not count.
+
+    Parameters
+    ----------
+    position : ndarray, shape (n_time,)
+    """
+    low, high = _range(position)
+    size = BAND * (high - low)
+    if not size > 0.0:
+        return []
+    turns: list[int] = []
+    heading, extreme = 0, 0
+    for n, value in enumerate(position.tolist()):
+        away = value - position[extreme]
+        if heading == 0 and abs(away) >= size:
+            heading, extreme = (1 if away > 0.0 else -1), n
+        elif heading and heading * away > 0.0:
+            extreme = n
+        elif heading and -heading * away >= size:
+            turns.append(extreme)
+            heading, extreme = -heading, n
+    return turns
+
+
+def _range(samples: Array) -> tuple[float, float]:
+    finite = samples[np.isfinite(samples)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+
+
+_MARGIN = 0.02
+"""Share of the stroke at each end that does not belong to the motion."""
+_NOISE = 6.0
+"""A stroke is larger than this many times the noise of the position."""
+_MOST_ENDS = 20
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A motion from the first position to the last.
+
+    Attributes
+    ----------
+    distance : float
+        Last minus first position, in the position's unit.
+    start, arrival : int
+        First samples beyond 2 % and at 98 % of the distance.
+    """
+
+    distance: float
+    start: int
+    arrival: int
+
+    @property
+    def direction(self) -> str:
+        """``+`` or ``-``."""
+        return "+" if self.distance > 0.0 else "-"
+
+
+def find_stroke(position: Array) -> Stroke | None:
+    """The stroke in a position; None if its distance is within the noise.
+
+    Parameters
+    ----------
+    position : ndarray, shape (n_time,)
+    """
+    n_end = min(_MOST_ENDS, max(1, position.size // 50))
+    first, last = float(np.median(position[:n_end])), float(np.median(position[-n_end:]))
+    noise = float(np.median(np.abs(np.diff(position)))) if position.size > 1 else 0.0
+    distance = last - first
+    if not abs(distance) > _NOISE * noise or not np.isfinite(distance):
+        return None
+    progress = (position - first) / distance
+    return Stroke(distance, int(np.argmax(progress > _MARGIN)), int(np.argmax(progress >= 1.0 - _MARGIN)))
+
+
+def short_stroke(recording: Recording, stroke: Stroke | None, shortest: float | None) -> tuple[Issue, ...]:
+    """A remark if a stroke is too short."""
+    distance = 0.0 if stroke is None else abs(stroke.distance)
+    if shortest is None or distance >= shortest:
+        return ()
+    unit = recording.unit(Channel.PISTON_POSITION)
+    return (
+        Issue(f"the stroke is {distance:.4g} {unit}, less than {shortest:.4g} {unit}", kind="short_stroke"),
+    )
+
+
+def part(recording: Recording, first: int, stop: int, start_time: float | None = None) -> Recording:
+    """The samples from `first` to before `stop`; time continues unless `start_time` is given."""
+    sampling = recording.sampling
+    start = sampling.start + first / sampling.frequency if start_time is None else start_time
+    return replace(
+        recording,
+        channels={channel: samples[first:stop] for channel, samples in recording.channels.items()},
+        sampling=Sampling(sampling.frequency, start),
+    )
+
+
+def trimmed(recording: Recording, trim: TrimConfig) -> Recording:
+    """The recording without its trimmed ends.
+
+    Raises
+    ------
+    RejectionError
+        Nothing is left.
+    """
+    frequency, n_time = recording.sampling.frequency, recording.n_time
+    first, stop = _samples(trim.start, frequency), n_time - _samples(trim.end, frequency)
+    if stop - first < 2:
+        raise RejectionError("short", f"lasts {n_time / frequency:g} s; nothing is left after trimming")
+    return recording if (first, stop) == (0, n_time) else part(recording, first, stop)
+
+
+def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording | RejectionError]:
+    """The cycles of a file, each with its own time zero; a remark states the time outside of them.
+
+    Raises
+    ------
+    RejectionError
+        There is no complete cycle.
+    """
+    spans = _spans(recording, cycles)
+    if not spans:
+        raise RejectionError("no_cycle", f"contains no complete cycle by {cycles.by}")
+    left_out = _left_out(recording, spans)
+    for number, (first, stop) in enumerate(spans):
+        cycle = part(recording, first, stop, start_time=0.0)
+        cycle = replace(cycle, remarks=(*cycle.remarks, *left_out)) if number == 0 else cycle
+        try:
+            yield of_length(cycle, cycles.length, "the cycle")
+        except RejectionError as rejection:
+            yield rejection
+
+
+def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConfig) -> Recording:
+    """The requested part of a stroke.
+
+    Raises
+    ------
+    RejectionError
+        The piston does not move, or the part is too short.
+    """
+    if stroke is None:
+        raise RejectionError("no_motion", "the piston does not move")
+    first, stop = _segment_span(stroke, segment, recording)
+    if first < 0 or stop - first < 2:
+        raise RejectionError("short", f"contains no {segment.part} of the stroke")
+    return of_length(part(recording, first, stop, start_time=0.0), segment.length, f"the {segment.part}")
+
+
+def of_length(recording: Recording, length: float | None, what: str) -> Recording:
+    """The first part of a recording, of the requested length [s].
+
+    Raises
+    ------
+    RejectionError
+        It is shorter.
+    """
+    frequency = recording.sampling.frequency
+    n_time = recording.n_time if length is None else _samples(length, frequency)
+    if not 2 <= n_time <= recording.n_time:
+        lasts = recording.n_time / frequency
+        raise RejectionError("short", f"{what} lasts {lasts:g} s; the description requires {length or 0:g} s")
+    return recording if n_time == recording.n_time else part(recording, 0, n_time, recording.sampling.start)
+
+
+def _samples(duration: float, frequency: float) -> int:
+    return round(min(duration * frequency, 1e15))
+
+
+def _spans(recording: Recording, cycles: CyclesConfig) -> list[tuple[int, int]]:
+    if cycles.by == "period":
+        assert cycles.period is not None
+        per_cycle = cycles.period * recording.sampling.frequency
+        n_cycle = int((recording.n_time + 1e-6) / per_cycle) if per_cycle >= 2.0 else 0
+        starts = [round(number * per_cycle) for number in range(n_cycle)]
+        return [(start, start + int(per_cycle + 1e-6)) for start in starts]
+    if cycles.by == "edges":
+        found = edges(recording.channels[cycles.channel], cycles.edge)
+    else:
+        found = reversals(recording.channels[Channel.PISTON_POSITION])
+    return list(pairwise(found))
+
+
+def _left_out(recording: Recording, spans: list[tuple[int, int]]) -> tuple[Issue, ...]:
+    before, after = spans[0][0], recording.n_time - spans[-1][1]
+    if not before + after:
+        return ()
+    durations = [n / recording.sampling.frequency for n in (before, after)]
+    text = f"{durations[0]:g} s before the first cycle and {durations[1]:g} s after the last are left out"
+    return (Issue(text, kind="left_out"),)
+
+
+def _segment_span(stroke: Stroke, segment: SegmentConfig, recording: Recording) -> tuple[int, int]:
+    frequency = recording.sampling.frequency
+    match segment.part:
+        case "motion":
+            return stroke.start, stroke.arrival
+        case "impact":
+            return stroke.arrival - _samples(segment.before, frequency), recording.n_time
+        case "hold":
+            return stroke.arrival + _samples(segment.settle, frequency), recording.n_time
+
+
+_HOLD = 5
+"""The last fifth is the hold."""
+
+
+def reference_pressure(recording: Recording, kind: str) -> float:
+    """The pressure by which the others are divided, in the unit of its channel.
+
+    Raises
+    ------
+    DataError
+        Some pressures have a scale and some have none.
+    RejectionError
+        It is not above zero.
+    """
+    units = {recording.unit(channel) for channel in recording.channels if channel.is_pressure}
+    if len(units) > 1:
+        raise DataError(
+            f"normalize: pressures in {' and in '.join(sorted(units, reverse=True))}"
+            " cannot be divided by one another"
+        )
+    if kind == "supply":
+        pressure = float(recording.channels[Channel.SUPPLY_PRESSURE].mean())
+    else:
+        last = recording.n_time - recording.n_time // _HOLD
+        chambers = (Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE)
+        pressure = max(float(recording.channels[chamber][last:].mean()) for chamber in chambers)
+    if not pressure > 0.0:
+        raise RejectionError(
+            "no_reference", f"the {kind} pressure is {pressure:g}; pressures cannot be divided by it"
+        )
+    return pressure
+
+
+def normalized(recording: Recording, kind: str, pressure: float) -> Recording:
+    """A recording with divided pressures, which are then relative."""
+    pressures = frozenset(channel for channel in recording.channels if channel.is_pressure)
+    unit = recording.unit(Channel.CHAMBER_1_PRESSURE)
+    text = f"pressures are divided by the {kind} pressure, {pressure:.4g} {unit}"
+    return replace(
+        recording,
+        channels={
+            channel: samples / pressure if channel in pressures else samples
+            for channel, samples in recording.channels.items()
+        },
+        relative=recording.relative | pressures,
+        normalized=pressures,
+        remarks=(*recording.remarks, Issue(text, kind="normalized")),
+    )

@@ -1,1 +1,0 @@
-"""Findings in records: defects of their channels, hum, outliers."""

@@ -69,4 +69,4 @@ def test_a_sweep_says_it_once_and_exits_with_1(tmp_path: Path, name: str, senten
     assert run_json("sweep", file, "--out", out, check=1)["faults"].keys() == {name}
     if points == STUDY:
         report = run("report", out, "--format", "markdown").stdout
-        assert f"not measured in 5 of 5 records: {sentence.partition(': ')[2]}" in report
+        assert sentence.partition(": ")[2] in report

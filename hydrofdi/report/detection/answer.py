@@ -161,7 +161,8 @@ def _why_nothing(detection: Detection) -> str:
     """Why no severity is stated by a score that keeps its false-alarm rate, and what to change."""
     best, unit = best_with_sensors(detection), severity_unit(detection)
     if best:
-        return f"no {unit.quantity} up to {unit.text(unit.largest)} with any score"
+        largest = unit.found(next(iter(best.values())).smallest["q90_95"]).removeprefix("> ")
+        return f"no {unit.quantity} up to {f'{largest} {unit.name}'.rstrip()} with any score"
     if not any(judgement.threshold for judgement in detection.judgements):
         return _why_no_threshold(detection)
     if not detection.records.chosen(Kind.FAULT, is_fit=False):

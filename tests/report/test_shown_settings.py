@@ -32,7 +32,7 @@ def test_full_shows_what_the_experiment_sets_and_where_the_rest_is(own):
         ("sweep.grid", "leakage.internal_flow: 0.2 L/min; supply.pressure: 12 MPa, 15 MPa"),
     ):
         assert re.search(rf"^{re.escape(key)} +{re.escape(value)}", settings, re.MULTILINE), key
-    assert re.search(r"the first 12 of \d{3} rows", settings)
+    assert settings.count("\n") > 100
 
 
 def test_the_page_folds_the_default_values_and_its_tables_take_the_keyboard(own, tmp_path):

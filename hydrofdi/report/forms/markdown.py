@@ -22,4 +22,4 @@ def _block(block: Block) -> Iterator[str]:
     yield f"## {block.title}"
     yield from map(escaped, block.paragraphs)
     for table in block.shown_tables:
-        yield from (f"### {table.title}", table.to_markdown(), *table.notes)
+        yield from (*([f"### {table.title}"] if table.title else []), table.to_markdown(), *table.notes)

@@ -2,6 +2,7 @@
 
 import json
 import random
+import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
@@ -14,7 +15,7 @@ from hydrofdi.monitor.mqtt import source as mqtt_source
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
 from tests.monitor.brokers import needs_mosquitto
-from tests.monitor.mqtt_streams import connected, publisher_at, source_at, wait_for
+from tests.monitor.mqtt_streams import connected, killed, publisher_at, source_at, wait_for
 from tests.monitor.streams import N_SAMPLE, Kept, Killed, Samples, made_detector, part, stream
 
 pytestmark = needs_mosquitto
@@ -137,3 +138,27 @@ def test_a_broker_that_starts_again_in_mid_stream_changes_no_window(subscribed, 
 def _windows(lines):
     """Without what a sender repeats because the broker's answer was lost: such samples are dropped."""
     return [line for line in lines if line.get("event") != "time_ran_back"]
+
+
+LIFE = """
+import sys
+from pathlib import Path
+from tests.monitor.mqtt_streams import source_at
+from tests.monitor.test_mqtt_monitor import run
+run(Path(sys.argv[2]), source_at(sys.argv[1], is_open=False))
+"""
+
+
+@pytest.mark.long
+def test_sigkill_and_broken_brokers_change_no_window(subscribed, undisturbed, tmp_path):
+    with ThreadPoolExecutor(1) as pool:
+        sending = pool.submit(send, subscribed, BLOCKS)
+        for number in (3, 9, 15, 22, 31, N_WINDOW):
+            command = [sys.executable, "-c", LIFE, subscribed.address(), str(tmp_path)]
+            with killed(command):
+                wait_for(lambda number=number: n_logged(tmp_path) >= number, timeout=120.0)
+            if number in (9, 22):
+                subscribed.stop()
+                subscribed.start()
+        sending.result()
+    assert logged(tmp_path) == undisturbed

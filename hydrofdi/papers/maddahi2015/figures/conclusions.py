@@ -47,12 +47,9 @@ def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
     for title in dict.fromkeys(each.records for each in outcomes):
         color, mark, offset, label = _LOOKS[title]
         own = [each for each in outcomes if each.records == title]
-        values = [value for each in own for value in each.values]
         heights = np.arange(len(own)) + offset
-        axis.plot(
-            values, np.repeat(heights, [len(each.values) for each in own]), "o", color=color,
-            markersize=3.0, alpha=0.45, markeredgewidth=0, label=f"{title}: each phase",
-        )  # fmt: skip
+        low, high = np.array([(min(each.values), max(each.values)) for each in own]).T
+        axis.hlines(heights, low, high, color=color, linewidth=2.5, label=f"{title}: range")
         numbers = [each.number for each in own]
         axis.plot(numbers, heights, linestyle="none", marker="D", color=mark, markersize=5.0, label=label)
         for each, height in zip(own, heights, strict=True):

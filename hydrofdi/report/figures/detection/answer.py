@@ -53,7 +53,7 @@ def draw_answer(detection: Detection) -> Any:
     log_axis(axis.xaxis)
     asked, name = detection.rules, f" [{unit.name}]" if unit.name else ""
     axis.set_xlabel(
-        f"smallest {unit.quantity}{name}, with {100.0 * asked.confidence:g} % confidence", fontsize=10
+        f"smallest {unit.quantity}{name}: estimate to {100.0 * asked.confidence:g} % confidence", fontsize=10
     )
     title = f"{probability_in_words(asked.probability)}, at {false_alarms_in_words(asked.false_alarm_rate)}"
     figure.suptitle(f"The smallest {unit.quantity} that is found {title}", x=0.01, ha="left", fontsize=12)
@@ -67,12 +67,15 @@ def _label(judgement: Judgement) -> str:
 
 
 def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit) -> None:
-    """A line to the bound, with the number at its end; to the largest tested where nothing is found."""
+    """A line from the estimate to its bound, with the bound's number; an arrow where nothing is found."""
     bound = judgement.smallest["q90_95"]
     is_found = bound.value is not None
     end = unit.value(bound.severity if is_found else min(bound.severity, unit.largest))
     color = BLUE if is_found else GREY
-    axis.plot(end, row, color=color, marker="o" if is_found else ">", markersize=8, linestyle="none")
+    estimate = judgement.smallest.get("q90")
+    if is_found and estimate is not None and estimate.value is not None:
+        axis.plot([unit.value(estimate.severity), end], [row, row], color=color, linewidth=4)
+    axis.plot(end, row, color=color, marker="|" if is_found else ">", markersize=9, markeredgewidth=3)
     text, place = _number(bound, unit), {"ha": "left", "xytext": (9, 0)}
     if not is_found:
         place = {"ha": "right", "xytext": (-9, 0)}

@@ -74,7 +74,7 @@ def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit) -> 
     color = BLUE if is_found else GREY
     estimate = judgement.smallest.get("q90")
     if is_found and estimate is not None and estimate.value is not None:
-        axis.plot([unit.value(estimate.severity), end], [row, row], color=color, linewidth=4)
+        axis.plot([unit.value(estimate.severity), end], [row, row], color=color, linewidth=5, alpha=0.5)
     axis.plot(end, row, color=color, marker="|" if is_found else ">", markersize=9, markeredgewidth=3)
     text, place = _number(bound, unit), {"ha": "left", "xytext": (9, 0)}
     if not is_found:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import math
+import socket
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from ipaddress import ip_address
+from threading import Thread, Timer
+from typing import Any
+from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 
-from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, start_http_server
+from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, make_wsgi_app
 
 import hydrofdi
 from hydrofdi.detectors.trained import DetectorFile
@@ -18,6 +23,9 @@ from hydrofdi.store.files import reason
 
 _EARLIEST = 1e9
 """Stream times above this [s], an instant in 2001, are taken as seconds since 1970."""
+
+_PATIENCE = 3.0
+"""Longest time that a client gets [s]."""
 
 
 class MetricsSink:
@@ -69,13 +77,16 @@ class MetricsSink:
         self._lag: Gauge | None = None
         self._latest = math.nan
         try:
-            self._server, self._thread = start_http_server(port, host, self._registry)
+            family, _, _, _, found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+            self._server = _Server(family, (host, port), make_wsgi_app(self._registry))
         except (OSError, UnicodeError) as error:
             raise ConfigError(f"metrics: {address}: {reason(error)}") from None
+        self._thread = Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
+        self._thread.start()
         shown = f"[{host}]" if ":" in host else host
         self.url = f"http://{shown}:{self._server.server_port}/metrics"
         self._said: list[Line] = [Event(EventKind.NOTICE, f"metrics are served at {self.url}")]
-        if not ip_address(str(self._server.server_address[0]).partition("%")[0]).is_loopback:
+        if not ip_address(str(found[0]).partition("%")[0]).is_loopback:
             text = f"everyone who reaches {self.url} can read the metrics"
             self._said.append(Event(EventKind.INSECURE, text))
 
@@ -152,6 +163,38 @@ class MetricsSink:
 
     def _gauge(self, name: str, text: str, labels: Sequence[str] = ()) -> Gauge:
         return Gauge(f"hydrofdi_{name}", text, labels, registry=self._registry)
+
+
+class _Server(WSGIServer):
+    """Answers one client after the other: those that send nothing take no threads."""
+
+    def __init__(self, family: int, address: tuple[str, int], application: Any) -> None:
+        self.address_family = family
+        super().__init__(address, _Handler)
+        self.set_app(application)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of clients that break off."""
+
+
+class _Handler(WSGIRequestHandler):
+    def setup(self) -> None:
+        """Give the client a while."""
+        super().setup()
+        self._end = Timer(_PATIENCE, self._break_off)
+        self._end.start()
+
+    def finish(self) -> None:
+        """The client is served."""
+        self._end.cancel()
+        super().finish()
+
+    def log_message(self, *_: Any) -> None:
+        """Say nothing."""
+
+    def _break_off(self) -> None:
+        with suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RDWR)
 
 
 def _host_and_port(address: str) -> tuple[str, int]:

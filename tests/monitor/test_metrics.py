@@ -1,6 +1,8 @@
 import socket
+import threading
 import time
 import urllib.request
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from hydrofdi.detectors.trained import Verdict
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.monitor import metrics
 from hydrofdi.monitor.lines import ChartReading, Condition, Event, EventKind, WindowLine
 from hydrofdi.monitor.metrics import MetricsSink
 from hydrofdi.records.streams import Chunk
@@ -92,6 +95,17 @@ def test_an_address_that_others_reach_is_insecure(closing):
         "notice",
         "insecure",
     ]
+
+
+def test_clients_that_send_nothing_take_no_threads_and_are_dropped(closing, monkeypatch):
+    monkeypatch.setattr(metrics, "_PATIENCE", 0.05)
+    sink = closing(MetricsSink("127.0.0.1:0", detector()))
+    n_thread, address = threading.active_count(), ("127.0.0.1", int(sink.url.split(":")[2].partition("/")[0]))
+    with ExitStack() as stack:
+        clients = [stack.enter_context(socket.create_connection(address)) for _ in range(6)]
+        clients[0].sendall(b"GET /metrics HTTP/1.1\r\n")
+        assert served(sink)["hydrofdi_alarms_total",] == 0
+        assert threading.active_count() <= n_thread + 1
 
 
 def test_nothing_listens_after_the_end():

@@ -273,3 +273,20 @@ def test_what_cannot_be_done_is_refused_in_a_line(machine, source, options, name
     done = run("monitor", machine.detector, source, *options, cwd=tmp_path, check=2)
     assert named in done.stderr
     assert windows(done.stdout) == []
+
+
+def test_after_sigterm_it_goes_on_where_it_was_and_the_log_has_each_window_once(machine, tmp_path):
+    growing, log = tmp_path / "growing.csv", tmp_path / "log"
+    options = (machine.detector, growing, "--state", tmp_path / "state", "--log", log)
+    lines = machine.lines
+    growing.write_text("".join(lines[:5500]))
+    with start(*options) as process:
+        wait_until(lambda: log.exists() and log.read_text().count('"window"') == 5, process)
+        process.terminate()
+        assert process.wait(PATIENCE) == 0
+    growing.write_text("".join(lines))
+    done = run("monitor", *options, "--no-follow", check=0)
+    whole = run("monitor", machine.detector, machine.stream, "--no-follow", check=0)
+    assert windows(log.read_text()) == windows(whole.stdout)
+    assert "resumed" in events(done.stdout)
+    assert "--state" not in done.stderr

@@ -356,3 +356,13 @@ def test_foreign_content_with_the_right_checksum_is_refused(header, body, tmp_pa
     (tmp_path / "state").write_bytes(checksum + b"\n" + content)
     with pytest.raises(StoreError):
         StateFile(tmp_path / "state", FILE, "made").read()
+
+
+def test_a_log_that_was_rotated_begins_anew(undisturbed, tmp_path):
+    with pytest.raises(Killed):
+        run(tmp_path, sinks=[KilledAt(20)])
+    (tmp_path / "log.jsonl").rename(tmp_path / "old")
+    run(tmp_path)
+    rest = logged(tmp_path)
+    assert 0 < len(rest) < len(undisturbed)
+    assert rest == undisturbed[-len(rest) :]

@@ -165,3 +165,35 @@ def test_every_record_begins_anew_to_the_bit(experiment):
     blocks = [*replaying.replayed(open_source(experiment), Pace(np.inf), "1", start)]
     stamps = np.concatenate([block.time for block in blocks])
     assert np.array_equal(stamps, start + np.arange(stamps.size) / batch.sampling_frequency)
+
+
+@pytest.mark.long
+def test_a_growing_file_is_judged_as_the_records_are_over_kills_and_renaming(trained, tmp_path):
+    detector, leaking, rows = trained
+    lines = run("replay", leaking, "--rate", "max", check=0).stdout.splitlines(keepends=True)
+    file, log, state = (tmp_path / name for name in ("press.csv", "log.jsonl", "state.json"))
+    arguments = ("monitor", detector, file, "--json", "--log", log, "--state", state)
+
+    def begun():
+        return log.read_text().count('"window"') if log.exists() else 0
+
+    for number, first in enumerate(range(0, len(lines), 6000)):
+        if number == 2:
+            file.rename(tmp_path / "press.old")
+            file.write_text(lines[0])
+        process = subprocess.Popen(
+            [*COMMAND, *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        seen, end = begun(), time.monotonic() + 120
+        with open(file, "a") as writer:
+            writer.write("".join(lines[first : first + 6000])[:-7])
+            writer.flush()
+            while begun() == seen and time.monotonic() < end:
+                time.sleep(0.01)
+            process.kill()
+            process.wait()
+            writer.write("".join(lines[first : first + 6000])[-7:])
+    run(*arguments, "--no-follow", check=0)
+    found = windows(log.read_text())
+    assert [line["number"] for line in found] == list(range(len(rows)))
+    assert [judged(line) for line in found] == rows

@@ -29,7 +29,7 @@ class NominalActuator(Section):
     """Volume V of chamber 1 with the piston at the centre, which is position zero by default [m³]."""
 
     chamber_volume_2: Annotated[float, SI("m^3", least=1e-8, most=1.0)] | None = None
-    """The same for chamber 2 [m³]; by default that of chamber 1."""
+    """The same for chamber 2 [m³]; by default that of chamber 1 in the ratio of the areas."""
 
     position_zero: Literal["centre", "retracted", "extended"] = "centre"
     """Where the measured position is zero. A positive position enlarges chamber 1. ``retracted``: at the end
@@ -91,8 +91,8 @@ class NominalActuator(Section):
     @property
     def volumes(self) -> tuple[float, float]:
         """Volumes of both chambers with the piston at the centre [m³]."""
-        second = self.chamber_volume_2
-        return self.chamber_volume, self.chamber_volume if second is None else second
+        (first, second), volume = self.areas, self.chamber_volume
+        return volume, self.chamber_volume_2 or volume * (second / first)
 
     @property
     def valve_channels(self) -> frozenset[Channel]:

@@ -82,6 +82,7 @@ def measured(signals, options):
     ("distance", "options"),
     [
         (0.0, RIGHT),
+        (0.0, {name: value for name, value in RIGHT.items() if name != "chamber_volume_2"}),
         (STROKE / 2.0, FROM_THE_END),
         (-STROKE / 2.0, FROM_THE_END | {"position_zero": "extended"}),
         (STROKE / 2.0, RIGHT | {"chamber_volume": DEAD, "chamber_volume_2": DEAD + ROD_AREA * STROKE}),

@@ -118,7 +118,7 @@ def _solution_lines(record: dict[str, Any]) -> list[str]:
     return [f"K_i          {text}"]
 
 
-_PURPOSES = {"alone": "to explain", "sobol": "to explain", "before": "to compare with"}
+_PURPOSES = {"alone": "to explain", "before": "to compare with"}
 """Kind of a population that is not tested → its purpose."""
 
 _MOST_DESIGNS = 12
@@ -161,7 +161,7 @@ def _population_lines(populations: list[dict[str, Any]]) -> Iterator[str]:
     for (kind, apart, count), names in alike.items():
         if names == [kind]:
             yield f"  {kind:<11}{count}"
-        elif kind in ("alone", "sobol"):
+        elif kind == "alone":
             yield f"  {kind:<11}{len(names)} populations: {count} each"
         else:
             yield f"  {kind:<11}{_listed(names)}{apart}: {count}{' each' if len(names) > 1 else ''}"

@@ -10,10 +10,9 @@ class Kind(StrEnum):
     """Purpose of a population.
 
     The threshold is set only on healthy fit records. ``shift`` and ``confusion`` have healthy seals but
-    conditions that are not in the fit records: another operating condition, or another fault. ``alone`` and
-    ``sobol`` are healthy records for sensitivity analysis, in which one nuisance varies, or from a Sobol
-    design; thresholds and rates do not use them. ``before``: earlier healthy records of the same actuators,
-    as the reference for changes.
+    conditions that are not in the fit records: another operating condition, or another fault. ``alone`` are
+    healthy records in which one nuisance varies; thresholds and rates do not use them. ``before``: earlier
+    healthy records of the same actuators, as the reference for changes.
     """
 
     HEALTHY = "healthy"
@@ -21,13 +20,8 @@ class Kind(StrEnum):
     SHIFT = "shift"
     CONFUSION = "confusion"
     ALONE = "alone"
-    SOBOL = "sobol"
     BEFORE = "before"
 
-
-FIRST, SECOND, AGAIN = "A", "B", "A again"
-"""Names of populations of a Sobol design: the rows of its two matrices, and repeated records of the first.
-Populations of A with one column from B are named after that parameter."""
 
 NOTHING = "nothing"
 """Name of the population of kind ``alone`` without nuisances; the others are named after their nuisance."""

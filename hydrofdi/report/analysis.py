@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from hydrofdi.config.experiment import DWT
-from hydrofdi.report.indicators.study import IndicatorStudy, study_indicators
+from hydrofdi.report.indicators import IndicatorStudy, study_indicators
 from hydrofdi.report.responses import ResponseStudy, study_responses
 from hydrofdi.report.runs import RunTable, run_table, table_runs
 from hydrofdi.store import ExperimentData

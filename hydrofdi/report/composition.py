@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import Block, Document
-from hydrofdi.report.indicators.section import indicator_blocks
+from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.record import general_record, tidy_columns
 from hydrofdi.report.responses import responses_block, responses_record
 from hydrofdi.report.sections.provenance import machine_block, provenance_block
@@ -106,7 +106,7 @@ def compose_general(analysis: Analysis, views: Iterable[Block]) -> Document:
         *views,
         responses_block(analysis.responses),
         *(changes if analysis.responses.axes else answers(*changes)),
-        *indicator_blocks(analysis),
+        indicators_block(analysis.indicators, analysis.table),
         summary_block(analysis),
         provenance_block(analysis.data),
     )

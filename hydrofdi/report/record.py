@@ -13,7 +13,7 @@ from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.contract import ComposedReport
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.forms.separated import csv_lines
-from hydrofdi.report.indicators.section import indicator_record, output_columns, output_values
+from hydrofdi.report.indicators import indicator_record, output_columns, output_values
 from hydrofdi.report.runs import TableRow, flow_numbers, largest_positive, level_name, row_numbers
 from hydrofdi.report.table import library
 from hydrofdi.store.layout import names

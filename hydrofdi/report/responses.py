@@ -15,7 +15,7 @@ from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
 from hydrofdi.report.document import Block
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.indicators.measured import measured_indicators
+from hydrofdi.report.indicators import measured_indicators
 from hydrofdi.report.rank import RankCorrelation, rank_correlation
 from hydrofdi.report.runs import baseline_changes
 from hydrofdi.report.table import Column, Table

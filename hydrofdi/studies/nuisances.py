@@ -2,65 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from hydrofdi.evaluation.populations import AGAIN, FIRST, NOTHING, SECOND, Kind, Population
+from hydrofdi.evaluation.populations import NOTHING, Kind, Population
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.evaluation.sensitivity.estimate import Estimate
-from hydrofdi.evaluation.sensitivity.indices import SobolIndices, sobol_indices
-from hydrofdi.evaluation.sensitivity.response import Reach, Response
-from hydrofdi.evaluation.sensitivity.spread import relative_spread
+from hydrofdi.evaluation.sensitivity import Reach, Response, Spread, relative_spread
 from hydrofdi.studies.parts import Notes
 from hydrofdi.studies.records import Scored, StudyRecords
-
-MATRICES = (FIRST, SECOND, AGAIN)
 
 
 @dataclass(frozen=True)
 class Nuisance:
-    """Effect of one nuisance on a healthy score; None if there is no result.
+    """Effect of one nuisance alone on a healthy score; None if there is no result.
 
     Attributes
     ----------
     parameter : str
         Dotted name; ``nothing`` for the variation between records of one actuator.
-    alone : Estimate or None
+    alone : Spread or None
         Inner 90 % range of the score if only this nuisance varies, relative to the range if all vary.
     reach : Reach or None
         Faults that the nuisance imitates and hides.
-    first_order, total : Estimate or None
-        Sobol indices. The variation between records has only a total index.
     """
 
     parameter: str
-    alone: Estimate | None = None
-    reach: Reach | None = None
-    first_order: Estimate | None = None
-    total: Estimate | None = None
+    alone: Spread | None
+    reach: Reach | None
 
 
 @dataclass(frozen=True)
 class Nuisances:
-    """All nuisances of a score, in the order of the study.
-
-    Attributes
-    ----------
-    each : tuple of Nuisance
-        Nuisances; the variation between records comes last.
-    together : Reach or None
-        Faults that all nuisances together imitate and hide.
-    n_lost : int
-        Number of base points of the Sobol design excluded because a score is missing.
-    refusals : tuple of str
-        Results that are refused, and why.
-    """
+    """All nuisances of a score, the variation between records last; what all together imitate and hide."""
 
     each: tuple[Nuisance, ...]
     together: Reach | None
-    n_lost: int
     refusals: tuple[str, ...]
 
 
@@ -74,93 +52,43 @@ def nuisances_of(records: StudyRecords, scored: Scored, *, confidence: float = 0
     confidence : float
         Confidence level of all intervals.
     """
-    found = _Scores(records, scored.values, confidence)
-    if not found.names(Kind.ALONE) and not found.names(Kind.SOBOL):
+    notes = Notes()
+    alone = sorted(records.chosen(Kind.ALONE, is_fit=False), key=lambda each: each.name == NOTHING)
+    own = {each.name: _scores(records, scored, each) for each in alone}
+    if not own:
         return None
-    indices, response = found.indices(), found.response()
-    shares = _shares(found.names(Kind.SOBOL, *MATRICES), indices)
-    names = dict.fromkeys([*shares, *found.names(Kind.ALONE, NOTHING), NOTHING])
-    each = tuple(
-        Nuisance(name, found.alone(name), found.reach(response, name), *shares.get(name, (None, None)))
-        for name in names
+    of_kind = [each for each in records.populations if each.kind is Kind.HEALTHY]
+    healthy = _scores(records, scored, *of_kind)
+    faults = sorted(
+        (_severity(records, each), place, _scores(records, scored, each))
+        for place, each in enumerate(records.chosen(Kind.FAULT, is_fit=False))
     )
-    n_lost = indices.n_lost if indices else 0
-    return Nuisances(each, found.reach_together(response), n_lost, tuple(dict.fromkeys(found.notes.refusals)))
+    response = None
+    if faults:
+        severity, _, scores = zip(*faults, strict=True)
+        response = notes.unless_refused(lambda: Response(healthy, scores, severity, confidence=confidence))
 
+    def reach(scores: Array, centre: Array) -> Reach | None:
+        return notes.unless_refused(lambda: response.reach(scores, centre)) if response else None
 
-def _shares(
-    names: Sequence[str], indices: SobolIndices | None
-) -> dict[str, tuple[Estimate | None, Estimate | None]]:
-    """First-order and total index of each nuisance, and the fraction from variation between records."""
-    if indices is None:
-        return {}
-    of_each = dict(zip(names, zip(indices.first_order, indices.total, strict=True), strict=True))
-    return {**of_each, NOTHING: (None, indices.noise)}
-
-
-class _Scores:
-    """Scores of the populations of a study."""
-
-    def __init__(self, records: StudyRecords, values: Array, confidence: float) -> None:
-        self._records, self._values, self._confidence = records, values, confidence
-        self._healthy = self._of(*(each for each in records.populations if each.kind is Kind.HEALTHY))
-        self._own = {(each.kind, each.name): each for each in records.populations}
-        self.notes = Notes()
-
-    def names(self, kind: Kind, *others: str) -> list[str]:
-        """Names of the populations of a kind, with exceptions."""
-        return [name for own, name in self._own if own is kind and name not in others]
-
-    def alone(self, name: str) -> Estimate | None:
-        """Relative spread with one nuisance."""
-        population = self._own.get((Kind.ALONE, name))
-        if population is None:
-            return None
-        scores = self._of(population)
-        return self.notes.unless_refused(
-            lambda: relative_spread(scores, self._healthy, confidence=self._confidence)
+    each = tuple(
+        Nuisance(
+            name,
+            notes.unless_refused(partial(relative_spread, scores, healthy, confidence=confidence)),
+            reach(scores, own[NOTHING]),
         )
+        for name, scores in own.items()
+    )
+    return Nuisances(each, reach(healthy, healthy), tuple(dict.fromkeys(notes.refusals)))
 
-    def indices(self) -> SobolIndices | None:
-        """Sobol indices, in the order of the names."""
-        names = self.names(Kind.SOBOL, *MATRICES)
-        if not names:
-            return None
-        first, second, again = (self._of(self._own[Kind.SOBOL, name]) for name in MATRICES)
-        pages = [self._of(self._own[Kind.SOBOL, name]) for name in names]
-        return self.notes.unless_refused(
-            lambda: sobol_indices(first, second, pages, again, confidence=self._confidence)
-        )
 
-    def response(self) -> Response | None:
-        """Medians of the score over the tested faults; None without faults."""
-        faults = sorted(self._records.chosen(Kind.FAULT, is_fit=False), key=self._severity)
-        if not faults or not self.names(Kind.ALONE):
-            return None
-        severity, scores = [self._severity(each) for each in faults], [self._of(each) for each in faults]
-        return self.notes.unless_refused(
-            lambda: Response(self._healthy, scores, severity, confidence=self._confidence)
-        )
+def _scores(records: StudyRecords, scored: Scored, *populations: Population) -> Array:
+    rows = [records.rows(population) for population in populations]
+    return scored.values[np.concatenate(rows)] if rows else np.empty(0)
 
-    def reach(self, response: Response | None, name: str) -> Reach | None:
-        """Faults that one nuisance imitates and hides."""
-        population, plain = self._own.get((Kind.ALONE, name)), self._own.get((Kind.ALONE, NOTHING))
-        if response is None or population is None or plain is None:
-            return None
-        return self.notes.unless_refused(lambda: response.reach(self._of(population), self._of(plain)))
 
-    def reach_together(self, response: Response | None) -> Reach | None:
-        """Faults that all nuisances together imitate and hide."""
-        if response is None:
-            return None
-        return self.notes.unless_refused(lambda: response.reach(self._healthy, self._healthy))
-
-    def _of(self, *populations: Population) -> Array:
-        rows = [self._records.rows(population) for population in populations]
-        return self._values[np.concatenate(rows)] if rows else np.empty(0)
-
-    def _severity(self, population: Population) -> float:
-        """Mean of the true severities; the nominal one if they are unknown."""
-        known = self._records.severity[self._records.rows(population)]
-        known = known[np.isfinite(known)]
-        return float(known.mean()) if known.size else population.severity
+def _severity(records: StudyRecords, population: Population) -> float:
+    """Mean of the true severities; the nominal one if they are unknown."""
+    known = records.severity[records.rows(population)]
+    known = known[np.isfinite(known)]
+    return float(known.mean()) if known.size else population.severity

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.config.study.table import StudyTable
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators import Indicator
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
@@ -139,12 +138,9 @@ def stored_roles(data: ExperimentData) -> StudyTable:
 
 
 def _rows(data: ExperimentData, roles: StudyTable, design: int) -> NDArray[np.intp]:
-    """Rows of the computed runs of a design; an incomplete Sobol design is omitted."""
-    is_there, own = np.asarray(data.columns[STATUS]).astype(str) != MISSING, roles.design_of_run == design
-    is_sobol = np.array([population.kind is Kind.SOBOL for population in roles.populations])[roles.of_run]
-    if not is_there[own & is_sobol].all():
-        is_there = is_there & ~is_sobol
-    return np.flatnonzero(own & is_there)
+    """Rows of the computed runs of a design."""
+    is_there = np.asarray(data.columns[STATUS]).astype(str) != MISSING
+    return np.flatnonzero((roles.design_of_run == design) & is_there)
 
 
 def _records(data: ExperimentData, roles: StudyTable, design: int) -> StudyRecords:

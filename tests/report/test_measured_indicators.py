@@ -31,14 +31,6 @@ def reported(measured, form):
     return run_hydrofdi("report", measured.directory, "--full", "--format", form, cwd=measured.folder).stdout
 
 
-def test_the_report_has_a_section_for_each_indicator_but_that_of_the_details(measured):
-    text = reported(measured, "text")
-    assert "Indicator statistics (pressure_statistics)" in text
-    assert "Indicator ring_down" in text
-    assert "Indicator dwt" not in text
-    assert "Change over friction.viscous [N·s/m]" in text
-
-
 def test_numbers_and_changes_are_those_of_the_file(measured):
     data = read_results(measured.directory)
     means = data.columns["statistics.mean"]
@@ -63,6 +55,6 @@ def test_without_the_indicator_of_the_details_there_is_no_table_of_them(tmp_path
     sweep = sweep_in(tmp_path, text)
     printed = run_hydrofdi("report", sweep.directory, "--full", cwd=tmp_path).stdout
     printed, _, _ = printed.partition("Configuration and provenance")
-    assert "Indicator statistics" in printed
+    assert "statistics (pressure_statistics)" in printed
     for words in ("details", "Table 3", "Claims"):
         assert words not in printed

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hydrofdi.evaluation.populations import AGAIN, FIRST, NOTHING, SECOND, Kind, Population
+from hydrofdi.evaluation.populations import NOTHING, Kind, Population
 from hydrofdi.studies.records import Scored, StudyRecords
 
 BULK, FRICTION, IDLE = NAMES = ("fluid.bulk_modulus", "friction.scale", "supply.pressure")
@@ -37,7 +37,7 @@ class Study:
         return StudyRecords(own, np.repeat(np.arange(len(own)), sizes), joined[1]), Scored("score", joined[0])
 
 
-def study(alone=400, sobol=1024, levels=(0.01, 0.1, 1.0)):
+def study(alone=400, levels=(0.01, 0.1, 1.0)):
     made = Study()
     for is_fit in (True, False):
         made.add(Population("healthy", Kind.HEALTHY, is_fit), made.uniform(1000, *NAMES))
@@ -52,12 +52,4 @@ def study(alone=400, sobol=1024, levels=(0.01, 0.1, 1.0)):
         for name in NAMES:
             made.add(Population(name, Kind.ALONE), made.uniform(alone, name))
         made.add(Population(NOTHING, Kind.ALONE), made.uniform(alone))
-    if sobol:
-        a, b = made.uniform(sobol, *NAMES), made.uniform(sobol, *NAMES)
-        for name, x in ((FIRST, a), (SECOND, b), (AGAIN, a)):
-            made.add(Population(name, Kind.SOBOL), x)
-        for place, name in enumerate(NAMES):
-            page = a.copy()
-            page[:, place] = b[:, place]
-            made.add(Population(name, Kind.SOBOL), page)
     return made

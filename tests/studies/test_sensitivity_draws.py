@@ -5,7 +5,7 @@ import pytest
 
 from hydrofdi.config import load_experiment
 from hydrofdi.config.run_table.expansion import expand_runs
-from hydrofdi.evaluation.populations import AGAIN, FIRST, NOTHING, SECOND, Kind
+from hydrofdi.evaluation.populations import NOTHING, Kind
 
 BULK, LAW, SUPPLY = NAMES = ("fluid.bulk_modulus", "friction.law", "supply.pressure")
 
@@ -24,7 +24,7 @@ study:
 """
 
 
-def expanded(tmp_path, text=STUDY, sensitivity="{alone: 50, sobol: 32}"):
+def expanded(tmp_path, text=STUDY, sensitivity="{alone: 50}"):
     path = tmp_path / "study.yaml"
     path.write_text(text + (f"  sensitivity: {sensitivity}\n" if sensitivity else ""))
     return expand_runs(load_experiment(path))
@@ -58,24 +58,15 @@ def test_alone_one_nuisance_varies_and_the_others_are_nominal(table):
                 assert values == {nominal[parameter]}
 
 
-def test_matrices_share_all_but_the_exchanged_column(table):
-    for parameter in NAMES:
-        first, second = (drawn(table, Kind.SOBOL, name, parameter) for name in (FIRST, SECOND))
-        assert first != second
-        for page in NAMES:
-            assert drawn(table, Kind.SOBOL, page, parameter) == (second if page == parameter else first)
-        assert drawn(table, Kind.SOBOL, AGAIN, parameter) == first
-
-
 def test_every_record_has_noise_of_its_own_and_a_whole_seal(table):
     seeds = table.runs.values("measurement.seed")
     assert len(set(seeds)) == len(seeds)
-    healthy = np.concatenate([rows(table, Kind.SOBOL, FIRST), rows(table, Kind.ALONE, NOTHING)])
+    healthy = rows(table, Kind.ALONE, NOTHING)
     assert {table.runs[row].parameters.leakage.internal_coefficient for row in healthy.tolist()} == {0.0}
 
 
 def test_a_design_takes_what_it_says(table, tmp_path):
     without = expanded(tmp_path, sensitivity="")
-    assert len(table.runs) == len(without.runs) + (3 + 1) * 50 + (3 + 3) * 32
+    assert len(table.runs) == len(without.runs) + (3 + 1) * 50
     ids = list(without.runs.record_digests())
     assert list(table.runs.record_digests())[: len(ids)] == ids

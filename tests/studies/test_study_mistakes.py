@@ -34,7 +34,7 @@ MISTAKES = {
         ("{over: {friction.scale: ±20 %}}", ".over.friction.scale"),
         ("{over: {friction.scale: {uniform: null}}}", ".over.friction.scale.uniform"),
     ],
-    "study.sensitivity": [("{sobol: 100}", ""), ("{sobol: 8}", ""), ("{alone: 10}", "")],
+    "study.sensitivity": [("{alone: 10}", "")],
     "extends": [("nope.yaml", "")],
     "sweep": [("{grid: {study.population.seed: [1, 2]}}", ".grid.study.population.seed")],
     "baseline": [("{leakage.internal_coefficient: 1e-9}", ".leakage.internal_coefficient")],

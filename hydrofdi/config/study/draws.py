@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.study.study import PopulationConfig, StudyConfig
 from hydrofdi.config.study.table import Drawn, populations
 from hydrofdi.config.sweeps.points import Column, Points, drawn, one_after_the_other
-from hydrofdi.config.sweeps.sweep import correlated, saltelli_page, unit_cube
-from hydrofdi.evaluation.populations import Kind
+from hydrofdi.config.sweeps.sweep import correlated, unit_cube
 
 _PATH = "study.population"
 
@@ -48,10 +47,6 @@ def _actuators(config: PopulationConfig, each: Drawn) -> Iterator[tuple[str, Col
 
 def _cube(config: PopulationConfig, each: Drawn) -> NDArray[np.float64]:
     """Points in the unit cube of what is drawn, shape (count, number of parameters)."""
-    if each.population.kind is Kind.SOBOL:
-        return saltelli_page(
-            each.population.name, list(config.over), each.count, _stream(config.seed, each.actuators)
-        )
     if config.method == "random":
         axes = [_unit(config, each.actuators, name, each.count) for name in config.over]
         return np.stack(axes, axis=1) if axes else np.empty((each.count, 0))

@@ -125,17 +125,10 @@ class SensitivityConfig(Section):
     """Records in which one parameter varies and the others keep their values, for each parameter, and as many
     in which none varies; 0 or 49 and more. What differs from record to record differs in all of them."""
 
-    sobol: FitCount = 0
-    """Base points of a design for Sobol indices, a power of two from 16 on; 0: none. With d parameters it
-    takes (d + 3) times as many records: Saltelli et al., Computer Physics Communications 181 (2010) 259, and
-    once more for the noise."""
-
     @model_validator(mode="after")
     def _counts_carry_what_is_stated(self) -> Self:
         if 0 < self.alone < 49:
             raise ValueError(f"alone: a range of scores needs at least 49 records; found {self.alone}")
-        if self.sobol and (self.sobol < 16 or self.sobol & (self.sobol - 1)):
-            raise ValueError(f"sobol: must be a power of two and at least 16; found {self.sobol}")
         return self
 
 
@@ -196,14 +189,8 @@ class StudyConfig(Section):
 
     @model_validator(mode="after")
     def _sensitivity_has_what_it_needs(self) -> Self:
-        asked, population = self.sensitivity, self.population
-        if (asked.alone or asked.sobol) and not population.over:
+        if self.sensitivity.alone and not self.population.over:
             raise ValueError("sensitivity: nothing varies; give population.over")
-        if asked.sobol and population.correlation:
-            raise ValueError(
-                "sensitivity.sobol: Sobol indices need independent parameters; remove it or"
-                " population.correlation"
-            )
         return self
 
 

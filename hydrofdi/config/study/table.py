@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.config.sweeps.values import nominal_value, parameter_value
-from hydrofdi.evaluation.populations import AGAIN, FIRST, NOTHING, SECOND, Kind, Population
+from hydrofdi.evaluation.populations import NOTHING, Kind, Population
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import convert, parse_quantity
 
@@ -78,7 +78,7 @@ def populations(study: StudyConfig) -> tuple[Drawn, ...]:
     judged = [*healthy, *_faulty(study), *_others(study)]
     if study.pairing == "common":
         judged = _on_common_actuators([*_before(judged), *judged])
-    return (*judged, *_alone(study), *_sobol(study))
+    return (*judged, *_alone(study))
 
 
 def study_table(study: StudyConfig, designs: Sequence[dict[str, Any]]) -> StudyTable:
@@ -152,14 +152,6 @@ def _alone(study: StudyConfig) -> list[Drawn]:
     varied: dict[str, tuple[str, ...]] = {name: (name,) for name in study.population.over} | {NOTHING: ()}
     drawn = [(_healthy(Population(name, Kind.ALONE), count), own) for name, own in varied.items()]
     return [replace(each, varied=own) for each, own in drawn] if count else []
-
-
-def _sobol(study: StudyConfig) -> list[Drawn]:
-    """The matrices A and B, A with each column from B, and the actuators of A recorded again."""
-    count = study.sensitivity.sobol
-    names = (FIRST, SECOND, *study.population.over, AGAIN)
-    drawn = [_healthy(Population(name, Kind.SOBOL), count) for name in names]
-    return [replace(each, actuators=Kind.SOBOL.value) for each in drawn] if count else []
 
 
 def _leak(parameter: str, level: float) -> str:

@@ -12,7 +12,6 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.config.sweeps.distributions import quantiles
-from hydrofdi.evaluation.populations import SECOND
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import Section
 
@@ -269,29 +268,3 @@ def correlated(
     depending = unit.copy()
     depending[:, axes] = ndtr(normal @ np.linalg.cholesky(np.array(correlation.matrix)).T)
     return depending
-
-
-def saltelli_page(
-    page: str, names: Sequence[str], count: int, seed: int | np.random.SeedSequence
-) -> NDArray[np.float64]:
-    """A page of a design for Sobol indices: Saltelli et al., Computer Physics Communications 181 (2010) 259.
-
-    Parameters
-    ----------
-    page : str
-        ``SECOND`` for the matrix B; a parameter for A with that column from B; any other name for A.
-    names : sequence of str, length n_axis
-    count : int
-    seed : int or SeedSequence
-        Must be the same for all pages.
-
-    Returns
-    -------
-    ndarray, shape (count, n_axis)
-    """
-    cube = unit_cube("sobol", count, 2 * len(names), seed)
-    first, second = cube[:, : len(names)], cube[:, len(names) :]
-    if page == SECOND:
-        return second
-    exchanged = np.array([name == page for name in names], dtype=bool)
-    return np.where(exchanged, second, first)

@@ -22,7 +22,7 @@ from hydrofdi.papers.maddahi2015.study import Study, study_experiment
 from hydrofdi.papers.maddahi2015.tables import deviations, reference_block, table2_block, table3_blocks
 from hydrofdi.report.composition import Report, answers, compose_empty, document_of
 from hydrofdi.report.document import Block, Document
-from hydrofdi.report.indicators.section import indicator_blocks
+from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.record import general_record
 from hydrofdi.report.sections.provenance import provenance_block
 from hydrofdi.report.sections.runs import doubts_block, holes_block, remarks_block, settled_block
@@ -123,7 +123,7 @@ def _blocks(study: Study) -> Iterator[Block | None]:
         answer, controls = scenario_blocks(study.scenarios)
         yield from answers(answer)
         yield controls
-        yield from indicator_blocks(study)
+        yield indicators_block(study.indicators, study.table)
         yield provenance_block(study.data)
         return
     yield holes_block(study)
@@ -140,6 +140,6 @@ def _blocks(study: Study) -> Iterator[Block | None]:
     yield checks
     yield controls_block(study.sealed, study.leaky) if study.has_baseline else None
     yield reference_block(study)
-    yield from indicator_blocks(study)
+    yield indicators_block(study.indicators, study.table)
     yield Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4"))
     yield provenance_block(study.data)

@@ -8,8 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from hydrofdi.evaluation.populations import NOTHING, Kind
-from hydrofdi.evaluation.sensitivity.estimate import Estimate
-from hydrofdi.evaluation.sensitivity.response import EquivalentFault, Reach
+from hydrofdi.evaluation.sensitivity import EquivalentFault, Reach, Spread
 from hydrofdi.report.detection.selection import best_with_sensors, distinct, wavelet_rules
 from hydrofdi.report.detection.wording import SeverityUnit, severity_unit
 from hydrofdi.report.document import Block
@@ -42,37 +41,21 @@ def shown_nuisances(detection: Detection) -> list[tuple[str, Nuisances]]:
     return [(name, found) for name in names if (found := nuisances(detection, name)) is not None]
 
 
-def nuisance_name(nuisance: Nuisance) -> str:
-    """A nuisance for people."""
-    return "record to record" if nuisance.parameter == NOTHING else nuisance.parameter
+def foremost_nuisances(found: Nuisances, most: int) -> list[tuple[str, Spread | None, Reach | None]]:
+    """All together, the nuisances that look like or hide the largest faults, and record to record."""
 
+    def size(nuisance: Nuisance) -> tuple[float, ...]:
+        alone, reach = nuisance.alone, nuisance.reach
+        ends = [end(fault) for fault in (reach.imitated, reach.hidden)] if reach else [-math.inf]
+        return max(ends), min(ends), alone.value if alone else -math.inf
 
-def by_reach(found: Nuisances, most: int) -> list[tuple[str, Reach]]:
-    """All together, then the nuisances that look like or hide the largest faults, and record to record."""
-    stated = [each for each in found.each if each.reach is not None]
-    first = _first(sorted(stated, key=_reached, reverse=True), most)
-    named = [(TOGETHER, found.together), *((nuisance_name(each), each.reach) for each in first)]
-    return [(name, reach) for name, reach in named if reach is not None]
-
-
-def _by_share(found: Nuisances, most: int) -> list[Nuisance]:
-    """The nuisances with the largest shares of the variance (else spreads alone), and record to record."""
-
-    def share(nuisance: Nuisance) -> float:
-        estimate = nuisance.total or nuisance.alone
-        return estimate.value if estimate is not None else -math.inf
-
-    return _first(sorted(found.each, key=share, reverse=True), most)
-
-
-def _first(ordered: list[Nuisance], most: int) -> list[Nuisance]:
-    return [*ordered[:most], *(each for each in ordered[most:] if each.parameter == NOTHING)]
-
-
-def _reached(nuisance: Nuisance) -> tuple[float, float]:
-    assert nuisance.reach is not None
-    ends = [end(fault) for fault in (nuisance.reach.imitated, nuisance.reach.hidden)]
-    return max(ends), min(ends)
+    ordered = sorted(found.each, key=size, reverse=True)
+    first = [*ordered[:most], *(each for each in ordered[most:] if each.parameter == NOTHING)]
+    together = [(TOGETHER, None, found.together)] if found.together else []
+    return together + [
+        ("record to record" if each.parameter == NOTHING else each.parameter, each.alone, each.reach)
+        for each in first
+    ]
 
 
 def end(fault: EquivalentFault) -> float:
@@ -91,31 +74,21 @@ def why_block(detection: Detection) -> Block | None:
     shown, tested, unit = shown_nuisances(detection), tested_range(detection), severity_unit(detection)
     if not shown:
         return None
-    tables = []
-    for place, (name, found) in enumerate(shown, 1):
-        if any(each.alone or each.total for each in found.each):
-            tables.append(_shares_table(place, name, found))
-        if tested and any(each.reach for each in found.each):
-            tables.append(_faults_table(place, name, by_reach(found, MOST_ROWS), tested, unit))
-    figures = ("tornado",) if any("faults" in table.key for table in tables) else ()
-    said = tuple(_sentences(detection, shown))
-    return Block("why", "Why: what moves healthy scores", said, tuple(tables), figures)
+    tables = tuple(_table(place, name, found, tested, unit) for place, (name, found) in enumerate(shown, 1))
+    figures = ("tornado",) if any(found.together for _, found in shown) else ()
+    return Block(
+        "why", "Why: what moves healthy scores", tuple(_sentences(detection, shown)), tables, figures
+    )
 
 
 def _sentences(detection: Detection, shown: list[tuple[str, Nuisances]]) -> Iterator[str]:
     records = detection.records
-    alone, base = (
-        max((records.rows(each).size for each in records.populations if each.kind is kind), default=0)
-        for kind in (Kind.ALONE, Kind.SOBOL)
-    )
+    alone = max(records.rows(each).size for each in records.populations if each.kind is Kind.ALONE)
     yield (
-        f"All records here are healthy: {counted(alone, 'record')} with each nuisance alone, and"
-        f" {counted(base, 'base point')} for Sobol indices. What differs from record to record on one"
-        " actuator (noise, start phase, seeds) differs in all of them and has a row of its own."
-    )
-    yield (
-        "Alone: central 90 % range of the score while only this varies, relative to the range while all vary."
-        " First order and total: Sobol indices, without and with interactions. In parentheses: intervals."
+        f"All records here are healthy: {counted(alone, 'record')} with each nuisance alone. What differs"
+        " from record to record on one actuator (noise, start phase, seeds) has a row of its own. Alone:"
+        " central 90 % range of the score while only this varies, relative to the range while all vary. In"
+        " parentheses: intervals."
     )
     if any(found.together for _, found in shown):
         yield (
@@ -125,51 +98,44 @@ def _sentences(detection: Detection, shown: list[tuple[str, Nuisances]]) -> Iter
         )
     for refusal in dict.fromkeys(refusal for _, found in shown for refusal in found.refusals):
         yield f"Not stated for some: {refusal}."
-    if lost := max(found.n_lost for _, found in shown):
-        yield f"Left out because a record has no score: up to {counted(lost, 'base point')}."
 
 
-def _shares_table(place: int, name: str, found: Nuisances) -> Table:
-    rows = _by_share(found, MOST_ROWS)
-    rest = len(found.each) - len(rows)
-    columns = (
-        Column("Nuisance", list(map(nuisance_name, rows)), is_text=True),
-        Column("Alone [%]", [_percent(each.alone) for each in rows]),
-        Column("First order [%]", [_percent(each.first_order) for each in rows]),
-        Column("Total [%]", [_percent(each.total) for each in rows]),
-    )
-    notes = (f"{counted(rest, 'further nuisance')} in JSON.",) if rest > 0 else ()
-    return Table(columns, f"{name}: what moves it without a leak", f"nuisances-{place}", notes)
-
-
-def _percent(estimate: Estimate | None) -> str:
-    """A share in percent with its interval, e.g. ``26 (-4 … 55)``."""
-    if estimate is None:
-        return HOLE
-    value, low, high = (f"{100.0 * part:.0f}" for part in (estimate.value, estimate.low, estimate.high))
-    return f"{value} ({low} … {high})".replace("-0 ", "0 ").replace(" ", _GAP)
-
-
-def _faults_table(
-    place: int, name: str, rows: list[tuple[str, Reach]], tested: tuple[float, float], unit: SeverityUnit
+def _table(
+    place: int, name: str, found: Nuisances, tested: tuple[float, float] | None, unit: SeverityUnit
 ) -> Table:
     def end_text(severity: float) -> str:
-        if severity == 0.0 or math.isinf(severity):
+        if tested and (severity == 0.0 or math.isinf(severity)):
             sign, nearest = ("<", tested[0]) if severity == 0.0 else (">", tested[1])
             return f"{sign}{two_digits(unit.value(nearest))}"
         return two_digits(unit.value(severity))
 
-    def text(fault: EquivalentFault) -> str:
+    def text(fault: EquivalentFault | None) -> str:
         """E.g. ``0.17 (0.07–0.32)``, ``<0.01``, ``0.7 (0.3–>1)``."""
+        if fault is None:
+            return HOLE
         value, low, high = map(end_text, (end(fault), fault.low, fault.high))
         return value if low == high else f"{value} ({low}–{high})".replace(" ", _GAP)
 
-    columns = (
-        Column("Nuisance", [label for label, _ in rows], is_text=True),
-        Column(f"Looks like{unit.bracket}", [text(reach.imitated) for _, reach in rows]),
-        Column(f"Hides{unit.bracket}", [text(reach.hidden) for _, reach in rows]),
-    )
-    return Table(columns, f"{name}: what moves it, as {unit.quantity}", f"nuisances-as-faults-{place}")
+    rows = foremost_nuisances(found, MOST_ROWS)
+    columns = [
+        Column("Nuisance", [label for label, *_ in rows], is_text=True),
+        Column("Alone [%]", [alone for _, alone, _ in rows], text=_percent),
+    ]
+    if found.together:
+        imitated = [text(reach.imitated if reach else None) for *_, reach in rows]
+        hidden = [text(reach.hidden if reach else None) for *_, reach in rows]
+        columns += [Column(f"Looks like{unit.bracket}", imitated), Column(f"Hides{unit.bracket}", hidden)]
+    rest = len(found.each) - MOST_ROWS - 1
+    notes = (f"{counted(rest, 'further nuisance')} in JSON.",) if rest > 0 else ()
+    return Table(tuple(columns), f"{name}: what moves it without a leak", f"nuisances-{place}", notes)
+
+
+def _percent(spread: Spread | None) -> str:
+    """A share in percent with its interval, e.g. ``26 (4 … 55)``."""
+    if spread is None:
+        return HOLE
+    value, low, high = (f"{100.0 * part:.0f}" for part in (spread.value, spread.low, spread.high))
+    return f"{value} ({low} … {high})".replace(" ", _GAP)
 
 
 def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:
@@ -178,21 +144,18 @@ def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:
     return [
         {
             "parameter": each.parameter,
-            "alone": _estimate_record(each.alone),
-            "first_order": _estimate_record(each.first_order),
-            "total": _estimate_record(each.total),
+            "alone": each.alone
+            and {
+                "value": finite(each.alone.value),
+                "low": finite(each.alone.low),
+                "high": finite(each.alone.high),
+                "n": each.alone.n_record,
+            },
             "imitates": None if each.reach is None else _fault_record(each.reach.imitated, unit),
             "hides": None if each.reach is None else _fault_record(each.reach.hidden, unit),
         }
         for each in (found.each if found else ())
     ]
-
-
-def _estimate_record(estimate: Estimate | None) -> dict[str, Any] | None:
-    if estimate is None:
-        return None
-    numbers = {name: finite(getattr(estimate, name)) for name in ("value", "low", "high")}
-    return {**numbers, "n": estimate.n_record}
 
 
 def _fault_record(fault: EquivalentFault, unit: SeverityUnit) -> dict[str, Any]:

@@ -34,7 +34,6 @@ _KINDS = {
     (Kind.SHIFT, False): "healthy, shifted",
     (Kind.CONFUSION, False): "another fault",
 }
-_NUISANCES = {Kind.ALONE: "each nuisance alone", Kind.SOBOL: "Sobol design"}
 _GROUPS = {Kind.HEALTHY: "healthy", Kind.FAULT: "leaking"}
 _SECTIONS = {
     Channel.CHAMBER_1_PRESSURE: "pressure_1_sensor",
@@ -81,7 +80,7 @@ def populations_block(detection: Detection, experiment: ExperimentConfig | None)
 def _populations_table(detection: Detection, study: StudyConfig | None) -> Table:
     unit, records = severity_unit(detection), detection.records
     changes = {**study.shifts, **study.confusions} if study else {}
-    shown = [each for each in records.populations if each.kind not in _NUISANCES]
+    shown = [each for each in records.populations if each.kind is not Kind.ALONE]
     rows: list[tuple[Any, ...]] = []
     for each in shown:
         severity = records.severity[records.rows(each)]
@@ -90,9 +89,9 @@ def _populations_table(detection: Detection, study: StudyConfig | None) -> Table
         kind = _KINDS.get((each.kind, each.is_fit), str(each.kind))
         differs = shown_values(changes.get(each.name, {}))
         rows.append((each.name, kind, severity.size, unit.value(each.severity), true, differs))
-    for kind, name in _NUISANCES.items():
-        n = sum(records.rows(each).size for each in records.populations if each.kind is kind)
-        rows += [(name, "healthy, for explanation", n, None, None, "")] if n else []
+    if alone := records.chosen(Kind.ALONE, is_fit=False):
+        n = sum(records.rows(each).size for each in alone)
+        rows.append(("each nuisance alone", "healthy, for explanation", n, None, None, ""))
     note = f"True mean: mean {unit.quantity} over each record, averaged over the records."
     if unit.name == "L/min":
         note += (

@@ -19,7 +19,7 @@ study:
   faults: {leakage.internal_flow: [0.02 L/min, 2 L/min], each: 15, fit: 5}
 detection: {false_alarm_rate: 10 %, probability: 80 %, indicators: [dwt]}
 """
-LARGER = ("study.healthy.fit=60", "study.sensitivity.alone=49", "study.sensitivity.sobol=16")
+LARGER = ("study.healthy.fit=60", "study.sensitivity.alone=49")
 
 
 @pytest.fixture(scope="module")

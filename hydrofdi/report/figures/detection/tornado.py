@@ -7,8 +7,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.sensitivity.response import Reach
-from hydrofdi.report.detection.nuisances import TOGETHER, by_reach, end, shown_nuisances, tested_range
+from hydrofdi.evaluation.sensitivity import Reach
+from hydrofdi.report.detection.nuisances import (
+    TOGETHER,
+    end,
+    foremost_nuisances,
+    shown_nuisances,
+    tested_range,
+)
 from hydrofdi.report.detection.wording import SeverityUnit, severity_unit
 from hydrofdi.report.figures.detection.marks import panels
 from hydrofdi.report.figures.style import BLUE, INK, ORANGE
@@ -29,8 +35,11 @@ def draw_tornado(detection: Detection) -> Any:
         The study has no records for it, or no leak moves a score.
     """
     tested, unit = tested_range(detection), severity_unit(detection)
-    found = ((name, by_reach(own, _MOST_ROWS)) for name, own in shown_nuisances(detection))
-    shown = [(name, rows) for name, rows in found if rows][:_MOST_PANELS]
+    shown = [
+        (name, [(label, reach) for label, _, reach in foremost_nuisances(own, _MOST_ROWS) if reach])
+        for name, own in shown_nuisances(detection)
+        if own.together
+    ][:_MOST_PANELS]
     if tested is None or not shown:
         raise ReportError("no nuisance can be expressed as a leak: set study.sensitivity.alone, and leaks")
     height = 0.9 + 0.2 * max(len(rows) for _, rows in shown)

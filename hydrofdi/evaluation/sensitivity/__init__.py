@@ -1,1 +1,0 @@
-"""Sensitivity of scores to nuisances: individual spread, Sobol indices, and equivalent leak."""

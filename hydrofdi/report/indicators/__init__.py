@@ -1,1 +1,0 @@
-"""Indicators over the runs of an experiment: changes over varied parameters, compared with healthy runs."""

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.plant_constants import constants_not_given, plant_constants
+from hydrofdi.indicators.nominal_actuator import constants_not_given, plant_constants
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource

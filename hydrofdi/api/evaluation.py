@@ -12,7 +12,7 @@ from hydrofdi.api.evaluation_tables import evaluation_record, pairs_table, score
 from hydrofdi.api.measuring import Counted
 from hydrofdi.api.notebook import html_sentences, shown
 from hydrofdi.errors import ConfigError, ReportError
-from hydrofdi.evaluation.groups import HealthyPair
+from hydrofdi.evaluation.rates import HealthyPair
 from hydrofdi.indicators.record_measures import RecordMeasures
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.table import Table

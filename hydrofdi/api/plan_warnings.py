@@ -17,7 +17,7 @@ from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.drive import InputConfig, is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
-from hydrofdi.indicators.plant_constants import plant_constants
+from hydrofdi.indicators.nominal_actuator import plant_constants
 from hydrofdi.records import RecordBatch
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.quantities import Section

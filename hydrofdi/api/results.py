@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from hydrofdi.api.sweep import SweepSummary
     from hydrofdi.records import Channel, RecordSource
-    from hydrofdi.report.contract import ComposedReport
+    from hydrofdi.report.document import ComposedReport
     from hydrofdi.store import ExperimentData
 
 
@@ -129,7 +129,7 @@ class Results(Guessable):
 
     def report(self) -> Markdown:
         """The report as Markdown, as ``hydrofdi report --format markdown`` prints it."""
-        from hydrofdi.report.forms.markdown import render_markdown
+        from hydrofdi.report.forms.page import render_markdown
 
         with shown_in(self.data.experiment.units):
             return Markdown(render_markdown(self._report.document()))

@@ -16,11 +16,10 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.scoring import EXTRA, has_extra
 from hydrofdi.settings.counting import counted
-from hydrofdi.studies.judged import rules_of
+from hydrofdi.studies.charts import time_needed, watched_instants
+from hydrofdi.studies.detecting import rules_of
 from hydrofdi.studies.left_out import asks_for_extra
 from hydrofdi.studies.rules import Rules
-from hydrofdi.studies.run_lengths.judgement import time_needed
-from hydrofdi.studies.run_lengths.traces import watched_instants
 
 
 def study_warnings(experiment: ExperimentConfig) -> list[str]:

@@ -11,7 +11,7 @@ from hydrofdi.cli.options import Json
 from hydrofdi.errors import ReportError
 
 if TYPE_CHECKING:
-    from hydrofdi.report.contract import ComposedReport
+    from hydrofdi.report.document import ComposedReport
 
 
 def report(
@@ -114,7 +114,7 @@ def _write_page(made: ComposedReport, page: Path) -> None:
 def _print(made: ComposedReport, form: str, full: bool) -> None:
     from hydrofdi.cli.tables import print_document
     from hydrofdi.cli.terminal import write_out
-    from hydrofdi.report.forms.markdown import render_markdown
+    from hydrofdi.report.forms.page import render_markdown
     from hydrofdi.report.record import render_csv, render_json
 
     match form:

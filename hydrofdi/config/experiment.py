@@ -18,7 +18,7 @@ from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.config.sweeps.sweep import ReplicatesConfig, SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.absent import AbsentIndicator
+from hydrofdi.indicators.faults import AbsentIndicator
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import make_chosen
 from hydrofdi.settings.messages import nearest

@@ -13,8 +13,7 @@ from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.indicators.choice import chosen_options
-from hydrofdi.indicators.selection import make_chosen
+from hydrofdi.indicators.selection import chosen_options, make_chosen
 from hydrofdi.settings.counting import brief
 from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.messages import nearest

@@ -11,7 +11,7 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.estimation.ekf import FIRST_PARAMETER, N_MEASURED
 from hydrofdi.estimation.ekf_stream import Tuning, find_path
 from hydrofdi.estimation.square_root import find_gain, grow, shrink
-from hydrofdi.estimation.unscented_prediction import Estimated, Places, Workspace, predict_unscented
+from hydrofdi.estimation.unscented import Estimated, Places, Workspace, predict_unscented
 from hydrofdi.physics.equation import equation
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrofdi.evaluation.auc import area_under_curve
+from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.evaluation.scores import Array
 
 

@@ -12,10 +12,10 @@ from pydantic import Field
 from hydrofdi.estimation.chamber_balance import UNKNOWNS
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.plant_constants import PlantConstant
+from hydrofdi.indicators.nominal_actuator import PlantConstant
+from hydrofdi.indicators.nominal_plant import UncertainActuator
 from hydrofdi.indicators.plausibility import FLUID, POSITIVE
 from hydrofdi.indicators.stepping import alternating_side
-from hydrofdi.indicators.uncertain_actuator import UncertainActuator
 from hydrofdi.indicators.volume_balance import P1, P2, VolumeBalance, X
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI

@@ -13,7 +13,7 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.records import Channel
+from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import Section
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
@@ -114,3 +114,34 @@ def _fault_of_declaration(indicator: Indicator[Any]) -> str:
     if twice := [name for name in names if names.count(name) > 1]:
         return f"it has two outputs {twice[0]!r}"
     return ""
+
+
+class AbsentIndicator(Indicator[Any]):
+    """Placeholder for an indicator that is not installed: stored results are read without it."""
+
+    name = "absent"
+    version = 0
+    summary = "An indicator that is not installed."
+    source = "none"
+
+    def __init__(self, reason: str) -> None:
+        super().__init__()
+        self.reason = reason
+
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """None."""
+        return frozenset()
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """None."""
+        return ()
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """Message that the indicator is not installed."""
+        return self.reason
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """No values."""
+        return {}

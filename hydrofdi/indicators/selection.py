@@ -2,21 +2,105 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+import warnings
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.indicators.choice import chosen_options
+from hydrofdi.errors import ConfigError, IndicatorWarning, Issue
 from hydrofdi.indicators.contract import Indicator
-from hydrofdi.indicators.registry import indicator_kind, indicator_names, sound_indicator
+from hydrofdi.indicators.registry import indicator_kind, indicator_names, shadows, sound_indicator
 from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
+
+LABEL_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
+
+_IN_FILES = """
+run time level phase run_id record_id status message verdict bulk_modulus replicate_of_run fixed_baseline_run
+matched_baseline_run internal_leakage_level internal_leakage_coefficient internal_leakage_flow
+chamber_1_pressure chamber_2_pressure piston_position piston_velocity spool_position input_voltage
+reference_position load_force valve_supply_pressure detail_rms approximation_rms phase_detail_rms
+settled_detail_rms settled_approximation_rms settled_phase_detail_rms settled_from settling_change
+mean_chamber_1_pressure mean_internal_leakage_flow mean_external_leakage_flow_1 mean_external_leakage_flow_2
+chamber_1_pressure_min chamber_1_pressure_max chamber_2_pressure_min chamber_2_pressure_max
+piston_position_min piston_position_max above_supply_share cavitating_share clipped_share pressure_variation
+unusual_share volume_residual energy_residual hydraulic_mode_frequency hydraulic_mode_damping_ratio
+"""
+
+TAKEN = frozenset(_IN_FILES.split())
+"""Variables and dimensions of an experiment file."""
+
+
+def label_mistake(label: object, of: str = "an indicator") -> str | None:
+    """Message if a label is not valid, else None."""
+    if not isinstance(label, str) or not re.fullmatch(LABEL_PATTERN, label):
+        rule = "letters, digits, '_' and '-', beginning with a letter, at most 64"
+        return f"is not a valid label of {of} ({rule})"
+    if label in TAKEN:
+        return "is the name of a variable of experiment files; choose another label and add 'kind: NAME'"
+    return None
+
+
+def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[str, Any]:
+    """Label → options, for any form of choice; mistakes are collected in `source`."""
+    for shadow in shadows():
+        warnings.warn(shadow, IndicatorWarning, stacklevel=2)
+    if isinstance(chosen, str) and chosen.strip() == "all":
+        return {name: {} for name in _loadable_names()}
+    given = [name.strip() for name in chosen.split(",")] if isinstance(chosen, str) else chosen
+    is_unnamed = isinstance(chosen, str) and "" in given
+    if not isinstance(given, Mapping | Sequence) or not given or is_unnamed:
+        listed = "'hydrofdi indicators' lists them"
+        message = f"expected 'all', names, or 'name: {{options}}' pairs; found {chosen!r}; {listed}"
+        source.mistakes.append(source.mistake(within, message))
+        return {}
+    if not isinstance(given, Mapping):
+        return _named(given, source, within)
+    for label in given:
+        if mistake := label_mistake(label):
+            source.mistakes.append(source.mistake((*within, label), f"{label!r} {mistake}"))
+    return {str(label): options for label, options in given.items() if label_mistake(label) is None}
+
+
+def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, Any]:
+    names: dict[str, Any] = {}
+    for place, item in enumerate(given):
+        name = item.strip() if isinstance(item, str) else item
+        message = ""
+        if isinstance(name, Mapping):
+            message = (
+                "a list contains only names; with options, write 'indicators: {dwt: {}, modwt: {levels: 3}}'"
+            )
+        elif not isinstance(name, str) or not name:
+            message = f"expected the name of an indicator; found {name!r}; 'hydrofdi indicators' lists them"
+        elif name in names:
+            message = f"{name!r} is named twice; give one a label of its own: 'LABEL: {{kind: {name}}}'"
+        elif name == "all":
+            message = "'all' cannot be combined with other names"
+        if message:
+            source.mistakes.append(source.mistake((*within, place), message))
+        else:
+            names[name] = {}
+    return names
+
+
+def _loadable_names() -> list[str]:
+    """Names of all indicators that can be loaded; warn about the others."""
+    names = []
+    for name in indicator_names():
+        try:
+            sound_indicator(name)
+            names.append(name)
+        except ConfigError as error:
+            warnings.warn(f"{error}; the indicator is omitted", IndicatorWarning, stacklevel=3)
+    return names
+
 
 _SUFFIXES = (".yaml", ".yml")
 

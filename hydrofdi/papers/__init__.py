@@ -5,7 +5,7 @@ from __future__ import annotations
 from hydrofdi.papers.maddahi2015 import asked_views
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.composition import Report
-from hydrofdi.report.contract import ComposedReport
+from hydrofdi.report.document import ComposedReport
 from hydrofdi.store import ExperimentData
 
 

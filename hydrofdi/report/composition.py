@@ -8,12 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.document import Block, Document
-from hydrofdi.report.indicators import indicators_block
-from hydrofdi.report.record import general_record, tidy_columns
-from hydrofdi.report.responses import responses_block, responses_record
-from hydrofdi.report.sections.provenance import machine_block, provenance_block
-from hydrofdi.report.sections.runs import (
+from hydrofdi.report.changes import (
     changes_block,
     doubts_block,
     holes_block,
@@ -21,9 +16,14 @@ from hydrofdi.report.sections.runs import (
     summary_block,
     varied_block,
 )
+from hydrofdi.report.document import Block, Document
+from hydrofdi.report.indicators import indicators_block
+from hydrofdi.report.provenance import machine_block, provenance_block
+from hydrofdi.report.record import general_record, tidy_columns
+from hydrofdi.report.responses import responses_block, responses_record
 
 if TYPE_CHECKING:
-    from hydrofdi.report.contract import FigureKind
+    from hydrofdi.report.document import FigureKind
     from hydrofdi.store import ExperimentData
 
 FEW_AXES = 4

@@ -12,7 +12,7 @@ from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import joined
 from hydrofdi.settings.readable import HOLE, two_digits
-from hydrofdi.studies.estimates.judging import EstimateJudgement, Estimates
+from hydrofdi.studies.truth import EstimateJudgement, Estimates
 from hydrofdi.units import convert
 
 REFERENCE_PRESSURE = 8e6

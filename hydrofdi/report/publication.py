@@ -7,13 +7,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from hydrofdi.errors import ReportError
-from hydrofdi.report.contract import ComposedReport
-from hydrofdi.report.document import Document
+from hydrofdi.report.document import ComposedReport, Document
 from hydrofdi.report.figures import KINDS, Figure, draw_all
 from hydrofdi.report.figures.style import INK, PAPER, RULE, figure_bytes
-from hydrofdi.report.forms.inline_svg import inline_svg
-from hydrofdi.report.forms.markdown import render_markdown
-from hydrofdi.report.forms.page import missing_figure, render_page
+from hydrofdi.report.forms.page import inline_svg, missing_figure, render_markdown, render_page
 from hydrofdi.report.record import render_csv, render_json, render_parquet
 from hydrofdi.store.files import require_own, whole_file
 

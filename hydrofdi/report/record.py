@@ -10,7 +10,7 @@ from typing import Any
 
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.contract import ComposedReport
+from hydrofdi.report.document import ComposedReport
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.forms.separated import csv_lines
 from hydrofdi.report.indicators import indicator_record, output_columns, output_values

@@ -16,7 +16,7 @@ from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
 from hydrofdi.report.document import Block
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.indicators import measured_indicators
-from hydrofdi.report.rank import RankCorrelation, rank_correlation
+from hydrofdi.report.intervals import RankCorrelation, rank_correlation
 from hydrofdi.report.runs import baseline_changes
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import signed, with_minus

@@ -16,7 +16,7 @@ from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import flow_text, joined
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import HOLE, two_digits
-from hydrofdi.studies.run_lengths.judgement import ChartJudgement, LeakDelay, RunLengths, time_needed
+from hydrofdi.studies.charts import ChartJudgement, LeakDelay, RunLengths, time_needed
 from hydrofdi.units import convert
 
 _ORDER = (

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.auc import Area, area_under_curve
-from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS, grouped_area
-from hydrofdi.evaluation.clustered import MANY_GROUPS, clustered_area
 from hydrofdi.evaluation.direction import Direction, suspicion
-from hydrofdi.evaluation.roc import roc_curve
+from hydrofdi.evaluation.grouped_area import FEWEST_GROUPS, MANY_GROUPS, clustered_area, grouped_area
+from hydrofdi.evaluation.roc import Area, area_under_curve, roc_curve
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.studies.parts import Notes, Part
 from hydrofdi.studies.rules import Rules

@@ -11,16 +11,11 @@ import numpy as np
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.multiplicity import simultaneous_confidence
-from hydrofdi.evaluation.pod.axis import AxisName
-from hydrofdi.evaluation.pod.curve import PodCurve, probability_of_detection
-from hydrofdi.evaluation.pod.detectable import DetectableSeverity
-from hydrofdi.evaluation.pod.lack_of_fit import LackOfFit, lack_of_fit
-from hydrofdi.evaluation.pod.monotone import interpolated_level
-from hydrofdi.evaluation.pod.profile import quantile_of_chi_square
-from hydrofdi.evaluation.pod.smallest import smallest_detectable
+from hydrofdi.evaluation.pod.curve import AxisName, LackOfFit, PodCurve, lack_of_fit, probability_of_detection
+from hydrofdi.evaluation.pod.smallest import DetectableSeverity, quantile_of_chi_square, smallest_detectable
+from hydrofdi.evaluation.pod.tally import interpolated_level
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.evaluation.threshold import Threshold
-from hydrofdi.evaluation.tolerance import records_needed
+from hydrofdi.evaluation.threshold import Threshold, records_needed
 from hydrofdi.studies.parts import Notes, Part, TestedLevels, quantile_name
 from hydrofdi.studies.rules import Rules
 

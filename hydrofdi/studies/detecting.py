@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from hydrofdi.config.study.detection import DetectionConfig
 from hydrofdi.evaluation.multiplicity import confidence_text, simultaneous_confidence
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.settings.counting import counted
-from hydrofdi.studies.judgement import Detection
+from hydrofdi.store import ExperimentData
+from hydrofdi.studies.judgement import Detection, pareto_set, ranked
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.ranking import pareto_set, ranked
+from hydrofdi.studies.reading import read_study
 from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.rules import Rules, ThresholdKind
 
 
 def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Detection:
@@ -59,3 +61,21 @@ def _remarks(records: StudyRecords, n_tried: int, rules: Rules) -> list[str]:
     if not records.chosen(Kind.FAULT, is_fit=False):
         remarks.append("no faulty record is tested: there are no results on detection")
     return remarks
+
+
+def judge_study(data: ExperimentData) -> tuple[Detection, ...]:
+    """Evaluate every score of every design of a stored study.
+
+    Raises
+    ------
+    ReportError
+        The experiment has no study, or its file does not contain the runs of its study.
+    """
+    rules = rules_of(data.experiment.detection)
+    return tuple(detect(design.records, design.scores, rules) for design in read_study(data))
+
+
+def rules_of(asked: DetectionConfig) -> Rules:
+    """Rules that an experiment requests."""
+    threshold = ThresholdKind(asked.threshold)
+    return Rules(asked.false_alarm_rate, asked.confidence, asked.probability, threshold)

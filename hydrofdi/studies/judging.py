@@ -10,9 +10,8 @@ import numpy as np
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction, learned_direction
-from hydrofdi.evaluation.groups import left_out_outcomes
 from hydrofdi.evaluation.populations import Kind, Population
-from hydrofdi.evaluation.rates import Rate, alarm_rate
+from hydrofdi.evaluation.rates import Rate, alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.studies.areas import suspicion_from

@@ -1,9 +1,9 @@
-"""Combined scores of a study: made of several measured numbers, or compensated for some."""
+"""Combined scores of a study."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,81 @@ from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.records import Channel
-from hydrofdi.scoring import Score, cross_fitted_scores, make_score
+from hydrofdi.scoring import cross_fitted_scores, make_score
+from hydrofdi.scoring.contract import Flags, Rule, Score
 from hydrofdi.settings.messages import nearest
-from hydrofdi.studies.largest_change import LargestChange
+from hydrofdi.settings.quantities import Section
 from hydrofdi.studies.paired import CHANGE
 from hydrofdi.studies.records import Scored, StudyRecords
+
+_DETAILS = tuple(f"dwt.d{level}" for level in range(1, 6))
+
+
+def usual_scores(
+    records: StudyRecords, scores: Sequence[Scored], *, tested_teach: bool = False
+) -> dict[str, ScoreConfig]:
+    """Default scores: for every set of sensors, a score of all numbers that these sensors give.
+
+    ``mahalanobis`` from healthy fit records, and ``lda`` if there are faulty fit records; in addition the
+    rule of the paper, the largest fall of d1 … d5.
+
+    Parameters
+    ----------
+    records : StudyRecords
+    scores : sequence of Scored
+    tested_teach : bool
+        Whether faulty test records may be used for training, as in `made_scores`.
+    """
+    teachers = records.chosen(Kind.FAULT, is_fit=True)
+    if tested_teach:
+        teachers += records.chosen(Kind.FAULT, is_fit=False)
+    kinds = ["mahalanobis", *(["lda"] if teachers else [])]
+    made: dict[str, ScoreConfig] = {}
+    for sensors in dict.fromkeys(each.channels for each in scores if each.channels):
+        names = [each.name for each in scores if each.channels and set(each.channels) <= set(sensors)]
+        if len(names) > 1:
+            title = " ".join(Channel(channel).symbol for channel in sensors)
+            made |= {
+                f"{kind}({title})": ScoreConfig.model_validate({"kind": kind, "of": names}) for kind in kinds
+            }
+    details = [each.name for each in scores if each.name in _DETAILS]
+    if len(details) == len(_DETAILS):
+        made["largest_change(d1 … d5)"] = ScoreConfig(kind="largest_change", of=details)
+    return made
+
+
+class LargestChange(Score[Section]):
+    """Largest relative fall of a feature below its healthy mean.
+
+    It scales features by their means, so it depends on their zero points, unlike the scores of
+    `hydrofdi.scoring`.
+    """
+
+    name = "largest_change"
+    summary = "Largest fall of a feature below its healthy mean, relative to the mean."
+    source = "Maddahi, Yazdanpanah Goharrizi, Wu and Sepehri, CDSR 2015, paper 181"
+    equation = "max_j (m_j − y_j)/m_j, m the means of healthy records"
+    caution = "The feature that varies most without a fault dominates: a change is scaled only by the mean."
+    needs_faulty = False
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Fit the means of healthy records."""
+        means = values.mean(axis=0)
+        if not means.all():
+            raise NotStatedError("the score largest_change: a feature has zero mean in healthy records")
+        return LargestFall(means)
+
+
+@dataclass(frozen=True, eq=False)
+class LargestFall:
+    """Largest fall below `means`, shape (n_feature,), relative to them."""
+
+    means: Array
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,)."""
+        return np.asarray(np.max((self.means - values) / self.means, axis=1))
+
 
 MOST_MISSING = 0.1
 """Largest fraction of fit records without a value; a number with more missing values is omitted."""

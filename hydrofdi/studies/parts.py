@@ -12,14 +12,12 @@ import numpy as np
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.multiplicity import confidence_text
 from hydrofdi.evaluation.pod.curve import PodCurve
-from hydrofdi.evaluation.pod.detectable import DetectableSeverity
-from hydrofdi.evaluation.pod.monotone import last_shown
-from hydrofdi.evaluation.pod.tally import Tally
+from hydrofdi.evaluation.pod.smallest import DetectableSeverity
+from hydrofdi.evaluation.pod.tally import Tally, last_shown
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.evaluation.threshold import Threshold
-from hydrofdi.evaluation.tolerance import records_needed
+from hydrofdi.evaluation.threshold import Threshold, records_needed
 from hydrofdi.studies.records import Scored, StudyRecords
 
 Stated = TypeVar("Stated")

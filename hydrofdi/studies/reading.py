@@ -23,10 +23,9 @@ from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, 
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.store.results import MISSING
 from hydrofdi.studies.left_out import makeable, makeable_within, sensor_remark, within
-from hydrofdi.studies.made_scores import made_scores
+from hydrofdi.studies.made_scores import made_scores, usual_scores
 from hydrofdi.studies.paired import changes_since_before
 from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.usual_scores import usual_scores
 
 _SEVERITIES = {
     "leakage.internal_flow": (MEAN_LEAKAGE_FLOW, "m^3/s"),

@@ -10,11 +10,10 @@ from numpy.typing import ArrayLike
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.pod.likelihood import Link
+from hydrofdi.evaluation.pod.curve import Link
 from hydrofdi.evaluation.scores import share_between_0_and_1
 from hydrofdi.evaluation.tail import tail_threshold
-from hydrofdi.evaluation.threshold import Threshold, quantile_threshold
-from hydrofdi.evaluation.tolerance import records_needed, tolerance_threshold
+from hydrofdi.evaluation.threshold import Threshold, quantile_threshold, records_needed, tolerance_threshold
 
 
 class ThresholdKind(StrEnum):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from hydrofdi.evaluation.auc import area_under_curve
+from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.scoring import make_score
 from tests.commands import run, run_json
 

@@ -10,8 +10,8 @@ import pytest
 
 from hydrofdi.api.evaluation_tables import ranked_by_control
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.groups import healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.rates import healthy_against_healthy
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored, StudyRecords

@@ -9,7 +9,7 @@ from hydrofdi.estimation import ekf_stream, ukf_stream
 from hydrofdi.estimation.ekf import N_MEASURED
 from hydrofdi.estimation.plant import N_STATE
 from hydrofdi.estimation.spool_path import spool_transition
-from hydrofdi.estimation.unscented_prediction import Estimated, Workspace
+from hydrofdi.estimation.unscented import Estimated, Workspace
 
 N_STEP = 4
 SENSORS = np.array([5e-3, 5e-3, 1e-2]) ** 2

@@ -8,13 +8,9 @@ from scipy.optimize import minimize
 from scipy.special import expit, logit, ndtr, ndtri
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.pod.bounds import lower_bound
-from hydrofdi.evaluation.pod.curve import probability_of_detection
-from hydrofdi.evaluation.pod.lack_of_fit import lack_of_fit
-from hydrofdi.evaluation.pod.likelihood import log_likelihood
-from hydrofdi.evaluation.pod.monotone import detected_level, monotone_detection
-from hydrofdi.evaluation.pod.smallest import smallest_detectable
-from hydrofdi.evaluation.pod.tally import tally
+from hydrofdi.evaluation.pod.curve import lack_of_fit, log_likelihood, probability_of_detection
+from hydrofdi.evaluation.pod.smallest import lower_bound, smallest_detectable
+from hydrofdi.evaluation.pod.tally import detected_level, monotone_detection, tally
 from tests.evaluation.repeats import holds_at_least, holds_in
 
 LEVELS = np.logspace(-2.0, 0.0, 9)

@@ -9,13 +9,10 @@ from scipy.special import ndtr
 from scipy.stats import binomtest, t
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.auc import area_under_curve
-from hydrofdi.evaluation.bootstrap import group_bootstrap, grouped_area
-from hydrofdi.evaluation.clustered import clustered_area
-from hydrofdi.evaluation.groups import healthy_against_healthy, left_out_outcomes
-from hydrofdi.evaluation.rates import alarm_rate, clopper_pearson
-from hydrofdi.evaluation.threshold import quantile_threshold
-from hydrofdi.evaluation.tolerance import tolerance_threshold
+from hydrofdi.evaluation.grouped_area import clustered_area, group_bootstrap, grouped_area
+from hydrofdi.evaluation.rates import alarm_rate, clopper_pearson, healthy_against_healthy, left_out_outcomes
+from hydrofdi.evaluation.roc import area_under_curve
+from hydrofdi.evaluation.threshold import quantile_threshold, tolerance_threshold
 from tests.evaluation.repeats import holds_at_least, holds_in
 
 RULE = partial(quantile_threshold, false_alarm_rate=0.05)

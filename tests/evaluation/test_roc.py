@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ndtr
 
-from hydrofdi.evaluation.auc import area_under_curve, placements
-from hydrofdi.evaluation.roc import roc_curve
+from hydrofdi.evaluation.roc import area_under_curve, placements, roc_curve
 from tests.evaluation.repeats import holds_in
 
 SCORES = st.lists(st.integers(-5, 5).map(float) | st.just(math.inf), min_size=1, max_size=30)

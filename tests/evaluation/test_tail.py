@@ -7,8 +7,12 @@ from scipy.stats import genpareto
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.pareto import GeneralisedPareto, anderson_darling, fit_generalised_pareto
-from hydrofdi.evaluation.tail import tail_threshold
+from hydrofdi.evaluation.tail import (
+    GeneralisedPareto,
+    anderson_darling,
+    fit_generalised_pareto,
+    tail_threshold,
+)
 from tests.evaluation.repeats import holds_at_least
 
 

@@ -12,8 +12,7 @@ from scipy.stats import beta, binom
 from hydrofdi.errors import HydrofdiError, NotStatedError
 from hydrofdi.evaluation.direction import Direction, learned_direction, suspicion
 from hydrofdi.evaluation.rates import alarm_rate
-from hydrofdi.evaluation.threshold import quantile_threshold
-from hydrofdi.evaluation.tolerance import records_needed, tolerance_threshold
+from hydrofdi.evaluation.threshold import quantile_threshold, records_needed, tolerance_threshold
 from tests.evaluation.repeats import holds_in
 
 

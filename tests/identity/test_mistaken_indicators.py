@@ -9,7 +9,7 @@ import pytest
 from hydrofdi.config import ExperimentConfig, load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators
-from hydrofdi.indicators.labels import TAKEN
+from hydrofdi.indicators.selection import TAKEN
 from hydrofdi.store.layout import names
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.papers.maddahi2015.report import StudyReport
-from hydrofdi.report.forms.markdown import render_markdown
+from hydrofdi.report.forms.page import render_markdown
 from hydrofdi.report.record import tidy_columns
 
 KEPT = Path(__file__).parents[2] / "results" / "table3"

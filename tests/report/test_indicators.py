@@ -12,8 +12,7 @@ from hydrofdi.cli.tables import print_document
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.registry import indicator_kind
 from hydrofdi.papers import make_report
-from hydrofdi.report.forms.markdown import render_markdown
-from hydrofdi.report.forms.page import render_page
+from hydrofdi.report.forms.page import render_markdown, render_page
 from hydrofdi.report.indicators import (
     healthy_spread,
     measured_indicator,

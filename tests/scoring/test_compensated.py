@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.evaluation.auc import area_under_curve
+from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.scoring import make_score
 
 SPREAD = 0.05

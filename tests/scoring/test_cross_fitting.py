@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.evaluation.auc import area_under_curve
+from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.scoring import cross_fitted_scores, make_score, score_names
 from tests.scoring.populations import Population
 

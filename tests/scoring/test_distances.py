@@ -6,7 +6,7 @@ from scipy.stats import chi2, kstest
 from sklearn.covariance import LedoitWolf, ShrunkCovariance
 from sklearn.ensemble import IsolationForest
 
-from hydrofdi.evaluation.auc import area_under_curve
+from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.scoring import make_score
 from tests.scoring.populations import Population
 

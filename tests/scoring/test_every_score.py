@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.auc import area_under_curve
 from hydrofdi.evaluation.direction import learned_direction, suspicion
+from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.scoring import make_score, score_kind, score_names
 from tests.scoring.populations import Population
 

@@ -10,7 +10,7 @@ from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.report.estimates import estimates_block
-from hydrofdi.studies.estimates.judging import judge_estimates
+from hydrofdi.studies.truth import judge_estimates
 
 STUDY = """
 name: small

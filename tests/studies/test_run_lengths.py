@@ -8,9 +8,8 @@ from scipy.special import ndtri
 
 from hydrofdi.config.study.study import ChartConfig, OnlineConfig
 from hydrofdi.evaluation.direction import Direction
+from hydrofdi.studies.charts import Traces, judge_chart
 from hydrofdi.studies.rules import Rules
-from hydrofdi.studies.run_lengths.judging import judge_chart
-from hydrofdi.studies.run_lengths.traces import Traces
 from tests.studies.populations import FIT, LEVELS, STIFFER, TEST, study
 
 SMALL, LARGE = LEVELS[0], LEVELS[-1]

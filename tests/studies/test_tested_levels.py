@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.pod.monotone import interpolated_level
-from hydrofdi.evaluation.pod.tally import Tally
+from hydrofdi.evaluation.pod.tally import Tally, interpolated_level
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.studies.detectability import detectability
 from hydrofdi.studies.judging import judge

@@ -9,7 +9,7 @@ from functools import cached_property
 from hydrofdi.api.detectors.windows import JudgedWindow
 from hydrofdi.detectors.trained import DetectorFile
 from hydrofdi.detectors.trained.measuring import feature_of
-from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
+from hydrofdi.evaluation.grouped_area import FEWEST_GROUPS
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.indicators.recursive import RecursiveIndicator
 

@@ -12,8 +12,8 @@ from pydantic import Field, field_validator, model_validator
 from hydrofdi.config.study.study import ChartConfig, OnlineConfig, move_options
 from hydrofdi.detectors.charts import chart_kind, chart_names
 from hydrofdi.indicators.contract import Indicator
-from hydrofdi.indicators.labels import label_mistake
 from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.indicators.selection import label_mistake
 from hydrofdi.records import Channel
 from hydrofdi.scoring.registry import score_kind, score_names
 from hydrofdi.settings.extending import read_extended

@@ -13,8 +13,8 @@ from hydrofdi.config.study.table import changed_value
 from hydrofdi.config.sweeps.distributions import distribution_in_si
 from hydrofdi.config.sweeps.dotted_values import axis_in_si
 from hydrofdi.config.sweeps.values import nominal_value
-from hydrofdi.indicators.choice import chosen_options
 from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.indicators.selection import chosen_options
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.transforms.configuration import WaveletConfig

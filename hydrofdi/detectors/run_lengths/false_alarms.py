@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from hydrofdi.detectors.charts import Chart
 from hydrofdi.detectors.run_lengths.operation import members, operations
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
+from hydrofdi.evaluation.grouped_area import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Array
 
 HOUR = 3600.0

@@ -1,22 +1,153 @@
-"""Probability of detection as a function of severity: curves fitted by maximum likelihood."""
+"""Probability of detection over severity: the likelihood and its curve."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrofdi.evaluation.pod.axis import Axis, AxisName
-from hydrofdi.evaluation.pod.likelihood import (
-    Link,
-    inverse_cumulative,
-    log_cumulative,
-    log_likelihood,
-    maximise,
-)
 from hydrofdi.evaluation.pod.tally import Tally, tally
 from hydrofdi.evaluation.scores import Array
+
+AxisName = Literal["log", "linear"]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Transformation of severity: decimal logarithm, or fraction of the largest tested severity.
+
+    Use the first for scores that grow with the logarithm of the severity, and the second for scores
+    proportional to the severity, such as its estimate: MIL-HDBK-1823A (2009), appendix G.
+
+    Attributes
+    ----------
+    name : str
+        ``log`` or ``linear``.
+    largest : float
+        Largest tested severity [unit of the severity].
+    """
+
+    name: AxisName
+    largest: float
+
+    def place(self, severity: ArrayLike) -> Array:
+        """Places of severities on the axis, in the same shape."""
+        values = np.asarray(severity, dtype=float)
+        return np.asarray(np.log10(values) if self.name == "log" else values / self.largest)
+
+    def severity(self, place: float) -> float:
+        """Severity at a place on the axis."""
+        return float(10.0**place) if self.name == "log" else place * self.largest
+
+
+Link = Literal["logit", "probit"]
+
+MOST_STEPS = 100
+
+CERTAIN = 36.0
+"""Predictor at which a probability is 1 in double precision; at its negative it is 0."""
+
+
+def log_cumulative(predictor: Array, link: Link) -> Array:
+    """ln F of the logistic or the normal distribution."""
+    if link == "logit":
+        return np.asarray(-np.logaddexp(0.0, -predictor))
+    from scipy.special import log_ndtr
+
+    return np.asarray(log_ndtr(predictor))
+
+
+def inverse_cumulative(probability: float, link: Link) -> float:
+    """F⁻¹, the value of the linear predictor."""
+    from scipy.special import logit, ndtri
+
+    return float(logit(probability) if link == "logit" else ndtri(probability))
+
+
+def log_likelihood(predictor: Array, tally: Tally, floor: float, link: Link) -> float:
+    """ln L of P = α + (1 - α) F(predictor), without the binomial coefficients.
+
+    Parameters
+    ----------
+    predictor : ndarray, shape (n_level,)
+    tally : Tally
+    floor : float
+        α.
+    link : str
+    """
+    log_hit, log_above = _logarithms(predictor, floor, link)
+    return float(_times(tally.hits, log_hit) + _times(tally.misses, log_above + np.log1p(-floor)))
+
+
+def maximise(
+    design: Array, offset: Array, tally: Tally, floor: float, link: Link, start: float = 0.0
+) -> Array:
+    """Maximum-likelihood coefficients β of the predictor offset + design β.
+
+    Fisher scoring with step halving: McCullagh and Nelder, Generalized Linear Models (1989), section 2.5; the
+    floor is Abbott's natural response: Finney, Probit Analysis (1971), chapter 7. If hits and misses are
+    separated, the coefficients grow until the likelihood no longer increases.
+
+    Parameters
+    ----------
+    design : ndarray, shape (n_level, n_coefficient)
+    offset : ndarray, shape (n_level,)
+    tally : Tally
+    floor : float
+    link : str
+    start : float
+        Initial value of all coefficients.
+
+    Returns
+    -------
+    coefficients : ndarray, shape (n_coefficient,)
+    """
+    coefficients = np.full(design.shape[1], start)
+    best = log_likelihood(offset + design @ coefficients, tally, floor, link)
+    for _ in range(MOST_STEPS):
+        predictor = np.clip(offset + design @ coefficients, -CERTAIN, CERTAIN)
+        score, weight = _score(predictor, tally, floor, link)
+        information = design.T @ (weight[:, None] * design)
+        step = np.linalg.lstsq(information, design.T @ score, rcond=1e-12)[0]
+        for halving in 0.5 ** np.arange(30):
+            trial = coefficients + halving * step
+            value = log_likelihood(offset + design @ trial, tally, floor, link)
+            if value >= best:
+                break
+        else:
+            return coefficients
+        gain, coefficients, best = value - best, trial, value
+        if gain < 1e-9:
+            break
+    return coefficients
+
+
+def _logarithms(predictor: Array, floor: float, link: Link) -> tuple[Array, Array]:
+    """ln P, and ln F(-predictor) = ln (1 - P) - ln (1 - α)."""
+    log_rise = np.log1p(-floor) + log_cumulative(predictor, link)
+    log_hit = np.logaddexp(np.log(floor), log_rise) if floor else log_rise
+    return log_hit, log_cumulative(-predictor, link)
+
+
+def _score(predictor: Array, tally: Tally, floor: float, link: Link) -> tuple[Array, Array]:
+    """Derivative of ln L by the predictor, and its expected information, for each level."""
+    log_hit, log_above = _logarithms(predictor, floor, link)
+    if link == "logit":
+        log_density = log_cumulative(predictor, link) + log_above
+    else:
+        log_density = -(predictor**2) / 2.0 - 0.5 * np.log(2.0 * np.pi)
+    of_hit = np.exp(np.log1p(-floor) + log_density - log_hit)
+    of_miss = np.exp(log_density - log_above)
+    return tally.hits * of_hit - tally.misses * of_miss, tally.total * of_hit * of_miss
+
+
+def _times(counts: Array, logarithms: Array) -> Array:
+    """Sum of products in which 0 · -∞ is 0; -∞ on overflow."""
+    with np.errstate(over="ignore"):
+        return np.asarray(np.sum(counts * np.where(counts > 0.0, logarithms, 0.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,3 +256,62 @@ def _coefficients(places: Array, counted: Tally, floor: float, link: Link) -> tu
             return float(level - slope * centre), float(slope)
     (level,) = maximise(ones[:, None], nothing, counted, floor, link)
     return float(level), 0.0
+
+
+MOST_CELLS = 10
+
+SMALLEST_EXPECTED = 2.0
+"""Minimum expected number of hits and of misses per cell."""
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """Pearson's X² statistic of a curve.
+
+    Attributes
+    ----------
+    statistic : float
+    degrees : int
+        Degrees of freedom: number of cells minus two.
+    p_value : float
+        NaN if there are too few cells.
+    """
+
+    statistic: float
+    degrees: int
+    p_value: float
+
+
+def lack_of_fit(curve: PodCurve) -> LackOfFit:
+    """Pearson's test over cells of adjacent severities with at least two expected hits and misses.
+
+    Hosmer and Lemeshow, Communications in Statistics A 9 (1980) 1043; Cochran, Biometrics 10 (1954) 417, on
+    the minimum expected count. A small p-value means that the quantiles of the curve must not be used.
+
+    Parameters
+    ----------
+    curve : PodCurve
+    """
+    from scipy.special import chdtrc
+
+    counted = curve.tally
+    expected = counted.total * curve.probability(counted.severity)
+    cells = _cells(expected, counted.total)
+    hits, expects, total = (np.bincount(cells, values) for values in (counted.hits, expected, counted.total))
+    degrees = hits.size - 2
+    if degrees < 1:
+        return LackOfFit(math.nan, max(degrees, 0), math.nan)
+    statistic = float(np.sum((hits - expects) ** 2 * total / (expects * (total - expects))))
+    return LackOfFit(statistic, degrees, float(chdtrc(degrees, statistic)))
+
+
+def _cells(expected: Array, total: Array) -> np.ndarray:
+    """Cell of each level, shape (n_level,), formed from below; the remainder joins the last cell."""
+    size = total.sum() / MOST_CELLS if total.size > MOST_CELLS else 0.0
+    cells, cell, hits, misses = np.empty(total.size, dtype=int), 0, 0.0, 0.0
+    for place in range(total.size):
+        cells[place] = cell
+        hits, misses = hits + expected[place], misses + total[place] - expected[place]
+        if min(hits, misses) >= SMALLEST_EXPECTED and hits + misses >= size:
+            cell, hits, misses = cell + 1, 0.0, 0.0
+    return np.minimum(cells, max(cell - 1, 0))

@@ -1,14 +1,125 @@
-"""Smallest detectable severity, by likelihood ratio."""
+"""Smallest detectable severities: from curves of detection."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
 
-from hydrofdi.evaluation.pod.curve import PodCurve
-from hydrofdi.evaluation.pod.detectable import DetectableSeverity
-from hydrofdi.evaluation.pod.monotone import detected_level
-from hydrofdi.evaluation.pod.profile import crossing, deficit, quantile_of_chi_square
-from hydrofdi.evaluation.scores import share_between_0_and_1
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hydrofdi.evaluation.pod.curve import CERTAIN, PodCurve, log_cumulative, log_likelihood, maximise
+from hydrofdi.evaluation.pod.tally import detected_level
+from hydrofdi.evaluation.scores import Array, share_between_0_and_1
+
+
+@dataclass(frozen=True)
+class DetectableSeverity:
+    """A severity within the tested range, or the side of the range; never extrapolated.
+
+    Attributes
+    ----------
+    place : str
+        ``within`` the tested severities, ``below`` them (it is at most the smallest) or ``above`` (not
+        detectable up to the largest).
+    severity : float
+        The severity, or the smallest or largest tested one [unit of the severity].
+    probability : float
+        Probability of detection.
+    confidence : float or None
+        Confidence that the severity is not larger; None for the estimate itself.
+    source : str
+        Source of the value: a fitted ``curve``, or only the tested ``levels``.
+    """
+
+    place: Literal["below", "within", "above"]
+    severity: float
+    probability: float
+    confidence: float | None = None
+    source: Literal["curve", "levels"] = "curve"
+
+    @property
+    def value(self) -> float | None:
+        """Severity that is detected with at least this probability; None if no tested severity is."""
+        return None if self.place == "above" else self.severity
+
+    def sentence(self, unit: str = "", scale: float = 1.0) -> str:
+        """Severity as a text for readers.
+
+        Parameters
+        ----------
+        unit : str
+        scale : float
+            Factor from the severity to this unit.
+        """
+        number = f"{self.severity * scale:.3g} {unit}".rstrip()
+        words = {"below": f"at most {number}", "within": number, "above": f"not detectable up to {number}"}
+        return words[self.place]
+
+
+def deficit(curve: PodCurve, place: float, rise: float) -> float:
+    """2 (ln L_max - ln L) of the best increasing curve whose predictor at `place` on the axis is `rise`."""
+    distance = curve.axis.place(curve.tally.severity) - place
+    offset = np.full_like(distance, rise)
+    (slope,) = maximise(
+        distance[:, None], offset, curve.tally, curve.false_alarm_rate, curve.link, curve.slope
+    )
+    predictor = offset + max(float(slope), 0.0) * distance
+    return 2.0 * (
+        curve.log_likelihood - log_likelihood(predictor, curve.tally, curve.false_alarm_rate, curve.link)
+    )
+
+
+def quantile_of_chi_square(confidence: float) -> float:
+    """Quantile of χ² with one degree of freedom."""
+    from scipy.special import chdtri
+
+    return float(chdtri(1.0, 1.0 - confidence))
+
+
+def crossing(function: Callable[[float], float], start: float, end: float) -> float:
+    """Zero of a function that is negative at `start`; `end` if there is none."""
+    from scipy.optimize import brentq
+
+    if function(end) < 0.0:
+        return end
+    return float(brentq(function, start, end, xtol=1e-7)) if function(start) < 0.0 else start
+
+
+def lower_bound(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.95) -> Array:
+    """One-sided lower bound of the probability of detection at each severity.
+
+    It reaches p at the severity that `smallest_detectable` states for p with the same confidence.
+
+    Parameters
+    ----------
+    curve : PodCurve
+    severity : array_like, shape (n,)
+    confidence : float
+        From 0.5.
+
+    Returns
+    -------
+    low : ndarray, shape (n,)
+    """
+    drop = quantile_of_chi_square(2.0 * confidence - 1.0)
+    predictors = [_lower_predictor(curve, place, drop) for place in curve.axis.place(severity)]
+    rise, floor = np.exp(log_cumulative(np.array(predictors), curve.link)), curve.false_alarm_rate
+    return np.asarray(floor + (1.0 - floor) * rise)
+
+
+def _lower_predictor(curve: PodCurve, place: float, drop: float) -> float:
+    """Lower bound of the linear predictor at a place, searched with doubling steps from the fitted value."""
+
+    def above(predictor: float) -> float:
+        return deficit(curve, place, predictor) - drop
+
+    start = float(np.clip(curve.intercept + curve.slope * place, -0.9 * CERTAIN, 0.9 * CERTAIN))
+    step = 0.5
+    while step < CERTAIN and above(start - step) < 0.0:
+        step *= 2.0
+    return crossing(above, start, float(np.clip(start - step, -CERTAIN, CERTAIN)))
 
 
 def smallest_detectable(

@@ -1,13 +1,16 @@
-"""Hits and misses by severity of a fault."""
+"""Hits at each severity, and severities from them without a curve."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.errors import NotStatedError
+from hydrofdi.evaluation.pod.smallest import DetectableSeverity
+from hydrofdi.evaluation.rates import Rate, clopper_pearson
 from hydrofdi.evaluation.scores import Array
 
 MOST_SEVERITIES = 1000
@@ -87,3 +90,122 @@ def tally(severity: ArrayLike, outcomes: ArrayLike) -> Tally:
         np.bincount(places, counts).astype(float) for counts in (values[is_known], is_known[is_known])
     )
     return Tally(distinct, hits, total, int((~is_known).sum())).pooled(MOST_SEVERITIES)
+
+
+MOST_LEVELS = 10
+"""Number of levels into which continuous (measured) severities are pooled."""
+
+
+@dataclass(frozen=True, eq=False)
+class MonotonePod:
+    """Detection rates at each level, and their isotonic regression.
+
+    Attributes
+    ----------
+    tally : Tally
+    rates : tuple of Rate, length n_level
+        Two-sided Clopper–Pearson intervals.
+    probability : ndarray, shape (n_level,)
+        Isotonic estimate.
+    """
+
+    tally: Tally
+    rates: tuple[Rate, ...]
+    probability: Array
+
+
+def monotone_detection(counted: Tally, *, confidence: float = 0.95) -> MonotonePod:
+    """Detection rates at each level with binomial bounds, and their isotonic regression.
+
+    Ayer, Brunk, Ewing, Reid and Silverman, Annals of Mathematical Statistics 26 (1955) 641: the
+    maximum-likelihood estimate among all nondecreasing curves.
+
+    Parameters
+    ----------
+    counted : Tally
+        More than thirty distinct severities are pooled into ten levels.
+    confidence : float
+    """
+    from scipy.optimize import isotonic_regression
+
+    levels = _levels(counted)
+    rates = tuple(
+        Rate(int(hits), int(total), 0, *clopper_pearson(hits, total, confidence), confidence)
+        for hits, total in zip(levels.hits, levels.total, strict=True)
+    )
+    rising = isotonic_regression(levels.hits / levels.total, weights=levels.total).x
+    return MonotonePod(levels, rates, np.asarray(rising, dtype=float))
+
+
+def detected_level(
+    counted: Tally, *, probability: float = 0.9, confidence: float | None = 0.95
+) -> DetectableSeverity:
+    """Smallest tested level such that it and all larger levels are detected with a given probability.
+
+    With a confidence, levels are tested from the largest downwards by the one-sided binomial bound (29 of 29
+    show 90 % with 95 % confidence) until the first fails. Testing in a fixed sequence needs no correction for
+    multiplicity: Hsu and Berger, Journal of the American Statistical Association 94 (1999) 468.
+
+    Parameters
+    ----------
+    counted : Tally
+    probability : float
+    confidence : float or None
+        None for the isotonic estimate.
+    """
+    levels = _levels(counted)
+    if confidence is None:
+        shown = monotone_detection(levels).probability >= probability
+    else:
+        two_sided = 2.0 * confidence - 1.0
+        bounds = [clopper_pearson(h, n, two_sided)[0] for h, n in zip(levels.hits, levels.total, strict=True)]
+        shown = np.array(bounds) >= probability
+    return last_shown(levels.severity, shown, probability, confidence)
+
+
+def last_shown(
+    severity: Array, shown: NDArray[np.bool_], probability: float, confidence: float | None
+) -> DetectableSeverity:
+    """Last level that meets a probability, from the largest downwards, before the first that does not.
+
+    Parameters
+    ----------
+    severity : ndarray, shape (n_level,)
+        Ascending.
+    shown : ndarray of bool, shape (n_level,)
+    probability : float
+    confidence : float or None
+    """
+    n_shown = int(np.cumprod(shown[::-1]).sum())
+    if not n_shown:
+        return DetectableSeverity("above", float(severity[-1]), probability, confidence, "levels")
+    place = severity.size - n_shown
+    where: Literal["within", "below"] = "within" if place else "below"
+    return DetectableSeverity(where, float(severity[place]), probability, confidence, "levels")
+
+
+def interpolated_level(counted: Tally, *, probability: float = 0.9) -> DetectableSeverity:
+    """Severity at which the isotonic estimate reaches a probability (nonparametric estimate).
+
+    Between levels it is interpolated in the logarithm of the severity: Stylianou and Flournoy, Biometrics 58
+    (2002) 171.
+
+    Parameters
+    ----------
+    counted : Tally
+    probability : float
+    """
+    rising = monotone_detection(counted)
+    level, estimate = rising.tally.severity, rising.probability
+    if estimate[-1] < probability:
+        return DetectableSeverity("above", float(level[-1]), probability, source="levels")
+    after = int(np.argmax(estimate >= probability))
+    if not after:
+        return DetectableSeverity("below", float(level[0]), probability, source="levels")
+    share = (probability - estimate[after - 1]) / (estimate[after] - estimate[after - 1])
+    severity = level[after - 1] * (level[after] / level[after - 1]) ** share
+    return DetectableSeverity("within", float(severity), probability, source="levels")
+
+
+def _levels(counted: Tally) -> Tally:
+    return counted.pooled(MOST_LEVELS) if counted.severity.size > 3 * MOST_LEVELS else counted

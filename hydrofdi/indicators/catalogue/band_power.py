@@ -7,9 +7,15 @@ from typing import Annotated
 
 from pydantic import Field
 
-from hydrofdi.indicators.bands import Band, SegmentTime, band_obstacle, segment_obstacle
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.indicators.single_channel import (
+    Band,
+    ChannelOptions,
+    SegmentTime,
+    SingleChannelIndicator,
+    band_obstacle,
+    segment_obstacle,
+)
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.transforms.spectrum import band_rms
 from hydrofdi.transforms.wavelet import level_bands

@@ -8,9 +8,14 @@ from typing import Annotated
 import numpy as np
 
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.indicators.bands import Band, band_obstacle, middle_band
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.indicators.single_channel import (
+    Band,
+    ChannelOptions,
+    SingleChannelIndicator,
+    band_obstacle,
+    middle_band,
+)
 from hydrofdi.indicators.stepping import (
     SteppingOptions,
     drive_steps,

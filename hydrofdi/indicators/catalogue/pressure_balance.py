@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from hydrofdi.indicators.balancing import Balance, BalanceOptions
-from hydrofdi.indicators.plant_constants import PlantConstant
+from hydrofdi.indicators.nominal_actuator import PlantConstant
 from hydrofdi.settings.quantities import SI
 
 

@@ -6,9 +6,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hydrofdi.indicators.bands import Band, SegmentTime, band_obstacle, middle_band, segment_obstacle
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.indicators.single_channel import (
+    Band,
+    ChannelOptions,
+    SegmentTime,
+    SingleChannelIndicator,
+    band_obstacle,
+    middle_band,
+    segment_obstacle,
+)
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.transforms.ridge import spectral_ridge
 

@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 
 from hydrofdi.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS
 from hydrofdi.estimation.observability import covariance_with_prior
-from hydrofdi.estimation.sample_noise import follow_noise, new_noise
 from hydrofdi.estimation.valve_use import (
     count_windows,
     follow_means,
+    follow_noise,
     mark_unclear,
     new_counts,
     new_gate,
     new_means,
+    new_noise,
 )
 from hydrofdi.estimation.weak_rls import (
     COMBINED,

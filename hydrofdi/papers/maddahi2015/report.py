@@ -20,16 +20,16 @@ from hydrofdi.papers.maddahi2015.scenario_tables import scenario_blocks
 from hydrofdi.papers.maddahi2015.scenarios import scenarios_record
 from hydrofdi.papers.maddahi2015.study import Study, study_experiment
 from hydrofdi.papers.maddahi2015.tables import deviations, reference_block, table2_block, table3_blocks
+from hydrofdi.report.changes import doubts_block, holes_block, remarks_block, settled_block
 from hydrofdi.report.composition import Report, answers, compose_empty, document_of
 from hydrofdi.report.document import Block, Document
 from hydrofdi.report.indicators import indicators_block
+from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.record import general_record
-from hydrofdi.report.sections.provenance import provenance_block
-from hydrofdi.report.sections.runs import doubts_block, holes_block, remarks_block, settled_block
 from hydrofdi.store import ExperimentData
 
 if TYPE_CHECKING:
-    from hydrofdi.report.contract import FigureKind
+    from hydrofdi.report.document import FigureKind
 
 _LEAD = (
     "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with the"

@@ -11,9 +11,9 @@ import numpy as np
 from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015.standings import points
 from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.report.changes import changes_block
 from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.runs import RunTable, TableRow
-from hydrofdi.report.sections.runs import changes_block
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import kilopascal, leakage_label, mode_name, modulus_column, signed
 from hydrofdi.settings.counting import counted

@@ -14,10 +14,10 @@ from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.records import Channel
+from hydrofdi.report.changes import doubt_text
 from hydrofdi.report.detection.selection import best_with_sensors
 from hydrofdi.report.detection.wording import false_alarms_in_words, probability_in_words, severity_unit
 from hydrofdi.report.document import Block, group_breaks
-from hydrofdi.report.sections.runs import doubt_text
 from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData

@@ -11,8 +11,8 @@ from hydrofdi.report.detection.nuisances import nuisance_records
 from hydrofdi.report.detection.selection import level_of
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.forms.numbers import finite
+from hydrofdi.studies.charts import RunLengths
 from hydrofdi.studies.judgement import Detection, Judgement
-from hydrofdi.studies.run_lengths.judgement import RunLengths
 
 _FOUND = ("q50", "q90", "q90_95", "q90_95_of_all")
 _ALARMS = ("population", "kind", "rate", "low", "high", "alarms", "n", "not_measurable")

@@ -9,6 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hydrofdi.report.changes import remarks_block as runs_remarks_block
 from hydrofdi.report.composition import answers, document_of
 from hydrofdi.report.detection.answer import answer_block, remarks_block
 from hydrofdi.report.detection.designs import design_records, designs_block
@@ -25,21 +26,19 @@ from hydrofdi.report.detection.record import detection_lines, detection_records,
 from hydrofdi.report.detection.tables import false_alarms_block, levels_block, ranking_block
 from hydrofdi.report.document import Document
 from hydrofdi.report.estimates import estimate_records, estimates_block
+from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.run_lengths import run_length_lines, run_length_records, run_lengths_block
-from hydrofdi.report.sections.provenance import provenance_block
-from hydrofdi.report.sections.runs import remarks_block as runs_remarks_block
 from hydrofdi.scoring import has_extra
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout.names import STATUS
-from hydrofdi.studies.estimates.judging import Estimates, judge_estimates
-from hydrofdi.studies.judged import judge_study
+from hydrofdi.studies.charts import RunLengths, judge_run_lengths
+from hydrofdi.studies.detecting import judge_study
 from hydrofdi.studies.judgement import Detection
 from hydrofdi.studies.left_out import asks_for_extra
-from hydrofdi.studies.run_lengths.judgement import RunLengths
-from hydrofdi.studies.run_lengths.reading import judge_run_lengths
+from hydrofdi.studies.truth import Estimates, judge_estimates
 
 if TYPE_CHECKING:
-    from hydrofdi.report.contract import FigureKind
+    from hydrofdi.report.document import FigureKind
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 

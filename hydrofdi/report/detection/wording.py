@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hydrofdi.evaluation.pod.detectable import DetectableSeverity
+from hydrofdi.evaluation.pod.smallest import DetectableSeverity
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.records import Channel
 from hydrofdi.settings.readable import HOLE, two_digits
+from hydrofdi.studies.charts import RunLengths
 from hydrofdi.studies.judgement import Detection, Judgement
-from hydrofdi.studies.run_lengths.judgement import RunLengths
 from hydrofdi.units import convert
 
 FROM_LEVELS = "°"

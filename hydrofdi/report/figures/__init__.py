@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from hydrofdi.errors import HydrofdiError, ReportError, StoreError
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.contract import ComposedReport, FigureKind
+from hydrofdi.report.document import ComposedReport, FigureKind
 from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.signals import draw_signals

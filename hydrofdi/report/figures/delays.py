@@ -11,13 +11,12 @@ from matplotlib.lines import Line2D
 
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.populations import Population
-from hydrofdi.report.contract import FigureKind
 from hydrofdi.report.detection.wording import severity_unit
+from hydrofdi.report.document import FigureKind
 from hydrofdi.report.figures.detection.marks import panels
-from hydrofdi.report.figures.style import MARKERS, series
-from hydrofdi.report.figures.ticks import log_axis
+from hydrofdi.report.figures.style import MARKERS, log_axis, series
 from hydrofdi.report.run_lengths import hours
-from hydrofdi.studies.run_lengths.judgement import LeakDelay, RunLengths
+from hydrofdi.studies.charts import LeakDelay, RunLengths
 
 
 def run_length_figures(judged: Sequence[RunLengths]) -> dict[str, FigureKind]:

@@ -11,8 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from hydrofdi.errors import ReportError
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.report.figures.style import BLUE, INK, SETTINGS, series
-from hydrofdi.report.figures.ticks import log_axis
+from hydrofdi.report.figures.style import BLUE, INK, SETTINGS, log_axis, series
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.spectrum import power_spectrum
 from hydrofdi.transforms.wavelet import detail_coefficients

@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.axes import Axis
-from hydrofdi.report.figures.style import BLUE
-from hydrofdi.report.figures.ticks import log_axis
+from hydrofdi.report.figures.style import BLUE, log_axis
 from hydrofdi.report.responses import AGAINST, AxisResponses, Response
 
 _MOST_AXES, _MOST_FEATURES = 6, 8

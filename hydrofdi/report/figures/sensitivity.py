@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.axes import Axis
+from hydrofdi.report.changes import baseline_title, delta_of
 from hydrofdi.report.document import group_breaks
 from hydrofdi.report.figures.style import INK
 from hydrofdi.report.runs import Levels, RunTable, baseline_changes, largest_positive
-from hydrofdi.report.sections.runs import baseline_title, delta_of
 from hydrofdi.report.wording import lead_columns, signed
 
 _MOST_LINES = 60

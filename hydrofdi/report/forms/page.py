@@ -1,13 +1,43 @@
-"""A report as one self-contained HTML page without scripts or external files."""
+"""A report as one self-contained HTML page, and as Markdown."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from html import escape
 from importlib.resources import files
 
 from hydrofdi.report.document import Block, Document
-from hydrofdi.report.table import Table
+from hydrofdi.report.table import Table, escaped
+
+_BEFORE_ROOT = re.compile(r".*?(?=<svg\b)", re.DOTALL)
+_METADATA = re.compile(r"\s*<metadata>.*?</metadata>", re.DOTALL)
+_IDENTITY = re.compile(r'\bid="([^"]+)"')
+_REFERENCE = re.compile(r'(url\(#|href="#)([^")]+)')
+
+
+def inline_svg(svg: str, name: str, label: str, colors: dict[str, str]) -> str:
+    """An SVG file as an element of a page.
+
+    Parameters
+    ----------
+    svg : str
+        The text of the file.
+    name : str
+        Put before all ids, so that figures of one page do not share any.
+    label : str
+        What the figure shows, in words.
+    colors : dict
+        Colour in the file → CSS colour in the page.
+    """
+    text = _METADATA.sub("", _BEFORE_ROOT.sub("", svg, count=1))
+    text = re.sub(r'\s(?:width|height)="[\d.]+pt"', "", text, count=2)
+    text = _IDENTITY.sub(rf'id="{name}-\1"', text)
+    text = _REFERENCE.sub(rf"\g<1>{name}-\2", text)
+    for old, new in colors.items():
+        text = text.replace(old, new)
+    return text.replace("<svg", f'<svg role="img" aria-label="{escape(label)}"', 1).strip()
+
 
 _SHORT = 16
 """Largest number of rows of a table that stays on one printed page."""
@@ -87,3 +117,20 @@ def _table(table: Table) -> Iterator[str]:
 def missing_figure(reason: str) -> str:
     """The text in place of a figure that could not be drawn."""
     return f'<p class="hole">This figure is missing: {escape(reason)}</p>'
+
+
+def render_markdown(document: Document) -> str:
+    """The report in Markdown, without figures."""
+    parts = [f"# {document.title}", *document.lead]
+    for block in document.blocks:
+        parts += _block(block)
+    return "\n\n".join(parts) + "\n"
+
+
+def _block(block: Block) -> Iterator[str]:
+    if not (block.paragraphs or block.shown_tables):
+        return
+    yield f"## {block.title}"
+    yield from map(escaped, block.paragraphs)
+    for table in block.shown_tables:
+        yield from (*([f"### {table.title}"] if table.title else []), table.to_markdown(), *table.notes)

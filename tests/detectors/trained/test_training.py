@@ -12,8 +12,7 @@ from hydrofdi.detectors.trained.file import Made
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.groups import left_out_outcomes
-from hydrofdi.evaluation.rates import alarm_rate
+from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window

@@ -7,8 +7,7 @@ import pytest
 
 from hydrofdi.cli.tables import print_document
 from hydrofdi.report.detection.answer import answer_block, answer_sentence
-from hydrofdi.report.forms.markdown import render_markdown
-from hydrofdi.report.forms.page import render_page
+from hydrofdi.report.forms.page import render_markdown, render_page
 from hydrofdi.studies.rules import Rules
 from tests.report.detection.made_up import P1, U, judged, made_up_score, report_of
 from tests.report.rows import rows

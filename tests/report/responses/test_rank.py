@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from hydrofdi.report.rank import LEAST_RUNS
+from hydrofdi.report.intervals import LEAST_RUNS
 from hydrofdi.report.responses import rank_correlation
 
 N_RUN, N_REPEAT = 64, 500

@@ -6,7 +6,7 @@ from rich.console import Console
 
 from hydrofdi.cli.tables import print_table
 from hydrofdi.report.run_lengths import run_lengths_block, time_text
-from hydrofdi.studies.run_lengths.judgement import RunLengths
+from hydrofdi.studies.charts import RunLengths
 from tests.report.rows import rows
 from tests.studies.test_run_lengths import EVERY, FIT, LARGE, SMALL, TEST, judged, traces
 

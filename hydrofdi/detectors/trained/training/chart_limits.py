@@ -14,8 +14,8 @@ from hydrofdi.detectors.trained.charting import standardised
 from hydrofdi.detectors.trained.configuration import ChartConfig
 from hydrofdi.detectors.trained.file import ChartLimit, Scale
 from hydrofdi.detectors.trained.training.learned import Learned
-from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
 from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.grouped_area import FEWEST_GROUPS
 from hydrofdi.records import Array
 
 _N_PIECE = 20

@@ -13,10 +13,8 @@ from hydrofdi.detectors.trained.file import Limits
 from hydrofdi.detectors.trained.training.learned import Learned
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.groups import Rule, left_out_outcomes
-from hydrofdi.evaluation.rates import alarm_rate
-from hydrofdi.evaluation.threshold import Threshold, quantile_threshold
-from hydrofdi.evaluation.tolerance import tolerance_threshold
+from hydrofdi.evaluation.rates import Rule, alarm_rate, left_out_outcomes
+from hydrofdi.evaluation.threshold import Threshold, quantile_threshold, tolerance_threshold
 from hydrofdi.records import Array
 from hydrofdi.settings.readable import time_text
 

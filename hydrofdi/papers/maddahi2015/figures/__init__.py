@@ -14,7 +14,7 @@ from hydrofdi.papers.maddahi2015.figures.signals import (
     draw_spectrum,
 )
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.report.contract import FigureKind
+from hydrofdi.report.document import FigureKind
 
 
 def study_figures(study: Study) -> dict[str, FigureKind]:

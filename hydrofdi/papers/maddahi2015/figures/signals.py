@@ -20,8 +20,7 @@ from hydrofdi.report.figures.signals import (
     panel_lines,
     stroke_axes,
 )
-from hydrofdi.report.figures.style import BLUE, INK, MARKERS, ORANGE, RULE, series
-from hydrofdi.report.figures.ticks import log_axis
+from hydrofdi.report.figures.style import BLUE, INK, MARKERS, ORANGE, RULE, log_axis, series
 from hydrofdi.report.runs import ROUNDING
 from hydrofdi.report.wording import kilopascal, litres_per_minute, mode_name, modulus_text, shown_modulus
 from hydrofdi.store.layout import names

@@ -7,9 +7,9 @@ from functools import partial
 from typing import Any
 
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.report.contract import FigureKind
 from hydrofdi.report.detection.selection import answers
 from hydrofdi.report.detection.wording import false_alarms_in_words, probability_in_words, severity_unit
+from hydrofdi.report.document import FigureKind
 from hydrofdi.report.figures.detection.answer import draw_answer
 from hydrofdi.report.figures.detection.densities import draw_densities
 from hydrofdi.report.figures.detection.false_alarms import draw_false_alarms

@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.pod.detectable import DetectableSeverity
+from hydrofdi.evaluation.pod.smallest import DetectableSeverity
 from hydrofdi.records import Channel
 from hydrofdi.report.detection.selection import answers, distinct, wavelet_rules
 from hydrofdi.report.detection.wording import (
@@ -20,8 +20,7 @@ from hydrofdi.report.detection.wording import (
     severity_unit,
     symbols,
 )
-from hydrofdi.report.figures.style import BLUE, GREY, INK
-from hydrofdi.report.figures.ticks import log_axis
+from hydrofdi.report.figures.style import BLUE, GREY, INK, log_axis
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _MOST = 10

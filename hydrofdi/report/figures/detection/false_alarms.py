@@ -8,8 +8,13 @@ from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.report.detection.selection import tested
 from hydrofdi.report.detection.wording import sensors
-from hydrofdi.report.figures.detection.axes import root_percent_axis
-from hydrofdi.report.figures.detection.marks import panels, sensor_marks, titled, with_threshold
+from hydrofdi.report.figures.detection.marks import (
+    panels,
+    root_percent_axis,
+    sensor_marks,
+    titled,
+    with_threshold,
+)
 from hydrofdi.report.figures.style import INK, PAPER
 from hydrofdi.studies.judgement import Detection, Judgement
 

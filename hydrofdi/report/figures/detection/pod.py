@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.pod.bounds import lower_bound
 from hydrofdi.evaluation.pod.curve import PodCurve
+from hydrofdi.evaluation.pod.smallest import lower_bound
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.report.detection.wording import SeverityUnit, sensors, severity_unit
 from hydrofdi.report.figures.detection.marks import panels, sensor_marks, titled, with_threshold
-from hydrofdi.report.figures.style import INK, LINES
-from hydrofdi.report.figures.ticks import log_axis
+from hydrofdi.report.figures.style import INK, LINES, log_axis
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _MOST, _POINTS, _COARSE = 6, 201, 13

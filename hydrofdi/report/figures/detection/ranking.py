@@ -12,8 +12,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.report.detection.selection import foremost
 from hydrofdi.report.detection.wording import SeverityUnit, sensors, severity_unit
 from hydrofdi.report.figures.detection.marks import sensor_marks
-from hydrofdi.report.figures.style import PAPER
-from hydrofdi.report.figures.ticks import log_axis
+from hydrofdi.report.figures.style import PAPER, log_axis
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _MOST, _LETTERS = 24, 115

@@ -14,8 +14,9 @@ from hydrofdi.evaluation.roc import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.report.detection.selection import chosen_levels, level_of
 from hydrofdi.report.detection.wording import sensors, severity_unit
-from hydrofdi.report.figures.detection.axes import deviates, normal_deviate_axis
 from hydrofdi.report.figures.detection.marks import (
+    deviates,
+    normal_deviate_axis,
     panels,
     sensor_marks,
     titled,

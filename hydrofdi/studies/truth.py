@@ -1,7 +1,4 @@
-"""Comparison of the estimates of a study with the true values.
-
-The true values are used only here, like severities for scores: no indicator or threshold sees them.
-"""
+"""Evaluation of estimates with known truth: errors, and coverage of their intervals."""
 
 from __future__ import annotations
 

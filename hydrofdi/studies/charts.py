@@ -1,0 +1,371 @@
+"""Control charts on the traces of a study."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.request import RunRequest
+from hydrofdi.config.study.study import ChartConfig, OnlineConfig
+from hydrofdi.detectors.charts import Chart, make_chart
+from hydrofdi.detectors.healthy_scale import HealthyScale, healthy_scale
+from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, FalseAlarms, delays
+from hydrofdi.errors import NotStatedError, ReportError
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout.names import MEAN_LEAKAGE_FLOW
+from hydrofdi.studies.detecting import rules_of
+from hydrofdi.studies.reading import needed_channels, study_designs
+from hydrofdi.studies.records import StudyRecords
+from hydrofdi.studies.rules import Rules
+
+
+@dataclass(frozen=True)
+class LeakDelay:
+    """The detection delay of a leak of one nominal severity.
+
+    Attributes
+    ----------
+    population : Population
+    flow : float
+        Mean of the true leakage flows from the onset on [m³/s].
+    n_found, n : int
+        Number of leaks detected before their record ends, and of all leaks.
+    n_early : int
+        Number of false alarms before the onset; the chart restarts after each.
+    not_measurable : int
+        Number of leaks whose estimator diverged before the onset; they count as not detected.
+    watched : float
+        Time from the latest onset to the last instant [s].
+    median, late : Delay
+        Delay within which half of the leaks, and the required fraction, are detected [s].
+    """
+
+    population: Population
+    flow: float
+    n_found: int
+    n: int
+    n_early: int
+    not_measurable: int
+    watched: float
+    median: Delay
+    late: Delay
+
+
+@dataclass(frozen=True)
+class ChartJudgement:
+    """A chart at one limit.
+
+    Attributes
+    ----------
+    label, watched, rule : str
+        Label of the chart, the watched output, and the name of the chart rule.
+    unit : str
+        Unit of the watched output.
+    false_alarm_every : float
+        Required mean time between false alarms [s].
+    centre, spread : float
+        Median and spread of the watched output in healthy fit records [unit]; NaN if there is no limit.
+    limit : AlarmLimit or None
+        Limit set on healthy fit records; None if they do not support one.
+    false_alarms : mapping of Population to AlarmLimit
+        False alarms at this limit of healthy test records, each shift and each confusion.
+    delays : tuple of LeakDelay
+        Ascending in severity.
+    refusals : tuple of str
+        Results that are refused, and why.
+    """
+
+    label: str
+    watched: str
+    rule: str
+    unit: str
+    false_alarm_every: float
+    centre: float = math.nan
+    spread: float = math.nan
+    limit: AlarmLimit | None = None
+    false_alarms: Mapping[Population, AlarmLimit] = field(default_factory=dict)
+    delays: tuple[LeakDelay, ...] = ()
+    refusals: tuple[str, ...] = ()
+
+    def keeps(self, population: Population) -> bool | None:
+        """Whether the false-alarm rate of a population is compatible with the requirement.
+
+        None if its records are not watched, or not long enough.
+        """
+        found = self.false_alarms.get(population)
+        if found is None:
+            return None
+        if found.high < self.false_alarm_every:
+            return False
+        return True if found.duration >= time_needed(self.false_alarm_every, found.confidence) else None
+
+
+@dataclass(frozen=True, eq=False)
+class RunLengths:
+    """The charts of a design of a study.
+
+    Attributes
+    ----------
+    records : StudyRecords
+    charts : tuple of ChartJudgement
+        Evaluation of each chart at each limit.
+    confidence : float
+        Confidence level of all intervals.
+    share : float
+        Fraction of leaks for `LeakDelay.late`.
+    """
+
+    records: StudyRecords
+    charts: tuple[ChartJudgement, ...]
+    confidence: float
+    share: float
+
+
+def time_needed(false_alarm_every: float, confidence: float) -> float:
+    """Alarm-free time that demonstrates a mean time between false alarms, in the same unit."""
+    return -math.log(1.0 - confidence) * false_alarm_every
+
+
+@dataclass(frozen=True, eq=False)
+class Traces:
+    """Score over time of records, without the initial transient of its estimator.
+
+    Attributes
+    ----------
+    records : StudyRecords
+        Records of the traces.
+    values : ndarray, shape (n_record, n_instant)
+        [unit]; NaN after the estimator diverged.
+    time : ndarray, shape (n_instant,)
+        Instants [s], on the clock of the records.
+    onset : ndarray, shape (n_record,)
+        Onset of the leak of a record [s]; NaN if it exists from the start.
+    flow : ndarray, shape (n_record,)
+        True mean leakage flow from the onset on [m³/s]; NaN if the run failed.
+    unit : str
+        SI.
+    direction : Direction
+        Direction of change of the score that means a leak.
+    """
+
+    records: StudyRecords
+    values: Array
+    time: Array
+    onset: Array
+    flow: Array
+    unit: str = "1"
+    direction: Direction = Direction.BOTH
+
+    @property
+    def interval(self) -> float:
+        """Time between instants [s]."""
+        return float(self.time[1] - self.time[0])
+
+    @property
+    def sets_in(self) -> NDArray[np.bool_]:
+        """Whether the onset of the leak is within the watched time, shape (n_record,)."""
+        is_watched = (self.onset > self.time[0]) & (self.onset < self.time[-1])
+        return np.asarray(is_watched & np.isfinite(self.flow))
+
+
+def read_traces(data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp], watched: str) -> Traces:
+    """Read the traces of a score in a design of a stored study.
+
+    Parameters
+    ----------
+    data : ExperimentData
+    records : StudyRecords
+        Records of the design.
+    rows : ndarray of int, shape (n_record,)
+        Their rows in the file.
+    watched : str
+        ``label.output``.
+
+    Raises
+    ------
+    ReportError
+        The file does not contain the traces, or they are too short.
+    """
+    label = watched.partition(".")[0]
+    indicator = data.experiment.indicator_choice.made(data.experiment.wavelet)[label]
+    stored = data.columns.get(f"{watched}_trace")
+    if stored is None or not isinstance(indicator, RecursiveIndicator):
+        raise ReportError(f"{data.path}: contains no trace of {watched}; sweep again")
+    request = data.experiment.nominal_parameters.with_values(records.design)
+    time = watched_instants(indicator, request)
+    if time.size < 2:
+        raise ReportError(f"the trace of {watched} ends before its transient is over")
+    onset = _onsets(data)[rows]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = 1.0 - np.where(np.isnan(onset), 0.0, onset) / request.record.duration
+        flow = data.columns[MEAN_LEAKAGE_FLOW][rows] / share
+    score = indicator.estimates[0]
+    return Traces(
+        records,
+        np.asarray(stored[rows], dtype=float)[:, indicator.n_instant - time.size : indicator.n_instant],
+        time,
+        onset,
+        flow,
+        score.unit,
+        Direction.BOTH if score.direction is None else score.direction,
+    )
+
+
+def watched_instants(indicator: RecursiveIndicator[Any], request: RunRequest) -> Array:
+    """Instants of a stored trace after its transient [s], on the clock of the whole record."""
+    frequency = request.record.sampling_frequency
+    instants = indicator.trace_instants(frequency)
+    return np.asarray(instants[instants >= indicator.options.transient] + request.n_discarded / frequency)
+
+
+def _onsets(data: ExperimentData) -> Array:
+    """Onset of the leak of each run [s]; NaN if the leak is constant."""
+    is_constant = np.array([kind == "constant" for kind in data.values("leakage.onset")])
+    return np.where(is_constant, np.nan, np.array(data.values("leakage.onset_time"), dtype=float))
+
+
+_SOUND = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
+
+
+def judge_chart(
+    traces: Traces, label: str, asked: ChartConfig, online: OnlineConfig, rules: Rules
+) -> Iterator[ChartJudgement]:
+    """Evaluate a chart at each of its limits. Healthy fit records set the limits and are never tested.
+
+    Parameters
+    ----------
+    traces : Traces
+        Traces of the watched output.
+    label : str
+    asked : ChartConfig
+    online : OnlineConfig
+    rules : Rules
+        Confidence level of intervals, and fraction of leaks for the late delay.
+    """
+    chart = make_chart(asked.chart, {"direction": traces.direction} | asked.options)
+    blank = [
+        ChartJudgement(label, asked.of, asked.chart, traces.unit, every) for every in online.false_alarm_every
+    ]
+    try:
+        case = _Case.fitted(traces, chart, rules)
+    except NotStatedError as refusal:
+        yield from (replace(each, refusals=(str(refusal),)) for each in blank)
+        return
+    for each in blank:
+        yield case.judged(each)
+
+
+@dataclass(frozen=True, eq=False)
+class _Case:
+    """A chart on the standardised traces of a study."""
+
+    traces: Traces
+    scores: Array
+    scale: HealthyScale
+    chart: Chart[Any]
+    rules: Rules
+
+    @classmethod
+    def fitted(cls, traces: Traces, chart: Chart[Any], rules: Rules) -> _Case:
+        (fit,) = traces.records.chosen(Kind.HEALTHY, is_fit=True)
+        scale = healthy_scale(traces.values[traces.records.rows(fit)])
+        return cls(traces, scale(traces.values), scale, chart, rules)
+
+    def judged(self, blank: ChartJudgement) -> ChartJudgement:
+        """Evaluate the chart at one limit."""
+        try:
+            limit = self._fit.limit(blank.false_alarm_every, confidence=self.rules.confidence)
+        except NotStatedError as refusal:
+            return replace(blank, refusals=(str(refusal),))
+        judged = replace(blank, centre=self.scale.centre, spread=self.scale.spread, limit=limit)
+        sound, refusals = self._sound(limit)
+        return replace(judged, false_alarms=sound, delays=tuple(self._delays(limit)), refusals=refusals)
+
+    @cached_property
+    def _fit(self) -> FalseAlarms:
+        (fit,) = self.traces.records.chosen(Kind.HEALTHY, is_fit=True)
+        return self._false_alarms(fit)
+
+    def _false_alarms(self, population: Population) -> FalseAlarms:
+        """False alarms of a population; its records are from different machines and therefore independent."""
+        return FalseAlarms(
+            self.chart, self.scores[self.traces.records.rows(population)], self.traces.interval
+        )
+
+    def _sound(self, limit: AlarmLimit) -> tuple[dict[Population, AlarmLimit], tuple[str, ...]]:
+        """False alarms of all populations with healthy seals that set no limit, and refusals."""
+        records, found, refusals = self.traces.records, {}, []
+        for population in (each for kind in _SOUND for each in records.chosen(kind, is_fit=False)):
+            try:
+                at = self._false_alarms(population).at(limit.value, confidence=self.rules.confidence)
+            except NotStatedError as refusal:
+                refusals.append(f"no false alarms are stated for {population.title} alone: {refusal}")
+            else:
+                found[population] = at
+        return found, tuple(refusals)
+
+    def _delays(self, limit: AlarmLimit) -> Iterator[LeakDelay]:
+        """Delays of leaks with an onset while watched; none if leaks exist from the start."""
+        traces, rules = self.traces, self.rules
+        for population in traces.records.chosen(Kind.FAULT, is_fit=False):
+            rows = traces.records.rows(population)
+            rows = rows[traces.sets_in[rows]]
+            if not rows.size:
+                continue
+            onset = traces.onset[rows]
+            found = delays(self.chart, limit.value, self.scores[rows], traces.time, onset)
+            yield LeakDelay(
+                population,
+                float(np.mean(traces.flow[rows])),
+                found.found.count,
+                rows.size,
+                int(found.n_early.sum()),
+                found.not_measurable,
+                float(traces.time[-1] - onset.max()),
+                found.quantile(0.5, confidence=rules.confidence),
+                found.quantile(rules.probability, confidence=rules.confidence),
+            )
+
+
+def judge_run_lengths(data: ExperimentData) -> tuple[RunLengths, ...]:
+    """Evaluate the charts of every design of a stored study; empty if there are none.
+
+    Charts on indicators that need sensors which the machine does not have are omitted.
+
+    Raises
+    ------
+    ReportError
+        The experiment has no study, or its file does not contain the traces.
+    """
+    if data.experiment.detection.online is None:
+        return ()
+    rules = rules_of(data.experiment.detection)
+    return tuple(
+        RunLengths(records, tuple(_judged(data, records, rows)), rules.confidence, rules.probability)
+        for records, rows in study_designs(data)
+    )
+
+
+def _judged(data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp]) -> Iterator[ChartJudgement]:
+    detection = data.experiment.detection
+    assert detection.online is not None
+    for label, asked in detection.online.charts.items():
+        if _has_its_sensors(data, asked):
+            traces = read_traces(data, records, rows, asked.of)
+            yield from judge_chart(traces, label, asked, detection.online, rules_of(detection))
+
+
+def _has_its_sensors(data: ExperimentData, asked: ChartConfig) -> bool:
+    experiment, sensors = data.experiment, data.experiment.detection.sensors
+    indicator = experiment.indicator_choice.made(experiment.wavelet)[asked.of.partition(".")[0]]
+    return not sensors or set(needed_channels(indicator)) <= set(sensors)

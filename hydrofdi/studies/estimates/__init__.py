@@ -1,1 +1,0 @@
-"""Accuracy of estimates of known quantities: errors and coverage of intervals."""

@@ -12,8 +12,8 @@ import numpy as np
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.multiplicity import simultaneous_confidence
 from hydrofdi.evaluation.pod.curve import AxisName, LackOfFit, PodCurve, lack_of_fit, probability_of_detection
-from hydrofdi.evaluation.pod.smallest import DetectableSeverity, quantile_of_chi_square, smallest_detectable
-from hydrofdi.evaluation.pod.tally import interpolated_level
+from hydrofdi.evaluation.pod.smallest import quantile_of_chi_square, smallest_detectable
+from hydrofdi.evaluation.pod.tally import DetectableSeverity, interpolated_level
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.evaluation.threshold import Threshold, records_needed
 from hydrofdi.studies.parts import Notes, Part, TestedLevels, quantile_name

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.pod.curve import LackOfFit, PodCurve
-from hydrofdi.evaluation.pod.smallest import DetectableSeverity
+from hydrofdi.evaluation.pod.tally import DetectableSeverity
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.evaluation.roc import Area

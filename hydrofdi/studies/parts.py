@@ -12,8 +12,7 @@ import numpy as np
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.multiplicity import confidence_text
 from hydrofdi.evaluation.pod.curve import PodCurve
-from hydrofdi.evaluation.pod.smallest import DetectableSeverity
-from hydrofdi.evaluation.pod.tally import Tally, last_shown
+from hydrofdi.evaluation.pod.tally import DetectableSeverity, Tally, last_shown
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.scores import Array

@@ -91,16 +91,6 @@ def test_every_form_shows_delta_of_a4_against_both_baselines(printed, leaking):
             assert shown in text or float(shown) == 0.0, form
     for form in ("text", "markdown"):
         assert "External leakage by the approximation a4" in printed[form]
-        assert "Leakage out of chamber 1, from 0." in " ".join(printed[form].split())
-        assert "Out of 1 [L/min]" in " ".join(printed[form].split()) or form == "text"
-    assert "…" not in printed["text"].split("Change of the details")[1].split("Configuration")[0].replace(
-        " … ", ""
-    )
-
-
-def test_the_page_has_the_section(hydrofdi, leaking, tmp_path):
-    assert hydrofdi("report", leaking.directory, "--html", tmp_path / "page.html").returncode == 0
-    assert 'id="external-rows"' in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
 def with_a4(data, outside_1, outside_2):
@@ -113,26 +103,15 @@ def with_a4(data, outside_1, outside_2):
     return replace(data, columns=data.columns | {names.APPROXIMATION_RMS: rms})
 
 
-@pytest.mark.parametrize(("loss", "gap", "words"), [
-    (50, 3.0, "is separated from all runs without by δa4 (a gap of 3.0 points) and δ′a4"),
-    (-5, -1.5, "is not separated by δa4, δ′a4"),
-    (-30, 1.0, "is separated from all runs without by δa4 (a gap of 1.0 points)"),
-])  # fmt: skip
-def test_a_leak_is_separated_where_no_other_run_reaches_its_delta(data, loss, gap, words):
+@pytest.mark.parametrize(("loss", "gap"), [(50, 3.0), (-5, -1.5), (-30, 1.0)])
+def test_a_leak_is_separated_where_no_other_run_reaches_its_delta(data, loss, gap):
     report = make_report(with_a4(data, loss, 7))
-    (sentence,) = [
-        text
-        for block in report.document().blocks if block.key == "external"
-        for text in block.paragraphs if text.startswith("Leakage out of chamber 1")
-    ]  # fmt: skip
-    assert words in sentence
     _, first, second = report.record()["external_leakage"]["states"]
     assert first["gap_percentage_points"]["δa4"] == pytest.approx(gap)
     assert second["gap_percentage_points"]["δa4"] == pytest.approx(-1.3)
-
-
-def test_the_title_of_table_3_says_that_the_normal_does_not_leak_outside(printed):
-    assert "against the fixed baseline (sealed internally and externally, EBM 551 MPa)" in printed["markdown"]
+    (block,) = (block for block in report.document().blocks if block.key == "external")
+    column = next(each for each in block.tables[0].content if each.name == "Gap δa4")
+    assert (1 in column.strong) == (gap > 0.0)
 
 
 def test_an_experiment_that_varies_no_external_leakage_has_no_such_section(small_sweep):
@@ -156,4 +135,3 @@ def test_a_baseline_that_names_no_external_leakage_is_reported(tmp_path):
     sweep = sweep_in(tmp_path, text)
     printed = run_hydrofdi("report", sweep.directory, "--format", "markdown", cwd=tmp_path).stdout
     assert "The baseline names no external leakage" in printed
-    assert "Leakage out of chamber 1" not in printed

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.composition import View
 
 
-def asked_views(analysis: Analysis, levels: Sequence[int] | None = None) -> Iterator[View]:
-    """Sections and data of the varied external leakage, and of replicates at some levels or at all."""
+def asked_views(analysis: Analysis) -> Iterator[View]:
+    """Sections and data of the varied external leakage, and of replicates."""
     if not (analysis.has_details and analysis.has_results):
         return
     if analysis.table.varies_external:
@@ -19,4 +19,4 @@ def asked_views(analysis: Analysis, levels: Sequence[int] | None = None) -> Iter
     if analysis.data.has_replicates:
         from hydrofdi.papers.maddahi2015.replicates import replicates_views
 
-        yield from replicates_views(analysis.table, analysis.data, levels)
+        yield from replicates_views(analysis.table, analysis.data)

@@ -7,7 +7,7 @@ of each replicate against the mean of the others says how large a δ may be with
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,12 +16,12 @@ from hydrofdi.papers.maddahi2015.claims import best_levels
 from hydrofdi.papers.maddahi2015.grid import Array
 from hydrofdi.papers.maddahi2015.standings import Mask
 from hydrofdi.report.composition import View
-from hydrofdi.report.document import Block, group_breaks
+from hydrofdi.report.document import Block
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.intervals import clustered_share
-from hydrofdi.report.runs import RunTable, TableRow, level_name
+from hydrofdi.report.runs import RunTable, TableRow
 from hydrofdi.report.table import Column, Table
-from hydrofdi.report.wording import lead_columns, modulus_column, share_text, signed, span_text
+from hydrofdi.report.wording import modulus_column, share_text, signed, span_text
 from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
@@ -47,11 +47,6 @@ class ReplicatedRows(NamedTuple):
     rows: list[TableRow]
     deltas: Array
     outside: Mask
-
-    def outside_of(self, level: int, *, sealed: bool) -> tuple[int, int]:
-        """In how many of the sealed or the leaky rows a level lies outside."""
-        kept = [row.is_sealed is sealed for row in self.rows]
-        return int(self.outside[kept, level].sum()), sum(kept)
 
 
 class ReplicateStudy(NamedTuple):
@@ -96,16 +91,13 @@ def study_replicates(table: RunTable, data: ExperimentData) -> ReplicateStudy | 
     )
 
 
-def replicates_views(
-    table: RunTable, data: ExperimentData, levels: Sequence[int] | None = None
-) -> Iterator[View]:
-    """Does a leak move the details more than healthy actuators differ; by default at all levels."""
+def replicates_views(table: RunTable, data: ExperimentData) -> Iterator[View]:
+    """Does a leak move the details more than healthy actuators differ."""
     if (study := study_replicates(table, data)) is None:
         return
-    said = tuple(_sentences(data, study, levels or range(table.n_level)))
-    tables = (_rows_table(table, study.rows[name], name) for name in ("matched", "fixed"))
     title = "Healthy replicates: what differs without a leak"
-    block = Block("replicates", title, said, (_ranges_table(study), *tables))
+    tables = (_levels_table(study), _ranges_table(study))
+    block = Block("replicates", title, tuple(_sentences(data, study)), tables)
     yield block, {"replicates": _record(study)}
 
 
@@ -140,9 +132,8 @@ def _record(study: ReplicateStudy) -> dict[str, Any]:
     }
 
 
-def _sentences(data: ExperimentData, study: ReplicateStudy, levels: Sequence[int]) -> Iterator[str]:
-    config = data.experiment.replicates
-    found = [len(healthy.deltas) for healthy in study.ranges]
+def _sentences(data: ExperimentData, study: ReplicateStudy) -> Iterator[str]:
+    config, found = data.experiment.replicates, [len(healthy.deltas) for healthy in study.ranges]
     n, records = max(found), "settled records" if study.is_settled else "records as configured"
     over = ", ".join(config.over) or "noise alone"
     yield (
@@ -152,16 +143,24 @@ def _sentences(data: ExperimentData, study: ReplicateStudy, levels: Sequence[int
     )
     if lost := config.count * len(found) - sum(found):
         yield f"Left out because they failed or have not settled: {counted(lost, 'replicate')}."
-    for level in levels:
-        name, alarms = level_name(level), study.alarms[:, level]
-        leaky, n_leaky = study.rows["matched"].outside_of(level, sealed=False)
-        sealed, n_sealed = study.rows["fixed"].outside_of(level, sealed=True)
-        share = share_text(clustered_share(alarms, np.arange(len(alarms))), with_interval=True)
-        yield (
-            f"δ{name} lies outside of the healthy range in {leaky} of {counted(n_leaky, 'leaky run')} against"
-            f" the matched baseline, and in {sealed} of {counted(n_sealed, 'sealed run')} against the"
-            f" fixed baseline; “δ{name} is the largest positive” holds for {share} of the replicates."
-        )
+
+
+def _levels_table(study: ReplicateStudy) -> Table:
+    """In how many runs each level lies outside of the healthy range, and how often it leads by chance."""
+    columns = [Column("Level", [f"d{k + 1}" for k in range(study.alarms.shape[1])], is_text=True)]
+    for title, name, is_sealed in (("Leaky", "matched", False), ("Sealed", "fixed", True)):
+        own = study.rows[name]
+        kept = [row.is_sealed is is_sealed for row in own.rows]
+        texts = [f"{n} of {sum(kept)}" for n in own.outside[kept].sum(axis=0).tolist()]
+        columns.append(Column(f"{title} outside", texts))
+    shares = [clustered_share(each, np.arange(len(each))) for each in study.alarms.T]
+    texts = [share_text(share, with_interval=True) for share in shares]
+    columns.append(Column("Largest positive of a replicate", texts))
+    note = (
+        "Outside: runs outside of the range of their healthy replicates; leaky ones against the matched"
+        " baseline, sealed ones against the fixed one."
+    )
+    return Table(tuple(columns), "Levels against the healthy replicates", "replicates-levels", (note,))
 
 
 def _ranges_table(study: ReplicateStudy) -> Table:
@@ -176,19 +175,3 @@ def _ranges_table(study: ReplicateStudy) -> Table:
     )
     title = "δ [%] of the healthy replicates, each against the mean of the others"
     return Table(columns, title, "replicates-ranges")
-
-
-def _rows_table(table: RunTable, own: ReplicatedRows, baseline: str) -> Table:
-    lead = lead_columns(table, own.rows)
-    levels = (
-        Column(f"δd{k + 1}", delta, text=signed, strong=np.flatnonzero(outside).tolist())
-        for k, (delta, outside) in enumerate(zip(own.deltas.T.tolist(), own.outside.T, strict=True))
-    )
-    return Table(
-        (*lead, *levels),
-        f"δ [%] against the mean of the replicates of the {baseline} baseline",
-        f"replicates-{baseline}",
-        ("Marked: outside the range of the healthy replicates.",),
-        group_breaks([row.leakage_request for row in own.rows]),
-        n_lead=len(lead),
-    )

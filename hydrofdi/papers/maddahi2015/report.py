@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.papers.maddahi2015 import asked_views
-from hydrofdi.papers.maddahi2015.claims import D2, D3
 from hydrofdi.papers.maddahi2015.conclusions import (
     claims_blocks,
     claims_record,
@@ -128,7 +127,7 @@ def _blocks(study: Study) -> Iterator[Block | None]:
         return
     yield holes_block(study)
     yield doubts_block(study)
-    yield from (replace(block, is_answer=False) for block, _ in asked_views(study, (D2, D3)))
+    yield from (replace(block, is_answer=False) for block, _ in asked_views(study))
     yield from table3_blocks(study)
     yield settled_block(study)
     yield table2_block(study)

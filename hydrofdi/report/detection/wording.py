@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hydrofdi.evaluation.pod.smallest import DetectableSeverity
+from hydrofdi.evaluation.pod.tally import DetectableSeverity
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.records import Channel
 from hydrofdi.settings.readable import HOLE, two_digits

@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.pod.smallest import DetectableSeverity
+from hydrofdi.evaluation.pod.tally import DetectableSeverity
 from hydrofdi.records import Channel
 from hydrofdi.report.detection.selection import answers, distinct, wavelet_rules
 from hydrofdi.report.detection.wording import (

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
+
 from hydrofdi.papers.maddahi2015 import asked_views
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.composition import Report
 from hydrofdi.report.document import ComposedReport
-from hydrofdi.store import ExperimentData
+from hydrofdi.store import Columns, ExperimentData
+from hydrofdi.store.layout import names
 
 
 def make_report(data: ExperimentData) -> ComposedReport:
@@ -18,10 +22,21 @@ def make_report(data: ExperimentData) -> ComposedReport:
     if experiment.study is not None:
         from hydrofdi.report.detection.report import report_study
 
-        return report_study(data)
+        return report_study(data, partial(nominal_signals, data))
     if experiment.paper:
         from hydrofdi.papers.maddahi2015.report import StudyReport
 
         return StudyReport.of(data)
     analysis = analyze(data)
     return Report(analysis, tuple(asked_views(analysis)))
+
+
+def nominal_signals(data: ExperimentData, coefficients: Sequence[float]) -> Columns:
+    """What the sensors of the nominal actuator of an experiment show, a row for each leakage coefficient."""
+    from hydrofdi.sensing import Measurement
+    from hydrofdi.simulation.batch import simulate_batch
+
+    runs = [data.experiment.nominal_parameters.parameters] * len(coefficients)
+    sensors = Measurement(runs)
+    measured = sensors.show(simulate_batch(runs, list(coefficients), tap=sensors))
+    return {name: getattr(measured, name) for name in (names.TIME, *names.SIGNALS)}

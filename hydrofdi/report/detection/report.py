@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from hydrofdi.report.changes import remarks_block as runs_remarks_block
 from hydrofdi.report.composition import answers, document_of
 from hydrofdi.report.detection.answer import answer_block, remarks_block
 from hydrofdi.report.detection.designs import design_records, designs_block
-from hydrofdi.report.detection.nuisances import why_block
+from hydrofdi.report.detection.nuisances import tested_range, why_block
 from hydrofdi.report.detection.populations import (
     doubts_block,
     holes_block,
@@ -23,35 +25,38 @@ from hydrofdi.report.detection.populations import (
     without_noise,
 )
 from hydrofdi.report.detection.record import detection_lines, detection_records, study_record
+from hydrofdi.report.detection.selection import answers as answers_of
 from hydrofdi.report.detection.tables import false_alarms_block, levels_block, ranking_block
-from hydrofdi.report.document import Document
+from hydrofdi.report.detection.wording import severity_unit
+from hydrofdi.report.document import Block, Document, FigureKind
 from hydrofdi.report.estimates import estimate_records, estimates_block
 from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.run_lengths import run_length_lines, run_length_records, run_lengths_block
 from hydrofdi.scoring import has_extra
-from hydrofdi.store import ExperimentData
-from hydrofdi.store.layout.names import STATUS
+from hydrofdi.store import Columns, ExperimentData
+from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
 from hydrofdi.studies.charts import RunLengths, judge_run_lengths
 from hydrofdi.studies.detecting import judge_study
 from hydrofdi.studies.judgement import Detection
 from hydrofdi.studies.left_out import asks_for_extra
 from hydrofdi.studies.truth import Estimates, judge_estimates
 
-if TYPE_CHECKING:
-    from hydrofdi.report.document import FigureKind
-
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."
 
 
-def report_study(data: ExperimentData) -> DetectionReport:
-    """Judge a stored study and report on it.
+Simulate = Callable[[Sequence[float]], Columns]
+"""Leakage coefficients → signals of the nominal actuator, a row for each."""
+
+
+def report_study(data: ExperimentData, simulate: Simulate | None = None) -> DetectionReport:
+    """Judge a stored study and report on it; `simulate` makes the records that the report shows.
 
     Raises
     ------
     ReportError
         The experiment has no study, or its file does not contain the runs of its study.
     """
-    return DetectionReport(data.experiment.name, data.path, judge_study(data), data)
+    return DetectionReport(data.experiment.name, data.path, judge_study(data), data, simulate)
 
 
 @dataclass(frozen=True)
@@ -68,12 +73,14 @@ class DetectionReport:
         One for each design of the records; the sections show the first.
     data : ExperimentData or None
         The runs behind simulated records.
+    simulate : callable or None
     """
 
     name: str
     path: Path
     detections: tuple[Detection, ...]
     data: ExperimentData | None = None
+    simulate: Simulate | None = None
 
     @cached_property
     def estimates(self) -> tuple[Estimates, ...]:
@@ -115,6 +122,7 @@ class DetectionReport:
         answer = answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
             *answers(*missing, answer),
+            self._signals,
             doubts_block(data) if data else None,
             populations_block(first, data.experiment if data else None),
             ranking_block(first),
@@ -158,7 +166,44 @@ class DetectionReport:
         from hydrofdi.report.figures.delays import run_length_figures
         from hydrofdi.report.figures.detection import detection_figures
 
-        return detection_figures(self.detections[0]) | run_length_figures(self.run_lengths)
+        figures = detection_figures(self.detections[0]) | run_length_figures(self.run_lengths)
+        if self._signals is not None:
+            caption = "The nominal actuator, healthy and with the leak: same motion, same noise"
+            figures["signals"] = FigureKind(caption, self._draw_signals)
+        return figures
+
+    @property
+    def _leak(self) -> float:
+        """The smallest severity that is found, or the largest that is tested."""
+        found = [each.smallest["q90_95"].severity for each in answers_of(self.detections[0])]
+        tested = tested_range(self.detections[0])
+        return min(found) if found else tested[1] if tested else 0.0
+
+    @property
+    def _signals(self) -> Block | None:
+        """A healthy record against a leaking one; None where none can be simulated."""
+        if self.simulate is None or not (self._leak and self.is_complete):
+            return None
+        leak = severity_unit(self.detections[0]).text(self._leak)
+        said = (
+            f"The nominal actuator without a leak, and with {leak} in the same motion: the smallest leak"
+            " that is found, or else the largest that is tested. The details are decimated: slow waves in"
+            " them are aliases."
+        )
+        return Block("signals", "Signals: healthy and leaking", (said,), (), ("signals",))
+
+    def _draw_signals(self) -> Any:
+        from hydrofdi.report.figures.signals import draw_beside
+
+        assert self.simulate is not None
+        assert self.data is not None
+        leak, own = self._leak, severity_unit(self.detections[0])
+        flows, coefficients = (self.data.columns[name] for name in (MEAN_LEAKAGE_FLOW, LEAKAGE_COEFFICIENT))
+        per_severity = (
+            np.median(coefficients[flows > 0.0] / flows[flows > 0.0]) if own.name == "L/min" else 1.0
+        )
+        columns = self.simulate([0.0, float(per_severity * leak)])
+        return draw_beside(columns, ["healthy", own.text(leak)], self.data.experiment.wavelet)
 
     def checks(self) -> dict[str, bool | None]:
         """Nothing: a study states no goals."""

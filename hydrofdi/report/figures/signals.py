@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from hydrofdi.report.figures.style import BLUE, ORANGE
+from hydrofdi.report.figures.style import BLUE, INK, ORANGE
 from hydrofdi.store import Columns
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import detail_coefficients
@@ -53,6 +53,19 @@ def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
     draw_reference(
         stroke_axes(figure, 1)[0], columns[names.TIME], columns[names.REFERENCE_POSITION][0], ORANGE
     )
+    return figure
+
+
+def draw_beside(columns: Columns, titles: list[str], wavelet: Any) -> Figure:
+    """The same signals of two runs beside each other."""
+    time, references = columns[names.TIME], columns[names.REFERENCE_POSITION]
+    lines = [
+        panel_lines(PANELS, {name: (time, columns[name][row]) for name, _, _ in PANELS}, wavelet)
+        for row in range(len(titles))
+    ]
+    figure = draw_panels(lines, titles, [BLUE, ORANGE], panel_labels(PANELS, wavelet))
+    for axis, reference in zip(stroke_axes(figure, len(titles)), references, strict=True):
+        draw_reference(axis, time, reference, INK)
     return figure
 
 

@@ -4,6 +4,9 @@ import json
 
 import pytest
 
+from hydrofdi.api.stored import read_results
+from hydrofdi.papers import make_report
+from hydrofdi.report.figures import draw_figure
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
 
@@ -62,19 +65,16 @@ def test_the_json_of_a_study_counts_its_records(swept):
         assert [part["n"] + part["not_measurable"] for part in one["pod"]] == [15, 15]
 
 
-def test_a_figure_of_a_study_is_drawn_by_its_name(swept, tmp_path):
-    for name, caption in (
-        ("pod", "Share of records detected"),
-        ("ranking", "The leakage that each score finds"),
-    ):
-        done = run_hydrofdi("report", swept.directory, "--figure", tmp_path / f"{name}.svg", cwd=swept.folder)
-        assert done.returncode == 0
-        assert f"drew {tmp_path / name}.svg: {caption}" in done.stderr
+def test_the_signals_are_those_of_a_healthy_and_a_leaking_actuator(swept):
+    report = make_report(read_results(swept.directory))
+    healthy, leaking = (axis.lines[0].get_ydata() for axis in draw_figure(report, "signals").axes[8:10])
+    assert not healthy.any()
+    assert leaking.mean() > 0.0
 
 
 def test_all_forms_of_a_study_are_written(swept, tmp_path):
     run_hydrofdi("report", swept.directory, "--out", tmp_path, cwd=swept.folder)
     written = {path.name for path in tmp_path.iterdir()}
     assert {f"small-study.{form}" for form in ("md", "csv", "json", "html")} <= written
-    figures = {"ranking", "pod", "roc", "det", "false_alarms", "densities"}
+    figures = {"ranking", "pod", "roc", "det", "false_alarms", "densities", "signals"}
     assert {f"{name}.{kind}" for name in figures for kind in ("png", "svg", "pdf")} <= written

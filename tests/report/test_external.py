@@ -85,10 +85,6 @@ def test_every_form_shows_delta_of_a4_against_both_baselines(printed, leaking):
         delta = 100.0 * (1.0 - rms[row["run_id"]] / rms[normal["run_id"]])
         assert row["approximation_delta_fixed_percent"][3] == pytest.approx(delta, abs=1e-9)
         assert float(line["approximation_delta_fixed_percent"]) == row["approximation_delta_fixed_percent"][3]
-        shown = f"{delta:+.1f}"
-        for form in ("text", "markdown"):
-            text = printed[form].replace("−", "-")
-            assert shown in text or float(shown) == 0.0, form
     for form in ("text", "markdown"):
         assert "External leakage by the approximation a4" in printed[form]
 

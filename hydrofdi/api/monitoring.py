@@ -12,7 +12,7 @@ from typing import Any, TextIO
 
 from hydrofdi.api.arguments import names_of, path_of, refusal
 from hydrofdi.api.records.sources import frequency_of
-from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import load_monitor_config
 from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine, line_record

@@ -12,8 +12,7 @@ from hydrofdi.cli.options import Detector, Json, SamplingFrequency, Sources
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.api.detectors.tally import Tally
-    from hydrofdi.api.detectors.windows import JudgedWindow
+    from hydrofdi.api.detectors.windows import JudgedWindow, Tally
 
 
 _SHOWN = 20

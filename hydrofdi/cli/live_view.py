@@ -13,8 +13,7 @@ from rich.live import Live
 from rich.text import Text
 
 from hydrofdi.api.monitoring import Condition, Event, EventKind, Line, WindowLine
-from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.detectors.trained.wording import limits_text, score_name, score_text
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import percent, percentage, plain, shown_quantity, time_text
@@ -112,7 +111,7 @@ class LiveView:
             values = ((channel, samples[-1]) for channel, samples in self._samples.channels.items())
             shown = (f"{each.symbol} {shown_quantity(float(value), each.unit)}" for each, value in values)
             yield Text(", ".join(shown))
-        yield Text(f"{score_name(self._file)}: alarm {limits_text(self._file)}")
+        yield Text(f"{self._file.score_name}: alarm {self._file.limits_text}")
         yield Text("; ".join(self._counted()))
         yield Text(_promise(self._file, self._noun))
         yield Text("Events (Ctrl-C ends)", "bold")
@@ -138,7 +137,7 @@ class LiveView:
 
     def _window(self, line: WindowLine) -> Text:
         verdict = line.verdict
-        score = "no number" if verdict.score is None else score_text(verdict.score, self._file)
+        score = "no number" if verdict.score is None else self._file.score_text(verdict.score)
         beyond = "beyond the limit" if verdict.is_beyond or verdict.alarm else "within the limit"
         what, style = beyond, "bold red" if verdict.alarm else ""
         if verdict.fault is not None:

@@ -19,7 +19,7 @@ INTERRUPTED = 130
 
 if TYPE_CHECKING:
     from hydrofdi.api.monitoring import Shown
-    from hydrofdi.detectors.trained import DetectorFile
+    from hydrofdi.detectors.trained.file import DetectorFile
     from hydrofdi.monitor.sinks import Sink
 
 

@@ -59,7 +59,7 @@ def train(
         print_json({"out": str(out), **detector.to_dict()})
     else:
         terminal().print(f"{out}: {detector.name}\n{detector.summary}")
-    return _tell(detector.training.left_out)
+    return _tell(detector.left_out)
 
 
 def options() -> dict[str, Any]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.detectors.trained import ChartReading, Verdict
+from hydrofdi.detectors.trained.charting import ChartReading
+from hydrofdi.detectors.trained.judging import Verdict
 from hydrofdi.monitor.lines import Condition, Event, EventKind
 from hydrofdi.records import Array
 from hydrofdi.records.streams import State

@@ -6,10 +6,9 @@ import math
 
 import numpy as np
 
-from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.following import Follower
 from hydrofdi.detectors.trained.judging import Judge
-from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.records.streams import Chunk, State, Windower
 
@@ -61,10 +60,7 @@ class ByEstimates:
 
     def __init__(self, file: DetectorFile) -> None:
         self._follower, self.needs = Follower(file), file.channels
-        indicator = Judge(file).indicator
-        assert isinstance(indicator, RecursiveIndicator)
-        n_sample = indicator.samples_per_estimate(file.sampling_frequency)
-        self.patience = max(PATIENCE, round(PATIENCE * file.sampling_frequency / n_sample))
+        self.patience = max(PATIENCE, round(PATIENCE * file.sampling_frequency / self._follower.n_every))
 
     def start(self) -> State:
         """The state before the first sample."""

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from hydrofdi.detectors.trained import ChartReading, Verdict
+from hydrofdi.detectors.trained.charting import ChartReading
+from hydrofdi.detectors.trained.judging import Verdict
 
 
 class Condition(StrEnum):

@@ -15,7 +15,7 @@ from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, make_wsgi_app
 
 import hydrofdi
-from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.records.streams import Chunk

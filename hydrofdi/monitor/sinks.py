@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from typing import Protocol, TextIO
 
-from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.lines import Event, Line, line_text

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.sources.contract import Position
 from hydrofdi.records.streams import State

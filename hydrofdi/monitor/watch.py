@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from hydrofdi.detectors.trained import ChartReading, DetectorFile
-from hydrofdi.detectors.trained.charting import chart_of
+from hydrofdi.detectors.trained.charting import ChartReading, ScoreChart
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.monitor.conditions import Conditions, Episodes
 from hydrofdi.monitor.defects import Defects
 from hydrofdi.monitor.judged import judging_of
@@ -34,7 +34,7 @@ class Watch:
         self.file = file
         self._judging = judging_of(file)
         self._stream = EvenStream(file.sampling_frequency, self._judging.needs)
-        self._chart = chart_of(file)
+        self._chart = None if file.chart is None else ScoreChart(file)
         self._defects = Defects()
         self._episodes = Episodes(self._judging.patience)
         self._conditions = Conditions(self._judging.patience)

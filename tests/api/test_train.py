@@ -103,7 +103,7 @@ def test_results_and_runs_are_records(tmp_path):
     }
     results = hydrofdi.sweep(study, out=tmp_path / "s", engine="in-process")
     detector = hydrofdi.train(results, output="d2", direction="both", window="1 s", false_alarm_rate="30 %")
-    assert detector.training.left_out.n_leaking == 1
+    assert detector.left_out.n_leaking == 1
     run_of_it = hydrofdi.simulate(duration="12 s")
     (score, *_), (same, *_) = (detector.judge(each)["score"] for each in (run_of_it, tmp_path / "s"))
     assert score == pytest.approx(same, rel=1e-6)

@@ -7,9 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained import ChartConfig
-from hydrofdi.detectors.trained.file import ChartLimit
-from hydrofdi.detectors.trained.reading import detector_text, load_detector
+from hydrofdi.detectors.trained.configuration import ChartConfig
+from hydrofdi.detectors.trained.file import ChartLimit, detector_text, load_detector
 from hydrofdi.monitor.lines import WindowLine, line_record
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel

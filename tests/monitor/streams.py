@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from hydrofdi.detectors.trained import ChartConfig, Judge
+from hydrofdi.detectors.trained.configuration import ChartConfig
 from hydrofdi.detectors.trained.file import ChartLimit
+from hydrofdi.detectors.trained.judging import Judge
 from hydrofdi.monitor.sources.contract import Reading
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from hydrofdi.api.detectors.training import train_on
+import hydrofdi
 from hydrofdi.api.records.simulated import SimulatedRecords
-from hydrofdi.api.records.sources import open_source
 from hydrofdi.config import load_experiment
 from hydrofdi.detectors.charts import make_chart
 from hydrofdi.detectors.run_lengths import delays
-from hydrofdi.detectors.trained import ChartConfig, DetectorConfig, WindowConfig
+from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig, WindowConfig
 from hydrofdi.indicators import make_indicators
 from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 from hydrofdi.monitor.watch import Watch
@@ -43,7 +42,8 @@ def detector(tmp_path_factory):
     config = DetectorConfig(
         indicator="weak_rls", options=OPTIONS, window=WindowConfig(by="estimate"), chart=chart
     )
-    return train_on([open_source(study(tmp_path_factory.mktemp("healthy"), 41))], config).file
+    healthy = study(tmp_path_factory.mktemp("healthy"), 41)
+    return hydrofdi.train(healthy, config=config.model_dump(mode="json", exclude_unset=True)).file
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from hydrofdi.detectors.trained.reading import load_detector
+from hydrofdi.detectors.trained.file import load_detector
 from hydrofdi.errors import ConfigError, DataError, StoreError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.opening import open_stream

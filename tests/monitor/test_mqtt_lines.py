@@ -4,7 +4,7 @@ import json
 import sys
 from dataclasses import replace
 
-from hydrofdi.detectors.trained import Verdict
+from hydrofdi.detectors.trained.judging import Verdict
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
 from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.mqtt.sending import MqttSink

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.detectors.trained import Judge
+from hydrofdi.detectors.trained.judging import Judge
 from hydrofdi.monitor.judged import windower_of
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
 from hydrofdi.monitor.watch import Watch

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict
 from itertools import chain
 from os import PathLike
 from pathlib import Path
@@ -12,37 +12,17 @@ from typing import Any
 from hydrofdi.api.arguments import path_of, refusal
 from hydrofdi.api.detectors.healthy_records import LeftOut
 from hydrofdi.api.detectors.judged import windows_table
-from hydrofdi.api.detectors.promise import sentences, training_record
-from hydrofdi.api.detectors.tally import Tally
-from hydrofdi.api.detectors.windows import channels_read, judged_windows, watched
+from hydrofdi.api.detectors.promise import alarms_per_hour, sentences
+from hydrofdi.api.detectors.windows import Tally, channels_read, judged_windows, watched
 from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, sources_of
-from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.detectors.trained.reading import detector_text, is_detector, load_detector
-from hydrofdi.detectors.trained.wording import limits_text, score_name
+from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import Guessable
 from hydrofdi.settings.readable import percent
 from hydrofdi.store.files import require_regular, write_whole_text
-
-
-@dataclass(frozen=True)
-class Training:
-    """A trained detector and what was left out.
-
-    Attributes
-    ----------
-    file : DetectorFile
-    left_out : LeftOut
-    is_unlabelled : bool
-        Whether all records were taken as healthy because no source says which are.
-    """
-
-    file: DetectorFile
-    left_out: LeftOut
-    is_unlabelled: bool
 
 
 class Detector(Guessable):
@@ -52,8 +32,12 @@ class Detector(Guessable):
 
     Attributes
     ----------
-    training : Training
-        The detector in full, and which records were left out.
+    file : DetectorFile
+        Indicator, limits and what its promise rests on, in SI.
+    left_out : LeftOut
+        Records that its training left out.
+    is_unlabelled : bool
+        Whether all records were taken as healthy because no source says which are.
     path : Path or None
         Its file; None if it is not saved.
 
@@ -72,16 +56,21 @@ class Detector(Guessable):
     [True]
     """
 
-    def __init__(self, training: Training, path: Path | None = None) -> None:
-        if not isinstance(training, Training):
-            how = (
-                f"hydrofdi.Detector.load({training!r})"
-                if isinstance(training, str)
-                else "Detector.load(path)"
+    def __init__(
+        self,
+        file: DetectorFile,
+        path: Path | None = None,
+        left_out: LeftOut | None = None,
+        *,
+        is_unlabelled: bool = False,
+    ) -> None:
+        if not isinstance(file, DetectorFile):
+            raise ConfigError(
+                f"Detector: hydrofdi.Detector.load({file!r}) reads a detector file; hydrofdi.train(…) trains"
+                " a detector"
             )
-            raise ConfigError(f"Detector: {how} reads a detector file; hydrofdi.train(…) trains a detector")
-        self.training = training
-        self.path = path
+        self.file, self.path = file, path
+        self.left_out, self.is_unlabelled = left_out or LeftOut(), is_unlabelled
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> Detector:
@@ -93,7 +82,7 @@ class Detector(Guessable):
             The file is not a detector file, or has another version.
         """
         file = path_of(path)
-        return cls(Training(load_detector(file), LeftOut(), is_unlabelled=False), file)
+        return cls(load_detector(file), file)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the detector as JSON for a person to read.
@@ -106,17 +95,12 @@ class Detector(Guessable):
         out = path_of(path)
         require_place(out)
         write_whole_text(out.resolve(), detector_text(self.file))
-        self.path = path_of(path)
-
-    @property
-    def file(self) -> DetectorFile:
-        """Indicator, limits and what its promise rests on, in SI."""
-        return self.training.file
+        self.path = out
 
     @property
     def name(self) -> str:
         """What is judged, such as ``dwt.d2``."""
-        return score_name(self.file)
+        return self.file.score_name
 
     @property
     def limits(self) -> tuple[float | None, float | None]:
@@ -146,11 +130,20 @@ class Detector(Guessable):
     @property
     def summary(self) -> str:
         """What it judges, its false-alarm rate, and the data behind it; one sentence a line."""
-        return "\n".join(sentences(self.training))
+        return "\n".join(self._sentences())
+
+    def _sentences(self) -> list[str]:
+        return [*sentences(self.file, self.left_out, is_unlabelled=self.is_unlabelled)]
 
     def to_dict(self) -> dict[str, Any]:
         """The detector, its promise, and what was left out of its training."""
-        return training_record(self.training)
+        return {
+            "detector": self.file.model_dump(mode="json", by_alias=True),
+            "false_alarms_per_hour": alarms_per_hour(self.file),
+            "left_out": asdict(self.left_out),
+            "is_unlabelled": self.is_unlabelled,
+            "summary": self._sentences(),
+        }
 
     def judge(
         self,
@@ -324,10 +317,10 @@ class Detector(Guessable):
         low, high = (percent(share) for share in self.false_alarm_interval)
         what = "windows" if self.file.n_sample else "estimates"
         rate = f"false alarms in {percent(self.false_alarm_rate)} of healthy {what}"
-        return f"{self.name}: alarm {limits_text(self.file)}; {rate} ({low.removesuffix(' %')} to {high})"
+        return f"{self.name}: alarm {self.file.limits_text}; {rate} ({low.removesuffix(' %')} to {high})"
 
     def _repr_html_(self) -> str:
-        return html_sentences(self.name, sentences(self.training))
+        return html_sentences(self.name, self._sentences())
 
 
 def require_place(out: Path) -> None:

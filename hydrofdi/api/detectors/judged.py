@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.detectors.tally import Tally
-from hydrofdi.api.detectors.windows import JudgedWindow
-from hydrofdi.detectors.trained import DetectorFile
-from hydrofdi.detectors.trained.wording import limits_text, score_meaning, score_name
+from hydrofdi.api.detectors.windows import JudgedWindow, Tally
+from hydrofdi.detectors.trained.configuration import feature_of
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.monitor.lines import line_record
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.settings.counting import counted
@@ -66,7 +65,7 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
             words("reason"),
             words("doubt"),
         ),
-        title=f"{score_name(file)}, {score_meaning(file)}: alarm {limits_text(file)}",
+        title=f"{file.score_name}, {feature_of(file.config).described.long_name}: alarm {file.limits_text}",
         notes=(*_not_judged(rows), *_doubtful(rows)),
         row="window",
     )

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hydrofdi.api.assumed_plant import assumption_text, constants_text
-from hydrofdi.detectors.trained.measuring import feature_of
-from hydrofdi.detectors.trained.wording import limits_text, score_meaning
+from hydrofdi.api.detectors.healthy_records import LeftOut
+from hydrofdi.detectors.trained.configuration import feature_of
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import count_text, percent, plain, time_text
-
-if TYPE_CHECKING:
-    from hydrofdi.api.detectors.detector import Training
-    from hydrofdi.detectors.trained import DetectorFile
 
 _HOUR = 3600.0
 _MOST_NAMED = 5
@@ -29,32 +25,21 @@ _RESTS = {
 }
 
 
-def training_record(training: Training) -> dict[str, Any]:
-    """A detector, its promise and what was left out, for a program."""
-    return {
-        "detector": training.file.model_dump(mode="json", by_alias=True),
-        "false_alarms_per_hour": _per_hour(training.file),
-        "left_out": asdict(training.left_out),
-        "is_unlabelled": training.is_unlabelled,
-        "summary": list(sentences(training)),
-    }
-
-
-def sentences(training: Training) -> Iterator[str]:
+def sentences(file: DetectorFile, left_out: LeftOut, *, is_unlabelled: bool) -> Iterator[str]:
     """What the detector judges, what it promises, and what that rests on."""
-    file = training.file
+    feature = feature_of(file.config)
     channels = ", ".join(f"{channel.symbol} ({channel})" for channel in file.channels)
     yield f"It judges {_what(file)} at {file.sampling_frequency:g} Hz and needs {channels}."
-    if constants := constants_text(feature_of(file.config).indicator.options):
+    if constants := constants_text(feature.indicator.options):
         yield f"It takes the actuator as {constants}."
     if file.assumed:
         yield f"Warning: {assumption_text(file.config.indicator, file.assumed)}."
-    if " at " in (meaning := score_meaning(file)):
+    if " at " in (meaning := feature.described.long_name):
         yield f"The score is the {meaning}; studies state mean flows, which are smaller."
-    yield f"A score {limits_text(file)} is an alarm."
+    yield f"A score {file.limits_text} is an alarm."
     yield from _promise(file)
-    yield from _basis(training)
-    yield from _doubts(training)
+    yield from _basis(file, left_out)
+    yield from _doubts(file, is_unlabelled=is_unlabelled)
     yield from _chart(file)
 
 
@@ -77,7 +62,7 @@ def _promise(file: DetectorFile) -> Iterator[str]:
         f" {100.0 * limits.confidence:.4g} % confidence interval {low} to {high}"
         f" ({_RESTS[limits.interval_rests_on]})."
     )
-    if per_hour := _per_hour(file):
+    if per_hour := alarms_per_hour(file):
         least, most = map(count_text, per_hour["interval"])
         window = file.config.window
         overlap = (window.every or 0.0) < (window.duration or 0.0)
@@ -87,9 +72,9 @@ def _promise(file: DetectorFile) -> Iterator[str]:
         yield "False alarms come in runs, as estimates follow each other closely; a chart accounts for that."
 
 
-def _basis(training: Training) -> Iterator[str]:
-    basis, left = training.file.basis, training.left_out
-    what = "windows that do not overlap" if training.file.n_sample else "estimates"
+def _basis(file: DetectorFile, left: LeftOut) -> Iterator[str]:
+    basis = file.basis
+    what = "windows that do not overlap" if file.n_sample else "estimates"
     groups = f" in {counted(basis.n_group, 'group')}" if basis.n_group else ""
     names = [f"{label} ({count:,})" for label, count in basis.populations.items()] or [*basis.sources]
     more = f" and {len(names) - _MOST_NAMED:,} more" if len(names) > _MOST_NAMED else ""
@@ -108,8 +93,8 @@ def _basis(training: Training) -> Iterator[str]:
         yield f"Left out because they have no label: {left.n_unlabelled:,}."
 
 
-def _doubts(training: Training) -> Iterator[str]:
-    file, basis = training.file, training.file.basis
+def _doubts(file: DetectorFile, *, is_unlabelled: bool) -> Iterator[str]:
+    basis = file.basis
     if basis.drive_period is not None and file.config.window.by == "time":
         periods = (file.config.window.duration or 0.0) / basis.drive_period
         missed = abs(periods - round(periods)) * basis.drive_period * file.sampling_frequency
@@ -118,7 +103,7 @@ def _doubts(training: Training) -> Iterator[str]:
                 f"Warning: a window lasts {periods:.5g} periods of the drive ({basis.drive_period:g} s), so"
                 " windows contain different parts of it; use a whole number of periods."
             )
-    if training.is_unlabelled:
+    if is_unlabelled:
         yield "No record has a label: all are assumed to be healthy."
     if basis.n_record == 1 or basis.n_group == 1:
         one = "record" if basis.n_record == 1 else "group"
@@ -146,7 +131,7 @@ def _chart(file: DetectorFile) -> Iterator[str]:
     )
 
 
-def _per_hour(file: DetectorFile) -> dict[str, Any] | None:
+def alarms_per_hour(file: DetectorFile) -> dict[str, Any] | None:
     """Alarms of healthy windows per hour of operation; None where windows do not come by time."""
     every, limits = file.config.window.every, file.limits
     if file.config.window.by != "time" or every is None:

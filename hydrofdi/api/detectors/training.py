@@ -10,17 +10,19 @@ from typing import Any
 from hydrofdi import __version__
 from hydrofdi.api.arguments import names_of, path_of
 from hydrofdi.api.assumed_plant import assumed_constants
-from hydrofdi.api.detectors.detector import Detector, Training, require_place
+from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
-from hydrofdi.detectors.trained import training
-from hydrofdi.detectors.trained.configuration import DetectorConfig, WindowConfig
+from hydrofdi.detectors.trained.configuration import (
+    DetectorConfig,
+    WindowConfig,
+    feature_of,
+    stated_detector,
+)
 from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.measuring import feature_of
-from hydrofdi.detectors.trained.training import stated_detector
-from hydrofdi.records import Channel, RecordSource
+from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
 
@@ -110,33 +112,21 @@ def train(
         require_place(path_of(out))
     said = Said(sampling_frequency, channel, unit, label, group)
     labels = tuple(names_of("healthy", healthy, "labels of healthy records"))
-    sources = sources_of(data, channels_needed(stated), said)
-    detector = Detector(train_on(sources, stated, healthy=labels, command=command))
+    indicator_made = feature_of(stated).indicator
+    needed = indicator_made.channels | indicator_made.optional_channels | {stated.window.channel}
+    sources = sources_of(data, needed, said)
+    records = HealthyRecords(sources, labels)
+    made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
+    file = train_on(records, stated, [source.name for source in sources], made)
+    assumed = assumed_constants(sources, indicator_made.options)
+    detector = Detector(
+        file.model_copy(update={"assumed": assumed}),
+        left_out=records.left_out,
+        is_unlabelled=records.is_unlabelled,
+    )
     if out is not None:
         detector.save(out)
     return detector
-
-
-def train_on(
-    sources: Sequence[RecordSource],
-    config: DetectorConfig,
-    *,
-    healthy: Sequence[str] = (),
-    command: str = "",
-) -> Training:
-    """Train a detector on the healthy records of sources with the channels of `channels_needed`."""
-    records = HealthyRecords(sources, healthy)
-    made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
-    file = training.train(records, config, [source.name for source in sources], made)
-    assumed = assumed_constants(sources, feature_of(config).indicator.options)
-    file = file.model_copy(update={"assumed": assumed})
-    return Training(file, records.left_out, records.is_unlabelled)
-
-
-def channels_needed(config: DetectorConfig) -> frozenset[Channel]:
-    """Channels that training looks at."""
-    indicator = feature_of(config).indicator
-    return indicator.channels | indicator.optional_channels | {config.window.channel}
 
 
 def setting_keys() -> dict[str, tuple[str, ...]]:

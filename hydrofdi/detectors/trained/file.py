@@ -1,16 +1,36 @@
-"""Schema of detector files: JSON that is validated when read. Nothing in it is executed."""
+"""Detector files: JSON that is validated strictly when read. Nothing in it is executed."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import json
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig
+from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of, unmakable
+from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records.channels import Channel
+from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.quantities import Section
+from hydrofdi.settings.readable import plain, readable_unit
+from hydrofdi.settings.validation import known_keys
+from hydrofdi.settings.yaml_source import dotted
+from hydrofdi.units import convert
 
 SCHEMA, VERSION = "hydrofdi.detector", 1
+
+MOST_BYTES = 2**20
+"""Maximum size of a detector file [bytes]."""
+
+_MOST_SHOWN = 200
+_NUMBERS_PER_LINE = re.compile(r"\[\n\s+([-+\d.eE,\snul]+?)\n\s*\]")
+"""A list of numbers, one per line; JSON strings cannot contain line breaks."""
 
 Count = Annotated[int, Field(ge=0)]
 
@@ -181,3 +201,177 @@ class DetectorFile(Section):
 
     drive: tuple[float, float] | None = None
     """Lowest and highest value of the channel whose edges start cycles."""
+
+    @property
+    def score_name(self) -> str:
+        """Name of the score, such as ``dwt.d2``."""
+        return f"{self.config.indicator}.{self.config.output}"
+
+    @property
+    def limits_text(self) -> str:
+        """Description of the scores that raise an alarm, such as ``below 29 kPa or above 257 kPa``."""
+        ends = (("below", self.limits.low), ("above", self.limits.high))
+        return " or ".join(f"{side} {self.score_text(end)}" for side, end in ends if end is not None)
+
+    def score_text(self, score: float) -> str:
+        """A score with four digits, in a unit that suits the limits."""
+        ends = [abs(end) for end in (self.limits.low, self.limits.high) if end is not None]
+        unit = readable_unit(self.unit, max(ends, default=0.0))
+        number = plain(convert(score, unit) if unit != self.unit else score, 4)
+        return number if unit == "1" else f"{number} {unit}"
+
+
+def detector_text(file: DetectorFile) -> str:
+    """Detector file as readable JSON: SI, lists of numbers on one line."""
+    record = file.model_dump(mode="json", by_alias=True)
+    text = json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return _NUMBERS_PER_LINE.sub(lambda found: "[" + " ".join(found[1].split()) + "]", text)
+
+
+def load_detector(path: Path) -> DetectorFile:
+    """Read a trained detector.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    ConfigError
+        The file cannot be read, is not a detector file, is inconsistent, or was made for another version of
+        hydrofdi or of its indicator.
+    """
+    text = _read(path)
+    try:
+        data = json.loads(text, object_pairs_hook=_mapping, parse_float=_number, parse_constant=_number)
+    except (RecursionError, ValueError) as error:
+        raise ConfigError(f"{path}: is not a detector file: {_shown(str(error))}") from None
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        raise ConfigError(f'{path}: is not a detector file; those contain "schema": "{SCHEMA}"')
+    if type(data.get("version")) is not int or data["version"] != VERSION:
+        found = _shown(repr(data.get("version")))
+        message = f"this hydrofdi reads version {VERSION}, not {found}; train the detector again"
+        raise ConfigError([Issue(message, "version", str(path))])
+    try:
+        file = DetectorFile.model_validate_json(text, strict=True)
+        mistakes = [*_inconsistencies(file)]
+    except ValidationError as errors:
+        mistakes = [_mistake(error) for error in errors.errors()]
+    if mistakes:
+        raise ConfigError([Issue(_shown(text), _shown(where), str(path)) for where, text in mistakes])
+    return file
+
+
+def is_detector(path: Path) -> bool:
+    """Whether a file declares itself a detector file, of any version."""
+    try:
+        data = json.loads(_read(path))
+    except (ConfigError, ValueError, RecursionError):
+        return False
+    return isinstance(data, dict) and data.get("schema") == SCHEMA
+
+
+def _read(path: Path) -> str:
+    if path.exists() and not path.is_file():
+        raise ConfigError(f"{path}: is not a regular file")
+    try:
+        with open(path, "rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise ConfigError(f"{path}: {error.strerror}") from None
+    if len(content) > MOST_BYTES:
+        raise ConfigError(f"{path}: is larger than {MOST_BYTES >> 20} MiB, so it is not a detector file")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: is not a text file in UTF-8") from None
+
+
+def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    mapping = dict(pairs)
+    if len(mapping) < len(pairs):
+        names = [name for name, _ in pairs]
+        raise ValueError(f"key {next(name for name in names if names.count(name) > 1)!r} is given twice")
+    return mapping
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text} is not finite")
+    return value
+
+
+def _mistake(error: Any) -> tuple[str, str]:
+    place = tuple(part for part in error["loc"] if part != "[key]")
+    return dotted(place), describe_error(error, known_keys(DetectorFile, place[:-1]))
+
+
+def _shown(text: str) -> str:
+    """Text from a file, shortened to one line."""
+    line = "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
+    return line if len(line) <= _MOST_SHOWN else f"{line[:_MOST_SHOWN]}…"
+
+
+def _inconsistencies(file: DetectorFile) -> Iterator[tuple[str, str]]:
+    """Key and message of what makes a file unusable, in itself or with this version of hydrofdi."""
+    unsound = [(dotted(("config", *path)), text) for path, text in unmakable(file.config)]
+    yield from unsound
+    yield from ((where, text) for is_wrong, where, text in _checks(file) if is_wrong)
+    if unsound:
+        return
+    indicator, name = feature_of(file.config).indicator, file.config.indicator
+    if indicator.version != file.indicator_version:
+        text = f"{name} has version {indicator.version} here, not {file.indicator_version}; train it again"
+        yield "indicator_version", text
+    if missing := sorted(indicator.channels - set(file.channels)):
+        yield "channels", f"{name} needs {missing[0]}, which is missing"
+    if file.config.window.by == "estimate" and not isinstance(indicator, RecursiveIndicator):
+        yield "config.window.by", f"{name} does not follow a stream; use 'time' or 'cycle'"
+
+
+def _checks(file: DetectorFile) -> Iterator[tuple[bool, str, str]]:
+    """Whether a number is wrong, its key, and what is allowed."""
+    limits, direction, centre = file.limits, file.config.direction, file.healthy.centre
+    low = -math.inf if limits.low is None else limits.low
+    high = math.inf if limits.high is None else limits.high
+    sides = "is required unless the direction is {}, and allowed only then"
+    least, most = limits.interval
+    yield direction is None, "config.direction", "is missing"
+    yield not file.config.output, "config.output", "is missing"
+    yield (limits.low is None) is not (direction is Direction.RISING), "limits.low", sides.format("rising")
+    yield (
+        (limits.high is None) is not (direction is Direction.FALLING),
+        "limits.high",
+        sides.format("falling"),
+    )
+    yield low > high, "limits.high", "must not be below limits.low"
+    yield not 0.0 <= least <= most <= 1.0, "limits.interval", "expected two shares, the lower one first"
+    yield low > centre, "limits.low", "must not be above healthy.centre"
+    yield high < centre, "limits.high", "must not be below healthy.centre"
+    for channel, healthy in file.ranges.items():
+        for name in ("low", "high", "activity"):
+            lower, upper = getattr(healthy, name)
+            yield lower > upper, f"ranges.{channel}.{name}", "the lower value must come first"
+        yield healthy.low[0] > healthy.high[1], f"ranges.{channel}.high", "must not be below the range of low"
+    yield (
+        (file.config.chart is None) is not (file.chart is None),
+        "chart",
+        "requires config.chart, and vice versa",
+    )
+    window, n_sample = file.config.window, file.n_sample
+    if window.by == "estimate":
+        yield n_sample > 0, "n_sample", "must be 0 if estimates are judged"
+        return
+    duration, drive = window.duration or 0.0, file.drive or (0.0, 0.0)
+    matches = n_sample == round(duration * file.sampling_frequency) and n_sample >= 2
+    yield window.duration is None, "config.window.duration", "is missing"
+    yield not matches, "n_sample", f"{n_sample} does not match config.window.duration = {duration:g} s"
+    yield window.by == "time" and window.every is None, "config.window.every", "is missing"
+    is_cycle = window.by == "cycle"
+    yield (
+        is_cycle and not drive[0] < drive[1],
+        "drive",
+        "expected the lowest and the highest value of the drive",
+    )
+    yield is_cycle and window.channel not in file.channels, "channels", f"must contain {window.channel}"

@@ -1,31 +1,211 @@
-"""Verdicts on streams from the estimates of a recursive indicator, without windows."""
+"""Estimates of a recursive indicator along a stream, with restarts after faults, and the verdicts on them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hydrofdi.detectors.trained.estimating import Estimator
+from hydrofdi.detectors.trained.configuration import Feature, feature_of
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.judging import verdict_of
-from hydrofdi.detectors.trained.measuring import feature_of
-from hydrofdi.detectors.trained.novelty import findings
-from hydrofdi.detectors.trained.verdict import Verdict
-from hydrofdi.errors import Issue
-from hydrofdi.indicators.recursive import RecursiveIndicator
-from hydrofdi.records import Array, RecordBatch
+from hydrofdi.detectors.trained.judging import Verdict, findings, verdict_of
+from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.indicators.plausibility import doubts_of
+from hydrofdi.indicators.recursive import RecursiveIndicator, instants
+from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk, State
 from hydrofdi.records.streams.faults import fault_of
 
+_INDICATOR = "indicator."
 _HELD = "held"
+
+_LOST, _LOST_AT_FIRST = 10, 600.0
+"""Patience before a restart: number of consecutive estimates without a score, after the transient, if the
+indicator had a score before; else time since its start [s], because its first window may be long."""
 
 _LEAST_CHECKED_TIME = 1.0
 """Minimum time before an estimate whose samples are checked [s]."""
 
 _BATCH_SIZE = 64
 """Number of estimates that are judged at a time."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimate of a recursive indicator at an instant.
+
+    Attributes
+    ----------
+    place : int
+        Index of its last sample in the piece.
+    time : float
+        Time of the estimate, on the clock of the stream [s].
+    score : float
+        In the unit of the output; NaN if there is a fault.
+    fault : Issue or None
+        Reason of a restart of the indicator.
+    doubts : tuple of Issue
+    fits : mapping of str to float
+        Outputs that state how well the model explains the samples.
+    """
+
+    place: int
+    time: float
+    score: float
+    fault: Issue | None = None
+    doubts: tuple[Issue, ...] = ()
+    fits: Mapping[str, float] = field(default_factory=dict)
+
+
+class Estimator:
+    """Computes estimates along a stream; they are bit-identical however the stream is split into pieces.
+
+    The indicator restarts after a gap, after missing samples, and after its score has been missing for long.
+    It gives no score during the transient that follows.
+
+    Parameters
+    ----------
+    feature : Feature
+        Score of a recursive indicator.
+    channels : collection of Channel
+        Channels for the indicator.
+    sampling_frequency : float
+        [Hz]
+    fits : mapping of str to float, optional
+        As of `doubts_of`.
+
+    Raises
+    ------
+    ConfigError
+        The indicator is not recursive, or the output is not its score.
+    """
+
+    def __init__(
+        self,
+        feature: Feature,
+        channels: Collection[Channel],
+        sampling_frequency: float,
+        fits: Mapping[str, float] | None = None,
+    ) -> None:
+        indicator = feature.indicator
+        if not isinstance(indicator, RecursiveIndicator):
+            raise ConfigError(f"{indicator.name} is not recursive; judge it by windows")
+        followed = indicator.estimates[0].name
+        if feature.described.name != followed:
+            raise ConfigError(f"only the output {followed} of {indicator.name} can be judged by estimate")
+        self.indicator: RecursiveIndicator[Any] = indicator
+        self._score, self._channels, self.sampling_frequency = followed, tuple(channels), sampling_frequency
+        self._fits = fits
+
+    def start(self) -> State:
+        """State before the first sample: only arrays."""
+        none = np.empty((1, 0))
+        begun = self.indicator.start(self._records(0, dict.fromkeys(self._channels, none)))
+        return {
+            "n_seen": np.array([0]),
+            "n_lost": np.array([0]),
+            "had_score": np.array([False]),
+            "is_missing": np.array([False]),
+            **{_INDICATOR + name: array for name, array in begun.items()},
+        }
+
+    def step(self, state: State, piece: Chunk) -> tuple[State, list[Estimate]]:
+        """State after a piece, and the estimates within it; the old state is not modified."""
+        state = self.start() if piece.begins_anew else state
+        missing = np.vstack([~np.isfinite(piece.channels[channel]) for channel in self._channels])
+        found: list[Estimate] = []
+        for first, stop, is_missing in _runs(np.any(missing, axis=0)):
+            if is_missing:
+                if not state["is_missing"][0]:
+                    found.append(self._missing(piece, first, missing))
+                state = {**self.start(), "is_missing": np.array([True])}
+                continue
+            while first < stop:
+                state, first, estimates = self._advance(state, piece, first, stop)
+                found += estimates
+        return state, found
+
+    def _missing(self, piece: Chunk, place: int, missing: NDArray[np.bool_]) -> Estimate:
+        lost = [channel for channel, row in zip(self._channels, missing, strict=True) if row[place]]
+        text = f"no sample of {' and '.join(lost)}; {self._anew}"
+        return Estimate(place, float(piece.time[place]), np.nan, Issue(text, kind="missing"))
+
+    def _advance(
+        self, state: State, piece: Chunk, first: int, stop: int
+    ) -> tuple[State, int, list[Estimate]]:
+        """Advance to `stop`, or to the sample at which the indicator restarts."""
+        n_before, indicator = int(state["n_seen"][0]), self.indicator
+        n_lost, had_score = int(state["n_lost"][0]), bool(state["had_score"][0])
+        samples = {
+            channel: np.ascontiguousarray(piece.channels[channel][None, first:stop], dtype=float)
+            for channel in self._channels
+        }
+        followed, trace = indicator.step(_indicator_state(state), self._records(n_before, samples))
+        due = instants(n_before, stop - first, indicator.samples_per_estimate(self.sampling_frequency))
+        is_settled = (n_before + due) / self.sampling_frequency >= indicator.options.transient - 1e-9
+        values = {name: rows[0, is_settled] for name, rows in trace.values.items()}
+        doubts = doubts_of(indicator, values, fits=self._fits)
+        fits = [each.name for each in indicator.outputs if each.is_fit]
+        found: list[Estimate] = []
+        for row, place in enumerate(first + due[is_settled]):
+            score = values[self._score][row]
+            has_score = bool(np.isfinite(score))
+            n_lost, had_score = 0 if has_score else n_lost + 1, had_score or has_score
+            is_given_up = n_lost == self._patience(had_score)
+            fault = None if has_score else self._lost(n_lost, is_given_up)
+            own = {name: float(values[name][row]) for name in fits}
+            time = float(piece.time[place])
+            found.append(Estimate(int(place), time, float(score), fault, doubts[row], own))
+            if is_given_up:
+                return self.start(), int(place) + 1, found
+        after: dict[str, NDArray[Any]] = {
+            "n_seen": np.array([n_before + stop - first]),
+            "n_lost": np.array([n_lost]),
+            "had_score": np.array([had_score]),
+            "is_missing": np.array([False]),
+            **{_INDICATOR + name: np.asarray(array) for name, array in followed.items()},
+        }
+        return after, stop, found
+
+    def _patience(self, had_score: bool) -> int:
+        """Number of consecutive estimates without a score after which the indicator restarts."""
+        time = self.indicator.options.transient if had_score else _LOST_AT_FIRST
+        return max(_LOST, math.ceil(time / self.interval))
+
+    @property
+    def interval(self) -> float:
+        """Time between estimates [s]."""
+        return self.indicator.samples_per_estimate(self.sampling_frequency) / self.sampling_frequency
+
+    def _lost(self, n_lost: int, is_given_up: bool) -> Issue:
+        text = f"{self.indicator.name} has had no {self._score} for {n_lost * self.interval:.4g} s"
+        return Issue(f"{text}; {self._anew}" if is_given_up else text, kind="no_number")
+
+    @property
+    def _anew(self) -> str:
+        return f"it restarts and gives no score for {self.indicator.options.transient:g} s"
+
+    def _records(self, n_before: int, samples: Mapping[Channel, Array]) -> RecordBatch:
+        return RecordBatch(
+            samples, self.sampling_frequency, ("stream",), start_time=n_before / self.sampling_frequency
+        )
+
+
+def _indicator_state(state: State) -> dict[str, NDArray[Any]]:
+    return {key.removeprefix(_INDICATOR): array for key, array in state.items() if key.startswith(_INDICATOR)}
+
+
+def _runs(is_missing: NDArray[np.bool_]) -> Iterator[tuple[int, int, bool]]:
+    """First, stop and kind of each run of equal flags."""
+    bounds = [0, *(np.flatnonzero(np.diff(is_missing)) + 1).tolist(), is_missing.size]
+    for first, stop in pairwise(bounds):
+        if stop > first:
+            yield first, stop, bool(is_missing[first])
 
 
 class Follower:
@@ -35,6 +215,11 @@ class Follower:
     ----------
     file : DetectorFile
         Detector with ``window.by: estimate``.
+
+    Attributes
+    ----------
+    n_every : int
+        Samples from one estimate to the next.
 
     Raises
     ------
@@ -46,7 +231,8 @@ class Follower:
         self.file = file
         feature, frequency = feature_of(file.config), file.sampling_frequency
         self._estimator = Estimator(feature, file.channels, frequency, file.fits)
-        self._n_look = samples_looked_at(self._estimator.indicator, file.sampling_frequency)
+        self._n_look = samples_looked_at(self._estimator.indicator, frequency)
+        self.n_every = self._estimator.indicator.samples_per_estimate(frequency)
 
     def start(self) -> State:
         """The state before the first sample: arrays alone."""

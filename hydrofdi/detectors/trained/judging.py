@@ -1,22 +1,63 @@
-"""Verdicts on windows."""
+"""Verdicts on windows; those that are stuck, clipped or unlike the training data are not judged."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.measuring import feature_of, outputs_of_records, records_of
-from hydrofdi.detectors.trained.novelty import findings, not_positive, wrong_side
-from hydrofdi.detectors.trained.verdict import Verdict
+from hydrofdi.detectors.trained.configuration import feature_of
+from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile
+from hydrofdi.detectors.trained.measuring import (
+    ChannelFacts,
+    channel_facts,
+    outputs_of_records,
+    records_of,
+)
 from hydrofdi.errors import Issue
-from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.plausibility import doubts_of
-from hydrofdi.records import Channel
+from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.records.streams import Window
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.readable import shown_quantity
+
+_FAR = 10.0
+"""Healthy spreads in the distance from which a score on the side without an alarm is novel."""
+
+_QUANTITIES = {
+    "low": "1 % quantile",
+    "high": "99 % quantile",
+    "activity": "RMS difference between adjacent samples",
+}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Verdict of a trained detector on one window.
+
+    Attributes
+    ----------
+    score : float or None
+        Output of the indicator, in its unit; None if it has none. Novel windows have a score too.
+    alarm : bool or None
+        Whether the window raises an alarm; None if it is not judged.
+    margin : float or None
+        Distance to the nearest limit in healthy spreads, negative beyond it; None if there is no score.
+    fault : Issue or None
+        Why the window is not judged.
+    doubt : str
+        Why the verdict is doubtful, which it remains all the same; empty if it is not.
+    """
+
+    score: float | None
+    alarm: bool | None
+    margin: float | None
+    fault: Issue | None = None
+    doubt: str = ""
+
+    @property
+    def is_beyond(self) -> bool | None:
+        """Whether the score is beyond a limit, even if that is not an alarm; None if there is no score."""
+        return None if self.margin is None else self.margin < 0.0
 
 
 class Judge:
@@ -33,53 +74,23 @@ class Judge:
     """
 
     def __init__(self, file: DetectorFile) -> None:
-        self.file = file
-        self._feature = feature_of(file.config)
-
-    @property
-    def indicator(self) -> Indicator[Any]:
-        """Indicator that measures windows."""
-        return self._feature.indicator
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        """Channels that a window needs."""
-        return self.file.channels
+        self.file, self._feature = file, feature_of(file.config)
 
     def judge(self, windows: Sequence[Window]) -> list[Verdict]:
         """A verdict on each window, in order."""
-        verdicts = [Verdict(None, None, None, self._fault(window)) for window in windows]
-        sound = [place for place, verdict in enumerate(verdicts) if verdict.fault is None]
-        if sound:
-            judged = self._judge_valid([windows[place] for place in sound])
-            for place, verdict in zip(sound, judged, strict=True):
-                verdicts[place] = verdict
-        return verdicts
-
-    def _fault(self, window: Window) -> Issue | None:
-        missing = [channel for channel in self.channels if channel not in window.channels]
-        if window.fault is not None:
-            return window.fault
-        if missing:
-            return Issue(f"has no {' and no '.join(missing)}", kind="missing_channel")
-        if window.time.size != self.file.n_sample:
-            return Issue(
-                f"has {counted(window.time.size, 'sample')} instead of {self.file.n_sample}",
-                kind="other_length",
-            )
-        return None
-
-    def _judge_valid(self, windows: Sequence[Window]) -> list[Verdict]:
-        records = records_of(windows, self.channels, self.file.sampling_frequency)
+        verdicts = [Verdict(None, None, None, window.fault) for window in windows]
+        sound = [place for place, window in enumerate(windows) if window.fault is None]
+        if not sound:
+            return verdicts
+        records = records_of([windows[at] for at in sound], self.file.channels, self.file.sampling_frequency)
         values, obstacles = outputs_of_records(records, self._feature)
-        every_doubts = doubts_of(self.indicator, values, fits=self.file.fits)
-        faults = findings(records, self.file.ranges)
-        return [
-            verdict_of(self.file, float(score), fault, obstacle, doubts)
-            for score, fault, obstacle, doubts in zip(
-                values[self._feature.described.name], faults, obstacles, every_doubts, strict=True
+        scores = values[self._feature.described.name]
+        doubts = doubts_of(self._feature.indicator, values, fits=self.file.fits)
+        for row, fault in enumerate(findings(records, self.file.ranges)):
+            verdicts[sound[row]] = verdict_of(
+                self.file, float(scores[row]), fault, obstacles[row], doubts[row]
             )
-        ]
+        return verdicts
 
 
 def verdict_of(
@@ -115,9 +126,85 @@ def verdict_of(
     distance = min(limits, default=math.inf)
     margin = distance / file.healthy.spread
     if distance >= 0.0:
-        fault = fault or not_positive(file, doubts) or wrong_side(file, score)
+        fault = fault or _not_positive(file, doubts) or _wrong_side(file, score)
     if fault is None:
         return Verdict(score, distance < 0.0, margin, doubt="; ".join(doubt.message for doubt in doubts))
     if distance < 0.0:
         fault = replace(fault, message=f"{fault.message}; the score is also beyond its limit")
     return Verdict(score, None, margin, fault)
+
+
+def _not_positive(file: DetectorFile, doubts: Sequence[Issue]) -> Issue | None:
+    """Why a window is novel: a quantity is not positive, but is so in all healthy windows."""
+    found = (each for each in doubts if each.kind == "not_positive" and each.where in file.positive)
+    return next((Issue(each.message, kind="novel") for each in found), None)
+
+
+def _wrong_side(file: DetectorFile, score: float) -> Issue | None:
+    """Why a score is novel: a leak moves it to one side, and it is far out on the other.
+
+    Far is twice as far from the healthy median as all healthy scores, and ten healthy spreads more.
+    """
+    limits, healthy = file.limits, file.healthy
+    if healthy.range is None or (limits.low is None) == (limits.high is None):
+        return None
+    lowest, highest = healthy.range
+    width, distance, side = highest - healthy.centre, score - healthy.centre, "above"
+    if limits.low is None:
+        width, distance, side = healthy.centre - lowest, -distance, "below"
+    if distance <= 2.0 * width + _FAR * healthy.spread:
+        return None
+    return Issue(
+        f"the score, {file.score_text(score)}, is far {side} all healthy scores"
+        f" ({file.score_text(lowest)} to {file.score_text(highest)}):"
+        " are two channels swapped, or is a sign wrong?",
+        kind="novel",
+    )
+
+
+def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> list[Issue | None]:
+    """Fault of each window: stuck, clipped, novel, or None.
+
+    Parameters
+    ----------
+    records : RecordBatch
+        Windows as records.
+    ranges : mapping of Channel to ChannelRange
+        Healthy ranges.
+    """
+    facts = {channel: channel_facts(records[channel]) for channel in ranges if channel in records.channels}
+    return [_finding(row, facts, ranges) for row in range(records.n_record)]
+
+
+def _finding(
+    row: int, facts: Mapping[Channel, ChannelFacts], ranges: Mapping[Channel, ChannelRange]
+) -> Issue | None:
+    for kind, found in (("stuck", _stuck), ("clipped", _clipped), ("novel", _novel)):
+        texts = [text for channel in facts for text in found(row, channel, facts[channel], ranges[channel])]
+        if texts:
+            more = f" (and {len(texts) - 1} more)" if len(texts) > 1 else ""
+            return Issue(texts[0] + more, kind=kind)
+    return None
+
+
+def _stuck(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
+    if facts.lowest[row] == facts.highest[row] and healthy.at_end < 1.0:
+        yield f"{channel} is constant, but varies in healthy windows"
+
+
+def _clipped(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
+    share = float(facts.at_end[row])
+    if share > healthy.at_end:
+        end, value = ("highest", facts.highest) if facts.is_at_high[row] else ("lowest", facts.lowest)
+        yield (
+            f"{share:.1%} of {channel} are at its {end} value,"
+            f" {shown_quantity(float(value[row]), channel.unit)}; healthy windows allow {healthy.at_end:.1%}"
+        )
+
+
+def _novel(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
+    for name, quantity in _QUANTITIES.items():
+        value, bounds = float(getattr(facts, name)[row]), getattr(healthy, name)
+        if not bounds[0] <= value <= bounds[1]:
+            shown, low, high = (shown_quantity(each, channel.unit) for each in (value, *bounds))
+            yield f"the {quantity} of {channel} is {shown}; healthy windows allow {low} to {high}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from hydrofdi.detectors.trained import DetectorFile
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import StreamSource

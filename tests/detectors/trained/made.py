@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from hydrofdi.detectors.trained import DetectorConfig, DetectorFile, Judge
-from hydrofdi.detectors.trained.file import Basis, Limits, Made, Scale
-from hydrofdi.detectors.trained.measuring import feature_of
-from hydrofdi.detectors.trained.ranges import channel_facts, learned_range
-from hydrofdi.detectors.trained.reading import detector_text
+from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
+from hydrofdi.detectors.trained.file import Basis, DetectorFile, Limits, Made, Scale, detector_text
+from hydrofdi.detectors.trained.judging import Judge
+from hydrofdi.detectors.trained.measuring import channel_facts, learned_range
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
 
@@ -44,6 +43,7 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=No
     """A detector that nobody trained; `ranges` are learned from these windows."""
     config = DetectorConfig.model_validate({"indicator": indicator, **more})
     feature = feature_of(config)
+    config = config.model_copy(update={"output": feature.described.name})
     channels = tuple(sorted(feature.indicator.channels))
     learned = {
         channel: learned_range(channel, channel_facts(np.stack([each.channels[channel] for each in ranges])))

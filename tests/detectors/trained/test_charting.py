@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.charts import make_chart
-from hydrofdi.detectors.trained import ChartConfig, ScoreChart, Verdict
+from hydrofdi.detectors.trained.charting import ScoreChart
+from hydrofdi.detectors.trained.configuration import ChartConfig
 from hydrofdi.detectors.trained.file import ChartLimit
+from hydrofdi.detectors.trained.judging import Verdict
 from hydrofdi.errors import Issue
 from tests.detectors.trained.made import detector
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained import Judge
-from hydrofdi.detectors.trained.ranges import channel_facts, learned_range
+from hydrofdi.detectors.trained.judging import Judge
+from hydrofdi.detectors.trained.measuring import channel_facts, learned_range
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import make_windower, windows_of
 from tests.detectors.trained.made import FREQUENCY, detector, signals

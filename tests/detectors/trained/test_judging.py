@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained import Judge
+from hydrofdi.detectors.trained.judging import Judge
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators import indicator_names
 from hydrofdi.records import Channel
@@ -24,7 +24,7 @@ def test_a_window_is_judged_alike_alone_and_among_others(name):
     except ConfigError as refusal:
         pytest.skip(str(refusal))
     judge = Judge(file)
-    windows = [*HEALTHY[:5], window(5, 7, n_sample=800), window(6, 8, chamber_1_pressure=None)]
+    windows = [*HEALTHY[:5], window(5, fault=Issue("is missing", kind="missing"))]
     together = judge.judge(windows)
     assert together == [judge.judge([each])[0] for each in windows]
     assert judge.judge(windows[::-1]) == together[::-1]
@@ -102,8 +102,6 @@ def test_with_limits_on_both_sides_no_score_is_far_out_without_an_alarm():
 @pytest.mark.parametrize(
     ("kind", "changed"),
     [
-        ("missing_channel", {"chamber_1_pressure": None, "chamber_2_pressure": None}),
-        ("other_length", {"n_sample": 900}),
         ("clipped", {"chamber_1_pressure": np.minimum(HEALTHY[0].channels[P1], 10e6)}),
         ("novel", {"chamber_1_pressure": HEALTHY[0].channels[P1] + 20e6}),
         ("novel", {"chamber_1_pressure": 9e6 + 1e-3 * (HEALTHY[0].channels[P1] - 9e6)}),

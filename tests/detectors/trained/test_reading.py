@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.detectors.trained import DetectorConfig
-from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.reading import detector_text, is_detector, load_detector
+from hydrofdi.detectors.trained.configuration import DetectorConfig
+from hydrofdi.detectors.trained.file import Made, detector_text, is_detector, load_detector
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_names

@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained.reading import load_detector
+from hydrofdi.detectors.trained.file import load_detector
 from tests.conftest import sweep_in
 
 HEADER = "time [s],P1 [bar],P2 [bar],u [V]"

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from hydrofdi.detectors.trained import DetectorConfig, Judge
+from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import Made
+from hydrofdi.detectors.trained.judging import Judge
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.direction import Direction

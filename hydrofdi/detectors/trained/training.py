@@ -1,0 +1,357 @@
+"""Training of a detector: from healthy records, window by window, to a detector file."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from functools import partial
+from itertools import chain
+from typing import Any, Literal
+
+import numpy as np
+
+from hydrofdi.detectors.healthy_scale import healthy_scale
+from hydrofdi.detectors.trained.charting import chart_in_full, chart_limit
+from hydrofdi.detectors.trained.configuration import (
+    ChartConfig,
+    DetectorConfig,
+    Feature,
+    WindowConfig,
+    direction_of,
+    feature_of,
+)
+from hydrofdi.detectors.trained.file import Basis, DetectorFile, Limits, Made, Scale
+from hydrofdi.detectors.trained.following import Estimator
+from hydrofdi.detectors.trained.measuring import joined, learned_range, without_scale
+from hydrofdi.detectors.trained.scoring import EstimateScores, HealthyScores, WindowScores
+from hydrofdi.errors import ConfigError, DataError, NotStatedError
+from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.groups import Rule, left_out_outcomes
+from hydrofdi.evaluation.rates import alarm_rate
+from hydrofdi.evaluation.threshold import Threshold, quantile_threshold
+from hydrofdi.evaluation.tolerance import tolerance_threshold
+from hydrofdi.indicators.measuring import output_unit, spool_remedy
+from hydrofdi.indicators.plausibility import CAUSES
+from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
+from hydrofdi.records.streams import Windower
+from hydrofdi.records.stuck import found_period
+from hydrofdi.settings.readable import time_text
+
+_WRONG_SIZES = {"unusual", "low_pressure"}
+"""Kinds of remarks on channels whose unit or gain is probably wrong."""
+
+_MOST_FOLDS = 25
+"""Maximum number of cross-validation folds; with more groups, several are left out at a time."""
+
+Drive = tuple[float, float]
+RestsOn = Literal["windows", "records", "groups"]
+
+
+def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str], made: Made) -> DetectorFile:
+    """Train a detector on healthy records.
+
+    Parameters
+    ----------
+    healthy : RecordSource
+        Only healthy records; the groups of their batches identify dependent records. They are read twice if
+        windows start with cycles.
+    config : DetectorConfig
+        Configuration; the file contains it with all defaults.
+    sources : sequence of str
+        Names of the sources.
+    made : Made
+
+    Raises
+    ------
+    ConfigError
+        The indicator has no such output, no direction is stated and the output does not declare one, or
+        windows are not valid.
+    DataError
+        The records lack a channel, or differ in sampling or length, or estimates are physically impossible in
+        most windows.
+    NotStatedError
+        There are too few records for the false-alarm rate; the message states how many are needed.
+    """
+    feature, direction, window = feature_of(config), direction_of(config), config.window
+    indicator = feature.indicator
+    chart = None if config.chart is None else chart_in_full(config.chart, direction)
+    drive = _drive(healthy, window.channel) if window.by == "cycle" else None
+    batches = (batch for batch in healthy.batches(labels=True) if batch.n_record)
+    first = next(batches, None)
+    if first is None:
+        raise NotStatedError(f"{healthy.name}: no healthy record")
+    channels = _channels(feature, config, first)
+    found = _scorer(feature, window, first, channels, drive)
+    for batch in chain([first], batches):
+        _check(batch, first, channels, config)
+        found.take(batch)
+    found.finish()
+    _require_scores(found, feature, config, healthy)
+    limits = limits_of(found, config, direction)
+    scale = healthy_scale(found.scores)
+    lowest, highest = float(np.nanmin(found.scores)), float(np.nanmax(found.scores))
+    own = Scale(centre=scale.centre, spread=scale.spread, range=(lowest, highest))
+    fits = {each.name: each.possible[1] or 0.0 for each in indicator.outputs if each.is_fit}
+    return DetectorFile(
+        made=made,
+        config=_in_full(config, found, feature, direction, chart),
+        indicator_version=indicator.version,
+        unit=output_unit(indicator, feature.described, first),
+        channels=channels,
+        sampling_frequency=first.sampling_frequency,
+        n_sample=found.n_sample,
+        basis=_basis(found, sources, found_period(first)),
+        healthy=own,
+        limits=limits,
+        chart=None if chart is None else chart_limit(found, chart, own, direction, config.confidence),
+        ranges={channel: learned_range(channel, joined(facts)) for channel, facts in found.facts.items()},
+        positive=tuple(
+            each.name
+            for each in indicator.outputs
+            if each.is_positive and not found.n_not_positive[each.name]
+        ),
+        fits={name: max(limit, found.fits.get(name, limit)) for name, limit in fits.items()},
+        drive=drive,
+    )
+
+
+def _drive(healthy: RecordSource, channel: Channel) -> Drive:
+    """Lowest and highest value of the channel whose edges start cycles, over all healthy records."""
+    low, high = np.inf, -np.inf
+    for batch in healthy.batches(labels=True):
+        if batch.n_record and channel in batch.channels:
+            low = min(low, float(np.nanmin(batch[channel])))
+            high = max(high, float(np.nanmax(batch[channel])))
+    if not low < high:
+        found = "is missing in" if high == -np.inf else "never changes in"
+        raise NotStatedError(
+            f"by=cycle: {channel} {found} all healthy records, but cycles start at its edges;"
+            " choose another channel under 'window:', or use windows by time"
+        )
+    return low, high
+
+
+def _channels(feature: Feature, config: DetectorConfig, first: RecordBatch) -> tuple[Channel, ...]:
+    """Channels that a window needs, including optional ones of the indicator that healthy records have."""
+    indicator = feature.indicator
+    seen = indicator.channels | (indicator.optional_channels & first.channels.keys())
+    if config.window.by == "cycle":
+        seen |= {config.window.channel}
+    return tuple(channel for channel in Channel if channel in seen)
+
+
+def _scorer(
+    feature: Feature,
+    window: WindowConfig,
+    first: RecordBatch,
+    channels: Sequence[Channel],
+    drive: Drive | None,
+) -> HealthyScores:
+    if window.by != "estimate":
+        return WindowScores(_windower(window, first, channels, drive), feature)
+    if window.duration is not None or window.every is not None:
+        raise ConfigError(
+            f"by=estimate: this setting has no windows; the option 'interval' of"
+            f" {feature.indicator.name} sets the time between estimates"
+        )
+    return EstimateScores(Estimator(feature, channels, first.sampling_frequency), channels)
+
+
+def _windower(
+    window: WindowConfig, first: RecordBatch, channels: Sequence[Channel], drive: Drive | None
+) -> Windower:
+    """The windower of a configuration; without a duration, windows are whole records."""
+    frequency = first.sampling_frequency
+    if window.by == "cycle" and window.duration is None:
+        raise ConfigError("by=cycle: give the length of each cycle, counted from its edge, as 'window'")
+    if window.by == "cycle" and window.every is not None:
+        raise ConfigError("every: windows by cycle start at the edges of the drive; remove this setting")
+    duration = first.duration if window.duration is None else window.duration
+    n_sample = round(duration * frequency)
+    if n_sample < 2:
+        raise ConfigError(
+            f"window: {duration:g} s at {frequency:g} Hz contain {n_sample} samples; use at least 2"
+        )
+    return window.windower(n_sample, channels, frequency, drive)
+
+
+def _check(
+    batch: RecordBatch, first: RecordBatch, channels: Sequence[Channel], config: DetectorConfig
+) -> None:
+    """Check that a batch matches the first one.
+
+    Raises
+    ------
+    DataError
+        Sampling, channels or lengths differ.
+    """
+    source, other = batch.sources[0], first.sources[0]
+    if batch.sampling_frequency != first.sampling_frequency:
+        raise DataError(
+            f"{source}: is sampled at {batch.sampling_frequency:g} Hz, but {other} at"
+            f" {first.sampling_frequency:g} Hz; a detector needs a single sampling frequency"
+        )
+    if missing := [channel for channel in channels if channel not in batch.channels]:
+        remedy = spool_remedy(missing, feature_of(config).indicator)
+        raise DataError(
+            f"{source}: has no {' and no '.join(missing)}, which {config.indicator} needs{remedy}"
+        )
+    if obstacle := without_scale(batch, channels):
+        raise DataError(f"{source}: {obstacle}")
+    for remark in chain.from_iterable(() if config.accept else batch.remarks):
+        if remark.kind in _WRONG_SIZES and remark.where in channels:
+            raise DataError(f"{source}: {remark.message}; --accept trains all the same")
+    needs_length = config.window.by == "time" and config.window.duration is None
+    if needs_length and batch.n_time != first.n_time:
+        raise DataError(
+            f"{source}: lasts {batch.duration:g} s, but {other} {first.duration:g} s; give the duration of a"
+            f" window as 'window'"
+        )
+
+
+def _require_scores(
+    found: HealthyScores, feature: Feature, config: DetectorConfig, healthy: RecordSource
+) -> None:
+    """Check that there are scores, and that estimates are possible in at least half of the windows.
+
+    Raises
+    ------
+    DataError, NotStatedError
+        They are not.
+    """
+    if not found.scores.size:
+        reason = next((text for text, _ in found.reasons.most_common(1)), "") or _absence(found, config)
+        raise NotStatedError(f"no healthy record has {feature.label}: {reason}")
+    for name, count in () if config.accept else found.n_impossible.items():
+        if 2 * count > found.scores.size:
+            raise DataError(
+                f"{healthy.name}: {name} is physically impossible in {count:,} of {found.scores.size:,}"
+                f" healthy windows: {CAUSES} --accept trains all the same"
+            )
+
+
+def _absence(found: HealthyScores, config: DetectorConfig) -> str:
+    """Why there are no windows."""
+    longest = f"the longest one lasts {time_text(max(line.duration for line in found.lines))}"
+    window = config.window
+    if window.by == "estimate":
+        return f"{longest}, but the first estimate comes later; use longer records"
+    if window.by == "cycle":
+        return f"no record has a cycle that starts with an edge of {window.channel}; choose another"
+    return f"{longest}, but a window {time_text(window.duration or 0.0)}; give a shorter window"
+
+
+def _in_full(
+    config: DetectorConfig,
+    found: HealthyScores,
+    feature: Feature,
+    direction: Direction,
+    chart: ChartConfig | None,
+) -> DetectorConfig:
+    """Configuration with all defaults filled in."""
+    window = config.window
+    if found.n_sample:
+        every = window.every or (found.duration if window.by == "time" else None)
+        window = window.model_copy(update={"duration": found.duration, "every": every})
+    return config.model_copy(
+        update={
+            "options": feature.indicator.options.model_dump(mode="json"),
+            "output": feature.described.name,
+            "direction": direction,
+            "window": window,
+            "chart": chart,
+        }
+    )
+
+
+def _basis(found: HealthyScores, sources: Sequence[str], drive_period: float | None) -> Basis:
+    populations: Counter[str] = Counter()
+    for line in found.lines:
+        populations[line.label] += line.chosen.size
+    del populations[""]
+    return Basis(
+        sources=tuple(sources),
+        n_record=len(found.lines),
+        n_window=found.scores.size,
+        n_group=len(set(found.groups)) if found.has_groups else 0,
+        populations=dict(sorted(populations.items())),
+        not_judged=dict(sorted(found.not_judged.items())),
+        impossible={name: count for name, count in sorted(found.n_impossible.items()) if count},
+        drive_period=drive_period,
+    )
+
+
+def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction) -> Limits:
+    """Set the limits of a score.
+
+    If records or groups have several windows each, the interval of the false-alarm rate is cross-validated:
+    each record or group is tested with the limits of the others. Otherwise, or if too few windows remain
+    without a record, windows are assumed independent and the interval follows from order statistics. If
+    groups are stated, windows of a group are dependent, and too few groups are an error.
+
+    Raises
+    ------
+    NotStatedError
+        There are too few windows; the message states how many are needed.
+    """
+    rule = _rule(config, direction)
+    threshold = _set(rule, found.scores, found, "there are")
+    rests_on, interval = _interval(rule, found, threshold)
+    return Limits(
+        low=_known(threshold.low),
+        high=_known(threshold.high),
+        false_alarm_rate=config.false_alarm_rate,
+        interval=interval,
+        confidence=config.confidence,
+        method=threshold.method,
+        interval_rests_on=rests_on,
+    )
+
+
+def _rule(config: DetectorConfig, direction: Direction) -> Rule:
+    kind = quantile_threshold if config.threshold == "quantile" else tolerance_threshold
+    return partial(
+        kind, false_alarm_rate=config.false_alarm_rate, direction=direction, confidence=config.confidence
+    )
+
+
+def _interval(rule: Rule, found: HealthyScores, threshold: Threshold) -> tuple[RestsOn, tuple[float, float]]:
+    groups: Any = found.of_scores
+    n_group = np.unique(groups).size
+    if n_group < 2 or n_group == groups.size:
+        return "windows", threshold.interval
+    try:
+        outcomes = left_out_outcomes(
+            found.scores,
+            groups % _MOST_FOLDS,
+            lambda scores: _set(rule, scores, found, "without one of the groups there are"),
+        )
+    except NotStatedError:
+        if found.has_groups:
+            raise
+        return "windows", threshold.interval
+    rate = alarm_rate(outcomes, groups=groups, confidence=threshold.confidence)
+    return "groups" if found.has_groups else "records", (rate.low, rate.high)
+
+
+def _set(rule: Rule, scores: Array, found: HealthyScores, there_are: str) -> Threshold:
+    try:
+        return rule(scores)
+    except NotStatedError as refusal:
+        needed = refusal.records_needed
+        if needed is None:
+            raise
+        promise = str(refusal).partition(" needs ")[0]
+        what = "windows that do not overlap" if found.n_sample else "estimates"
+        lasting = time_text(needed * found.duration)
+        remedy = "more records, shorter windows" if found.n_sample else "more records"
+        raise NotStatedError(
+            f"{promise} needs {needed:,} healthy {what} ({lasting}), and {there_are} {scores.size:,};"
+            f" take {remedy} or a higher false_alarm_rate",
+            needed,
+        ) from None
+
+
+def _known(limit: float) -> float | None:
+    return limit if math.isfinite(limit) else None

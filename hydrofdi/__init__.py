@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.check import calibrate, check
     from hydrofdi.api.detectors.detector import Detector, detect
     from hydrofdi.api.detectors.training import train
-    from hydrofdi.api.evaluating import evaluate
-    from hydrofdi.api.evaluation import Evaluation
+    from hydrofdi.api.evaluation import Evaluation, evaluate
     from hydrofdi.api.exporting import Exported, export
     from hydrofdi.api.folders import collect, rerun, status, verify, why
     from hydrofdi.api.inspecting import Inspection, inspect
@@ -51,7 +50,7 @@ _HOMES = {
     "check": "hydrofdi.api.check",
     "collect": "hydrofdi.api.folders",
     "detect": "hydrofdi.api.detectors.detector",
-    "evaluate": "hydrofdi.api.evaluating",
+    "evaluate": "hydrofdi.api.evaluation",
     "export": "hydrofdi.api.exporting",
     "indicators": "hydrofdi.api.listing",
     "inspect": "hydrofdi.api.inspecting",

@@ -1,62 +1,70 @@
-"""An evaluation of labelled records as tables, and as plain data for JSON; missing numbers are None."""
+"""Scores of labelled records as tables, and as plain data for JSON; missing numbers are None."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from hydrofdi.evaluation.auc import Area
+from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.evaluation.populations import Population
-from hydrofdi.evaluation.rates import HealthyPair, Rate
-from hydrofdi.evaluation.roc import Area
+from hydrofdi.evaluation.rates import Rate
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import Column, Table
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import HOLE, number_text
-from hydrofdi.studies.judgement import Judgement, found_from
+from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.parts import records_without_number
+from hydrofdi.studies.ranking import found_from
+from hydrofdi.studies.records import StudyRecords
 from hydrofdi.units import convert
 
-if TYPE_CHECKING:
-    from hydrofdi.api.evaluation import Evaluation
+Pairs = Mapping[str, tuple[HealthyPair, ...]]
+"""Name of a score → every healthy group against every other."""
+
+_WORDS = ("score", "population", "kind", "unit")
+_NUMBERS = {
+    **dict.fromkeys(("low", "high", "alarms", "n", "rate", "rate_low", "rate_high"), ("", "")),
+    "auc": ("", "AUC"),
+    **dict.fromkeys(("auc_low", "auc_high"), ("", "")),
+    "q90_95": ("m^3/s", "q90/95 [L/min]"),
+    "without_number": ("", "without a number"),
+}
+"""Column → unit and title."""
 
 
-def scores_table(evaluation: Evaluation) -> Table:
+def scores_table(detection: Detection, pairs: Pairs) -> Table:
     """A row for each score and population; ~ marks scores by which healthy groups differ as faults do."""
-    rows = [row for each in evaluation.detection.judgements for row in _rows(evaluation, each)]
+    rows = [
+        row
+        for each in detection.judgements
+        for row in _rows(detection.records, each, pairs[each.scored.name])
+    ]
 
-    def column(name: str, unit: str = "", title: str = "", **more: Any) -> Column:
+    def column(name: str, unit: str = "", title: str = "") -> Column:
         texts = [row["texts"].get(name, HOLE) for row in rows]
-        is_shown = bool({*texts} - {HOLE})
+        is_shown, is_text = bool({*texts} - {HOLE}), name in _WORDS
         text = texts if is_shown else number_text
-        return Column(name, [row[name] for row in rows], unit, title, text, is_shown=is_shown, **more)
+        values = [row[name] for row in rows]
+        return Column(name, values, unit, title, text, is_text=is_text, is_shown=is_shown)
 
     firsts = [at for at, row in enumerate(rows) if at and row["score"] != rows[at - 1]["score"]]
     return Table(
-        (
-            column("score", is_text=True),
-            column("population", is_text=True),
-            column("kind", is_text=True),
-            column("unit", is_text=True),
-            *map(column, ("low", "high")),
-            column("alarms"),
-            *map(column, ("n", "rate", "rate_low", "rate_high")),
-            column("auc", title="AUC"),
-            *map(column, ("auc_low", "auc_high")),
-            column("q90_95", "m^3/s", "q90/95 [L/min]"),
-            column("without_number", title="without a number"),
-        ),
+        (*map(column, _WORDS), *(column(name, *more) for name, more in _NUMBERS.items())),
         n_lead=2,
-        breaks=firsts if len(rows) > 2 * len(evaluation.detection.judgements) else (),
+        breaks=firsts if len(rows) > 2 * len(detection.judgements) else (),
     )
 
 
-def _rows(evaluation: Evaluation, judgement: Judgement) -> Iterator[dict[str, Any]]:
+def _rows(
+    records: StudyRecords, judgement: Judgement, pairs: Sequence[HealthyPair]
+) -> Iterator[dict[str, Any]]:
     areas = {level.population: level.area for level in judgement.levels}
     rates = {**judgement.false_alarms, **{each.population: each.detected for each in judgement.levels}}
     limits, smallest = judgement.threshold, judgement.smallest.get("q90_95")
-    missing = records_without_number(evaluation.detection.records, judgement.scored)
-    name, pairs = judgement.scored.name, evaluation.healthy_pairs[judgement.scored.name]
+    missing = records_without_number(records, judgement.scored)
+    name = judgement.scored.name
     between = [pair.area.value for pair in pairs]
     for population, rate in rates.items():
         area, is_healthy = areas.get(population), population.kind == "healthy"
@@ -96,10 +104,9 @@ def _rows(evaluation: Evaluation, judgement: Judgement) -> Iterator[dict[str, An
         }
 
 
-def pairs_table(evaluation: Evaluation) -> Table:
+def pairs_table(best: str, found: Sequence[HealthyPair]) -> Table:
     """Healthy groups against each other by the best score; in both orders only if alarms depend on it."""
-    best = evaluation.best
-    pairs = sorted(evaluation.healthy_pairs.get(best, ()), key=lambda pair: -abs(pair.area.value - 0.5))
+    pairs = sorted(found, key=lambda pair: -abs(pair.area.value - 0.5))
     has_alarms = any(pair.rate is not None for pair in pairs)
     if not has_alarms:
         pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]
@@ -139,32 +146,10 @@ def _rate_text(rate: Rate, *, digits: int, is_stated: bool) -> str:
     return f"{counts}, {value} % [{low}, {high}]"
 
 
-def evaluation_record(evaluation: Evaluation) -> dict[str, Any]:
-    """What was judged, how, and what every score finds, the best first."""
-    detection = evaluation.detection
-    records, rules = detection.records, detection.rules
-    return {
-        "false_alarm_rate_set": rules.false_alarm_rate,
-        "confidence": rules.confidence,
-        "probability": rules.probability,
-        "records": evaluation.left.n_record,
-        "rejected": evaluation.left.n_rejected,
-        "repeated": evaluation.left.n_repeated,
-        "groups": None if records.groups is None else sorted(set(records.groups)),
-        "populations": [
-            {"label": each.name, "is_healthy": each.kind == "healthy", "n": records.rows(each).size}
-            for each in records.populations
-        ],
-        "conclusion": evaluation.conclusion or None,
-        "remarks": list(detection.remarks),
-        "scores": [_score_record(evaluation, each) for each in detection.judgements],
-    }
-
-
-def _score_record(evaluation: Evaluation, judgement: Judgement) -> dict[str, Any]:
+def score_record(records: StudyRecords, judgement: Judgement, pairs: Sequence[HealthyPair]) -> dict[str, Any]:
+    """What a score finds."""
     scored, threshold = judgement.scored, judgement.threshold
-    bound = judgement.smallest.get("q90_95")
-    found = None if bound is None else bound.value
+    found = finite(found_from(judgement))
     return {
         "indicator": scored.name,
         "channels": list(scored.channels),
@@ -187,9 +172,9 @@ def _score_record(evaluation: Evaluation, judgement: Judgement) -> dict[str, Any
             if level.detected is not None
         ],
         "q90_95_L_per_min": None if found is None else convert(found, "L/min"),
-        "stands_clear": stands_clear(judgement, evaluation.healthy_pairs[scored.name]),
-        "without_number": records_without_number(evaluation.detection.records, scored),
-        "healthy_against_healthy": [_pair_record(each) for each in evaluation.healthy_pairs[scored.name]],
+        "stands_clear": stands_clear(judgement, pairs),
+        "without_number": records_without_number(records, scored),
+        "healthy_against_healthy": [_pair_record(each) for each in pairs],
         "refusals": list(judgement.refusals),
         "remarks": list(judgement.remarks),
         "note": scored.note or None,
@@ -225,10 +210,6 @@ def _pair_record(pair: HealthyPair) -> dict[str, Any]:
         | _area_record(pair.area)
         | {"alarms": alarms, "refusal": pair.refusal or None}
     )
-
-
-Pairs = Mapping[str, tuple[HealthyPair, ...]]
-"""Name of a score → every healthy group against every other."""
 
 
 def healthy_spread(pairs: Sequence[HealthyPair]) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
@@ -12,12 +12,11 @@ from typing import Any, Literal
 from hydrofdi.api.arguments import names_of, path_of
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, sources_of
-from hydrofdi.api.stored import rows_identified
+from hydrofdi.api.stored import rows_named
 from hydrofdi.config import expand_runs
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
-from hydrofdi.records.measured.source import MeasuredSource
-from hydrofdi.records.writing import OWN, WRITERS, Selection, selection
+from hydrofdi.records.writing import OWN, WRITERS, selection
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import Guessable, nearest
 from hydrofdi.simulation import record_identities, run_identities
@@ -26,8 +25,7 @@ from hydrofdi.store.layout.names import RUN_ID, STATUS
 from hydrofdi.store.records import StoredRecords, distinct_records
 
 _NAME = re.compile(rf"\d{{4,}}(-.*)?\.({'|'.join(WRITERS)})")
-"""Names of the files of a folder, as `_file_name` makes them."""
-_RANGE = re.compile(r"(\d+)-(\d+)")
+"""Names of the files of a folder."""
 _SHOWN_OF_IDENTITY = 12
 _LONGEST_NAME = 80
 
@@ -113,14 +111,31 @@ def export(
 
     chosen = selection(_texts("channels", channels), _texts("unit", unit))
     wanted = _texts("runs", runs)
-    target = target_of(path_of(path), format)
+    target, form, is_file = _target(path_of(path), format)
     sources = sources_of(source, chosen.channels or tuple(Channel), Said(sampling_frequency))
-    done = Exported()
-    for each in exported(sources, target, chosen, wanted, overwrite=overwrite):
-        if isinstance(each, RejectedRecord):
-            done.rejected[each.record_id] = each.remark.message
-        else:
-            done.files.append(each)
+    inputs = {each.resolve() for own in sources for each in getattr(own, "files", ())}
+    earlier = () if is_file else _earlier_exports(target)
+    if not overwrite:
+        _require_new(target, earlier, inputs)
+    done, taken = Exported(), set(inputs)
+    for record in _records(sources, wanted, target, form, is_file=is_file):
+        if isinstance(record, RejectedRecord):
+            done.rejected[record.record_id] = record.remark.message
+            continue
+        batch, row, file = record
+        if file.resolve() in taken:
+            what = (
+                "is both the input and the output" if file.resolve() in inputs else "would hold two records"
+            )
+            raise DataError(f"{file}: {what}; choose another folder or name")
+        taken.add(file.resolve())
+        require_own(file, OWN[form], "an export in this format")
+        with whole_file(file) as aside:
+            WRITERS[form](aside, list(chosen.columns(batch, row)))
+        done.files.append(file)
+    for file in earlier if done.files else ():
+        if file.resolve() not in taken:
+            file.unlink()
     if not done.files:
         names = ", ".join(each.name for each in sources)
         raise DataError(
@@ -130,13 +145,7 @@ def export(
 
 
 def _texts(name: str, given: Texts | Sequence[int] | int | None) -> list[str]:
-    """Names, given as a list or in one text with commas; none if nothing is given.
-
-    Raises
-    ------
-    ConfigError
-        The selection is empty, or contains something other than names.
-    """
+    """Names, given as a list or in one text with commas; none if nothing is given."""
     if given is None:
         return []
     texts = names_of(name, given, "names, or one text with commas")
@@ -146,173 +155,88 @@ def _texts(name: str, given: Texts | Sequence[int] | int | None) -> list[str]:
     return found
 
 
-@dataclass(frozen=True)
-class Target:
-    """Where records go: the file of one record, or a folder with a file for each."""
-
-    path: Path
-    form: str
-    is_file: bool
-
-
-def target_of(path: Path, form: str | None) -> Target:
-    """What a path means: a file where it has the suffix of a form, a folder otherwise."""
-    if form is not None and form not in [*WRITERS]:
+def _target(path: Path, form: str | None) -> tuple[Path, str, bool]:
+    """Path, form, and whether it is one file: it is where the path has the suffix of a form."""
+    if form is not None and form not in WRITERS:
         raise ConfigError(f"format: {form!r} is unknown{nearest(str(form), [*WRITERS])}")
     suffix = path.suffix.lower().removeprefix(".")
     if path.is_file() and not suffix:
         raise DataError(f"{path}: is a file, not a folder")
     if path.is_dir() or not suffix:
-        return Target(path, form or "csv", is_file=False)
+        return path, form or "csv", False
     if suffix not in WRITERS:
         known = ", ".join(f".{each}" for each in WRITERS)
         raise ConfigError(f"{path}: unknown suffix '.{suffix}'; name a file {known}, or a folder")
     if form not in (None, suffix):
         raise ConfigError(f"{path}: the suffix says {suffix}, the format {form}")
-    return Target(path, suffix, is_file=True)
+    return path, suffix, True
 
 
-def exported(
-    sources: Sequence[RecordSource],
-    target: Target,
-    selection: Selection,
-    runs: Sequence[str] = (),
-    *,
-    overwrite: bool = False,
-) -> Iterator[Path | RejectedRecord]:
-    """Write records one by one; yields each file, and the records that are left out."""
-    inputs = {path.resolve() for source in sources for path in _files_of(source)}
-    taken = set(inputs)
-    earlier = () if target.is_file else earlier_exports(target.path)
-    if not overwrite:
-        _require_new(target, earlier, inputs)
-    n_written = 0
-    for record in _records(sources, target, runs):
-        if isinstance(record, RejectedRecord):
-            yield record
-            continue
-        batch, row, file = record
-        if file.resolve() in inputs:
-            raise DataError(f"{file}: is both the input and the output; choose another name")
-        if file.resolve() in taken:
-            raise DataError(
-                f"{file}: would hold more than one of these records; choose another folder or name"
-            )
-        taken.add(file.resolve())
-        require_own(file, OWN[target.form], "an export in this format")
-        with whole_file(file) as aside:
-            WRITERS[target.form](aside, list(selection.columns(batch, row)))
-        n_written += 1
-        yield file
-    for file in earlier if n_written else ():
-        if file.resolve() not in taken:
-            file.unlink()
-
-
-def earlier_exports(folder: Path) -> tuple[Path, ...]:
+def _earlier_exports(folder: Path) -> tuple[Path, ...]:
     """Files of a folder that have the name and the beginning of an exported file."""
-    if not folder.is_dir():
-        return ()
-    named = [file for file in sorted(folder.iterdir()) if _NAME.fullmatch(file.name) and file.is_file()]
-    return tuple(file for file in named if _begins(file, file.suffix[1:]))
+    files = sorted(folder.iterdir()) if folder.is_dir() else []
+    return tuple(file for file in files if _NAME.fullmatch(file.name) and file.is_file() and _begins(file))
 
 
-def _require_new(target: Target, earlier: Sequence[Path], inputs: Collection[Path]) -> None:
+def _begins(path: Path) -> bool:
+    with path.open("rb") as file:
+        return OWN[path.suffix[1:]].match(file.read(100)) is not None
+
+
+def _require_new(path: Path, earlier: Sequence[Path], inputs: Collection[Path]) -> None:
     """Check that nothing has to be replaced; files do not say who wrote them."""
-    path = target.path
     if earlier:
-        files = f"{len(earlier):,} files, such as {earlier[0].name}" if len(earlier) > 1 else earlier[0].name
-        raise ConfigError(
-            f"{path}: contains an earlier export ({files}); choose another folder, or set 'overwrite'"
-        )
-    is_written = target.is_file and path.is_file() and path.stat().st_size > 0
-    if is_written and path.resolve() not in inputs:
+        found = f"an earlier export ({counted(len(earlier), 'file')}, such as {earlier[0].name})"
+        raise ConfigError(f"{path}: contains {found}; choose another folder, or set 'overwrite'")
+    if path.is_file() and path.stat().st_size > 0 and path.resolve() not in inputs:
         raise ConfigError(
             f"{path}: already exists and was not changed; choose another name, or set 'overwrite'"
         )
 
 
-def _begins(path: Path, form: str) -> bool:
-    with path.open("rb") as file:
-        return OWN[form].match(file.read(100)) is not None
-
-
 def _records(
-    sources: Sequence[RecordSource], target: Target, runs: Sequence[str]
+    sources: Sequence[RecordSource], runs: Sequence[str], target: Path, form: str, *, is_file: bool
 ) -> Iterator[tuple[RecordBatch, int, Path] | RejectedRecord]:
     """Records with the file that each of them gets; a single file has to wait for the last one."""
     held: tuple[RecordBatch, int, Path] | None = None
     for source in sources:
-        chosen, names = with_runs(source, runs)
+        chosen, names = _with_runs(source, runs)
         number = 0
         for batch in chosen.batches():
             yield from batch.rejected
             for row, record_id in enumerate(batch.record_ids):
                 number += 1
-                if not target.is_file:
-                    yield batch, row, target.path / f"{_file_name(names, record_id, number)}.{target.form}"
+                if not is_file:
+                    words = re.sub(r"[^\w.]+", "-", record_id).strip("-.")
+                    usual = f"{number:04d}-{words[-_LONGEST_NAME:]}".rstrip("-")
+                    yield batch, row, target / f"{names.get(record_id) or usual}.{form}"
                     continue
                 if held is not None:
                     raise ConfigError(
-                        f"{target.path}: there is more than one record (including healthy baselines); "
+                        f"{target}: there is more than one record (including healthy baselines); "
                         "name a folder to get one file per record, or choose one of 'runs'"
                     )
-                held = batch.rows([row]), 0, target.path
+                held = batch.rows([row]), 0, target
     if held is not None:
         yield held
 
 
-def _files_of(source: RecordSource) -> Collection[Path]:
-    return source.files if isinstance(source, MeasuredSource) else ()
-
-
-def _file_name(names: dict[str, str], record_id: str, number: int) -> str:
-    """Such as ``0007-5d4aa0c0f0a1`` of a run, and ``0001-day-1-stroke`` of the first measured record."""
-    words = re.sub(r"[^\w.]+", "-", record_id).strip("-.")
-    return names.get(record_id) or f"{number:04d}-{words[-_LONGEST_NAME:]}".rstrip("-")
-
-
-def with_runs(source: RecordSource, wanted: Sequence[str]) -> tuple[RecordSource, dict[str, str]]:
+def _with_runs(source: RecordSource, wanted: Sequence[str]) -> tuple[RecordSource, dict[str, str]]:
     """A source that has some of its runs, by position, range or identity, and the names of their files."""
     if isinstance(source, StoredRecords):
-        run_ids = [str(run_id) for run_id in source.data.columns[RUN_ID]]
-        record_ids, are_ok = source.record_ids, [status == "ok" for status in source.data.columns[STATUS]]
+        run_ids = [*map(str, source.data.columns[RUN_ID])]
+        record_ids = source.record_ids
+        are_ok = [status == "ok" for status in source.data.columns[STATUS]]
     elif isinstance(source, SimulatedRecords):
         runs = expand_runs(source.experiment).runs
-        run_ids, record_ids, are_ok = (
-            list(run_identities(runs)),
-            list(record_identities(runs)),
-            [True] * len(runs),
-        )
+        run_ids, record_ids = [*run_identities(runs)], [*record_identities(runs)]
+        are_ok = [True] * len(runs)
     elif wanted:
         raise ConfigError(f"{source.name}: contains measured records, so there are no runs to choose")
     else:
         return source, {}
-    only = _positions(run_ids, record_ids, wanted, source.name)
+    rows = {row for each in wanted for row in rows_named(each, run_ids, record_ids, source.name)}
+    only = sorted(rows) if wanted else None
     shown = distinct_records(record_ids, are_ok, only)
     names = {record_ids[row]: f"{row:04d}-{run_ids[row][:_SHOWN_OF_IDENTITY]}" for row in shown}
     return replace(source, only=only), names
-
-
-def _positions(
-    run_ids: Sequence[str], record_ids: Sequence[str], wanted: Iterable[str], name: str
-) -> Collection[int] | None:
-    chosen = [position for each in wanted for position in _matching(run_ids, record_ids, each, name)]
-    return sorted(set(chosen)) if chosen else None
-
-
-def _matching(run_ids: Sequence[str], record_ids: Sequence[str], wanted: str, name: str) -> Collection[int]:
-    if wanted.isdecimal() and int(wanted) < len(run_ids):
-        return [int(wanted)]
-    match = _RANGE.fullmatch(wanted)
-    if match and int(match[1]) > int(match[2]):
-        raise ConfigError(f"{name}: the range {wanted} runs backwards; write {match[2]}-{match[1]}")
-    if match and int(match[1]) <= int(match[2]) < len(run_ids):
-        return range(int(match[1]), int(match[2]) + 1)
-    found = rows_identified(wanted, run_ids, record_ids)
-    if len(found) != 1:
-        how_many = counted(len(found), "run") if found else "no run"
-        raise ConfigError(
-            f"{name}: has {how_many} with the identity {wanted!r}; positions go from 0 to {len(run_ids) - 1}"
-        )
-    return found

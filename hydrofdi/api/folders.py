@@ -16,7 +16,7 @@ from hydrofdi.api.arguments import path_of, refusal
 from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.plan import SweepPlan, plan_sweep
 from hydrofdi.api.results import Results, load
-from hydrofdi.api.stored import changes_since, rows_identified, stored_run_ids
+from hydrofdi.api.stored import changes_since, rows_named, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN
@@ -255,10 +255,10 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
     >>> hydrofdi.why(results.folder, 1).differences
     {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
     """
-    wanted, directory = _name(run), path_of(folder)
+    directory = path_of(folder)
     asked = None if experiment is None else experiment_of(experiment, {})
     plan = _stored_plan(directory) if asked is None else plan_sweep(asked, directory)
-    position = _find(plan, wanted)
+    position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
     compared = plan.table.fixed_baseline[position]
     baseline = plan.experiment.nominal_parameters if compared == NO_RUN else plan.table.runs[compared].request
@@ -307,9 +307,9 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
     >>> hydrofdi.rerun(results.folder, 0).differing
     []
     """
-    wanted, directory = _name(run), path_of(folder)
+    directory = path_of(folder)
     plan = plan_sweep(_request(directory), directory)  # needs its indicators
-    position = _find(plan, wanted)
+    position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
     stored = plan.index.runs.get(run_id)
     if stored is None:
@@ -403,22 +403,13 @@ def _stored_plan(directory: Path) -> SweepPlan:
     return plan_sweep(experiment, directory, run_ids=run_ids)
 
 
-def _name(run: str | int) -> str:
+def _find(plan: SweepPlan, run: str | int) -> int:
     if isinstance(run, bool) or not isinstance(run, str | Integral):
         raise refusal("run", "its row, or the beginning of its identity", run)
-    return str(run)
-
-
-def _find(plan: SweepPlan, wanted: str) -> int:
-    n_run = len(plan.run_ids)
-    if wanted.isdigit() and int(wanted) < n_run:
-        return int(wanted)
-    matches = rows_identified(wanted, plan.run_ids, plan.record_ids)
-    if len(matches) != 1:
-        found = "no run" if not matches else counted(len(matches), "run")
-        rows = f"; there are rows 0 to {n_run - 1}" if wanted.isdigit() and n_run else ""
-        raise StoreError(f"{plan.directory}: has {found} whose identity begins with {wanted!r}{rows}")
-    return matches[0]
+    rows = rows_named(str(run), plan.run_ids, plan.record_ids, str(plan.directory))
+    if len(rows) > 1:
+        raise StoreError(f"{plan.directory}: {run} are {len(rows)} runs; name one of them")
+    return rows[0]
 
 
 def _differences(baseline: RunRequest, run: RunRequest) -> dict[str, tuple[Any, Any]]:

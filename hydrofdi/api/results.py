@@ -16,7 +16,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.report.table import Table, library
 from hydrofdi.settings.messages import Guessable
-from hydrofdi.store.layout.names import STATUS, VERDICT
+from hydrofdi.store.layout.names import RUN, STATUS, VERDICT
 
 if TYPE_CHECKING:
     import pandas
@@ -93,14 +93,23 @@ class Results(Guessable):
         StoreError
             The sweep has not ended, so that there is no file yet.
         """
-        from hydrofdi.api.labelled import study_coordinates
-
         loaded = library("xarray")
         library("h5netcdf")
         if not self.file.exists():
             raise StoreError(f"{self.folder}: the sweep is not finished; 'hydrofdi collect' builds the file")
         dataset: xarray.Dataset = loaded.open_dataset(self.file, engine="h5netcdf")
-        return dataset.assign_coords(study_coordinates(self.data))
+        if self.data.experiment.study is None:
+            return dataset
+        from hydrofdi.studies.reading import stored_roles
+
+        roles = stored_roles(self.data)
+        populations = [roles.populations[place] for place in roles.of_run]
+        coordinates = {
+            "population": [each.name for each in populations],
+            "population_kind": [str(each.kind) for each in populations],
+            "is_fit": [each.is_fit for each in populations],
+        }
+        return dataset.assign_coords({name: (RUN, values) for name, values in coordinates.items()})
 
     def to_xarray(self) -> xarray.Dataset:
         """The `dataset`, as other results have it."""

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from hydrofdi.api.arguments import path_of
 from hydrofdi.api.experiments import Experiment, experiment_of
-from hydrofdi.api.labelled import run_dataset, run_variables
 from hydrofdi.api.notebook import shown
 from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
@@ -31,6 +30,7 @@ from hydrofdi.simulation import record_identity, run_identity
 from hydrofdi.store import Columns, HeldResults, write_experiment
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.layout import names
+from hydrofdi.store.layout.outputs import output_variables
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.units import Quantity, convert
 
@@ -96,7 +96,7 @@ class Run(Guessable):
     @cached_property
     def features(self) -> dict[str, Quantity]:
         """Name → number in SI, such as ``mean_internal_leakage_flow`` [m³/s]; `Quantity.to` converts it."""
-        units = {each.name: _EXPONENT.sub(r"^\1", each.units) for each in run_variables(self.experiment)}
+        units = {each.name: _EXPONENT.sub(r"^\1", each.units) for each in self._variables}
         return {
             name: Quantity.of(values[0], units.get(name, ""))
             for name, values in self.columns.items()
@@ -166,9 +166,24 @@ class Run(Guessable):
         ReportError
             xarray is not installed.
         """
-        told = {"title": self.title, "run_id": self.run_id, "status": self.status}
-        told |= {"verdict": self.verdict} | ({"message": self.message} if self.message else {})
-        return run_dataset(run_variables(self.experiment), self.columns, told)
+        attributes = {"title": self.title, "run_id": self.run_id, "status": self.status}
+        attributes |= {"verdict": self.verdict} | ({"message": self.message} if self.message else {})
+        content = {
+            each.name: (
+                each.dimensions[1:],
+                self.columns[each.name][0],
+                {"units": each.units, "long_name": each.long_name},
+            )
+            for each in self._variables
+        }
+        dataset: xarray.Dataset = library("xarray").Dataset(content, attrs=attributes)
+        about_time = {"units": "s", "long_name": "time"}
+        coordinates: dict[str, Any] = {names.TIME: (names.TIME, self.time, about_time)}
+        if names.LEVEL in dataset.sizes:
+            levels = np.arange(1, dataset.sizes[names.LEVEL] + 1)
+            about_levels = {"long_name": "level of the wavelet transform"}
+            coordinates[names.LEVEL] = (names.LEVEL, levels, about_levels)
+        return dataset.assign_coords(coordinates)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Signals in SI, shape (n_time, n_signal), titles such as ``time [s]``, ``chamber_1_pressure [Pa]``.
@@ -176,16 +191,23 @@ class Run(Guessable):
         Raises
         ------
         ReportError
-            pandas or xarray is not installed.
+            pandas is not installed.
         """
-        signals = {name: each for name, each in self.to_xarray().variables.items() if each.dims == ("time",)}
-        units = {
-            name: each.attrs["units"].replace("m3", "m³").replace(" s-1", "/s")
-            for name, each in signals.items()
-        }
-        columns = {f"{name} [{units[name]}]": each.to_numpy() for name, each in signals.items()}
+        columns = {"time [s]": self.time}
+        for each in self._variables:
+            if each.dimensions[1:] == (names.TIME,):
+                unit = each.units.replace("m3", "m³").replace(" s-1", "/s")
+                columns[f"{each.name} [{unit}]"] = self.columns[each.name][0]
         frame: pandas.DataFrame = library("pandas").DataFrame(columns)
-        return frame[["time [s]", *frame.columns.drop("time [s]")]]
+        return frame
+
+    @cached_property
+    def _variables(self) -> list[names.Variable]:
+        """Its numbers and signals as experiment files have them."""
+        measured = self.experiment.indicator_choice.made(self.experiment.wavelet)
+        stored = names.stored_variables("all", phases=self.experiment.wavelet.phase == "all")
+        known = {each.name: each for each in (*stored, *output_variables([measured]), *names.BY_LEVEL)}
+        return [each for each in known.values() if each.name in self.columns and not each.is_text]
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
         """The run as a record, so that `hydrofdi.measure` and others take it as it is."""

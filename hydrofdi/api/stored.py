@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import version
@@ -35,6 +36,7 @@ RESULTS = Path("results")
 """Folder for experiments, below the working directory."""
 
 _MOST_SHOWN = 6
+_RANGE = re.compile(r"(\d+)-(\d+)")
 
 _LIBRARIES = ("h5py", "numba", "numpy", "pywavelets", "scipy")
 
@@ -178,16 +180,28 @@ def _read_shards(
     return data
 
 
-def rows_identified(beginning: str, run_ids: Sequence[str], record_ids: Sequence[str]) -> list[int]:
-    """Rows of the runs whose identity begins so; else the first run of each record whose identity does."""
-    own = [row for row, run_id in enumerate(run_ids) if run_id.startswith(beginning)]
-    if own:
-        return own
-    first: dict[str, int] = {}
-    for row, record_id in enumerate(record_ids):
-        if record_id.startswith(beginning):
-            first.setdefault(record_id, row)
-    return list(first.values())
+def rows_named(wanted: str, run_ids: Sequence[str], record_ids: Sequence[str], place: str) -> Sequence[int]:
+    """Rows of runs that a position, a range such as ``3-9``, or the beginning of an identity names.
+
+    Raises
+    ------
+    StoreError
+        There is no such run, or several have an identity that begins so; a range runs backwards.
+    """
+    if wanted.isdecimal() and int(wanted) < len(run_ids):
+        return [int(wanted)]
+    if (ends := _RANGE.fullmatch(wanted)) and int(ends[2]) < len(run_ids):
+        if int(ends[1]) > int(ends[2]):
+            raise StoreError(f"{place}: the range {wanted} runs backwards; write {ends[2]}-{ends[1]}")
+        return range(int(ends[1]), int(ends[2]) + 1)
+    first = {record_id: row for row, record_id in reversed([*enumerate(record_ids)])}
+    rows = [row for row, run_id in enumerate(run_ids) if run_id.startswith(wanted)]
+    rows = rows or sorted(row for record_id, row in first.items() if record_id.startswith(wanted))
+    if len(rows) != 1:
+        found = counted(len(rows), "run") if rows else "no run"
+        last = f"; there are rows 0 to {len(run_ids) - 1}" if wanted.isdecimal() and run_ids else ""
+        raise StoreError(f"{place}: has {found} whose identity begins with {wanted!r}{last}")
+    return rows
 
 
 def library_versions() -> dict[str, str]:

@@ -27,7 +27,7 @@ def evaluate(
     scored by a model that saw it or its group. Exit code 1 if records are rejected, repeat the samples of
     another or have no number of any indicator, or an indicator fails.
     """
-    from hydrofdi.api.evaluating import evaluate as evaluate_records
+    from hydrofdi.api.evaluation import evaluate as evaluate_records
     from hydrofdi.cli.terminal import print_json, tell
 
     evaluation = evaluate_records(sources, **settings)

@@ -59,7 +59,7 @@ HOMES = {
     "distributed": ("execution/",),
     "dask": ("execution/",),
     "sklearn": ("scoring/",),
-    "threadpoolctl": ("scoring/extra.py",),
+    "threadpoolctl": ("scoring/features.py",),
     "paho": ("monitor/",),
     "asyncua": ("monitor/opcua/",),
     "cryptography": ("monitor/opcua/",),

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array, measurable
 from hydrofdi.scoring.contract import LEAST_RECORDS
-from hydrofdi.scoring.standardisation import standardisation
+from hydrofdi.scoring.features import standardisation
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ these labels, not the plant or the severity of a fault.
 
 from hydrofdi.scoring.contract import Fitted, Score
 from hydrofdi.scoring.cross_fitting import cross_fitted_scores
-from hydrofdi.scoring.extra import EXTRA, has_extra
+from hydrofdi.scoring.features import EXTRA, has_extra
 from hydrofdi.scoring.registry import make_score, score_kind, score_names
 
 __all__ = [

@@ -1,48 +1,59 @@
-"""Registry of scores, found by the names of their modules."""
+"""Registry of scores, and of other kinds that are found by the names of their modules."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import Any
+from types import ModuleType
+from typing import Any, Generic, TypeVar
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.scoring import catalogue
 from hydrofdi.scoring.contract import Score
 from hydrofdi.settings.messages import nearest
 
-
-def score_names() -> list[str]:
-    """Names of all scores, sorted."""
-    return sorted(module.name for module in iter_modules(catalogue.__path__))
+Made = TypeVar("Made")
 
 
-def score_kind(name: str) -> type[Score[Any]]:
-    """The class of a score.
+class Registry(Generic[Made]):
+    """Classes with a ``name`` and ``Options`` in a package whose modules have these names."""
 
-    Raises
-    ------
-    ConfigError
-        There is no score of this name.
-    """
-    if name not in score_names():
-        raise ConfigError(f"there is no score {name!r}{nearest(name, score_names())}")
-    module = import_module(f"{catalogue.__name__}.{name}")
-    (kind,) = (kind for kind in vars(module).values() if getattr(kind, "name", None) == name)
-    found: type[Score[Any]] = kind
-    return found
+    def __init__(self, package: ModuleType, noun: str) -> None:
+        self._package, self._noun = package, noun
+
+    def names(self) -> list[str]:
+        """All names, sorted."""
+        return sorted(module.name for module in iter_modules(self._package.__path__))
+
+    def kind(self, name: str) -> Any:
+        """The class of a name.
+
+        Raises
+        ------
+        ConfigError
+            There is none.
+        """
+        if name not in self.names():
+            raise ConfigError(f"there is no {self._noun} {name!r}{nearest(name, self.names())}")
+        module = import_module(f"{self._package.__name__}.{name}")
+        (kind,) = (kind for kind in vars(module).values() if getattr(kind, "name", None) == name)
+        return kind
+
+    def make(self, name: str, options: Mapping[str, Any] | None = None) -> Made:
+        """An instance with options.
+
+        Raises
+        ------
+        ConfigError
+            There is no such name.
+        ValidationError
+            The options are not valid.
+        """
+        kind = self.kind(name)
+        made: Made = kind(kind.Options.model_validate(dict(options or {})))
+        return made
 
 
-def make_score(name: str, options: Mapping[str, Any] | None = None) -> Score[Any]:
-    """Make a score with options.
-
-    Raises
-    ------
-    ConfigError
-        There is no score of this name.
-    ValidationError
-        The options are not valid.
-    """
-    kind = score_kind(name)
-    return kind(kind.Options.model_validate(dict(options or {})))
+_SCORES: Registry[Score[Any]] = Registry(catalogue, "score")
+score_names, score_kind, make_score = _SCORES.names, _SCORES.kind, _SCORES.make

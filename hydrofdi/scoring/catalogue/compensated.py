@@ -10,8 +10,7 @@ import numpy as np
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.scoring.contract import Flags, Rule, Score
-from hydrofdi.scoring.rules import row_products
-from hydrofdi.scoring.standardisation import FAR, Standardisation, standardisation
+from hydrofdi.scoring.features import FAR, Standardisation, row_products, standardisation
 from hydrofdi.settings.quantities import Section
 
 RECORDS_PER_COEFFICIENT = 2

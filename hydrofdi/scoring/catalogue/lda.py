@@ -1,11 +1,8 @@
 """Linear discriminant analysis of healthy and faulty records."""
 
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.cautions import FROM_BOTH
-from hydrofdi.scoring.contract import Flags, Rule, Score
-from hydrofdi.scoring.extra import scikit_learn
-from hydrofdi.scoring.rules import LinearRule
-from hydrofdi.scoring.standardisation import standardisation
+from hydrofdi.scoring.contract import FROM_BOTH, Flags, Rule, Score
+from hydrofdi.scoring.features import LinearRule, scikit_learn, standardisation
 from hydrofdi.settings.quantities import Section
 
 

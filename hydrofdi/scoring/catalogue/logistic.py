@@ -8,11 +8,8 @@ import numpy as np
 from pydantic import Field
 
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.cautions import FROM_BOTH
-from hydrofdi.scoring.contract import LEAST_RECORDS, Flags, Rule, Score
-from hydrofdi.scoring.extra import scikit_learn
-from hydrofdi.scoring.rules import LinearRule
-from hydrofdi.scoring.standardisation import standardisation
+from hydrofdi.scoring.contract import FROM_BOTH, LEAST_RECORDS, Flags, Rule, Score
+from hydrofdi.scoring.features import LinearRule, scikit_learn, standardisation
 from hydrofdi.settings.quantities import Section
 
 STRENGTHS = np.logspace(-4, 2, 7)

@@ -9,9 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.cautions import FROM_HEALTHY
-from hydrofdi.scoring.contract import Flags, Rule, Score
-from hydrofdi.scoring.whitening import Whitening, whitening
+from hydrofdi.scoring.contract import FROM_HEALTHY, Flags, Rule, Score
+from hydrofdi.scoring.features import Whitening, whitening
 from hydrofdi.settings.quantities import Section
 
 

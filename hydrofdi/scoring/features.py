@@ -1,0 +1,210 @@
+"""Robust standardisation and whitening of features, and what is computed from them record by record."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.errors import ConfigError, NotStatedError
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.scoring.contract import LEAST_RECORDS
+from hydrofdi.settings.counting import counted
+
+EXTRA = "pip install 'hydrofdi[learn]'"
+"""Command that installs the extra."""
+
+
+def has_extra() -> bool:
+    """Whether the extra is installed."""
+    try:
+        with scikit_learn(""):
+            return True
+    except ConfigError:
+        return False
+
+
+@contextmanager
+def scikit_learn(name: str) -> Iterator[None]:
+    """Context for the use of scikit-learn by a score, including imports.
+
+    Its linear algebra runs in one thread: then results do not depend on the number of cores, and
+    oversubscribed threads do not slow it down twentyfold.
+
+    Parameters
+    ----------
+    name : str
+        Name of the score.
+
+    Raises
+    ------
+    ConfigError
+        scikit-learn is not installed.
+    """
+    try:
+        import sklearn  # noqa: F401
+        from threadpoolctl import threadpool_limits
+    except ModuleNotFoundError as error:
+        if error.name not in ("sklearn", "threadpoolctl"):
+            raise
+        raise ConfigError(f"the score {name} needs the extra: {EXTRA}") from None
+    with threadpool_limits(limits=1):
+        yield
+
+
+NORMAL_QUARTILES = 1.3489795003921634
+"""Interquartile range of a normal distribution, in standard deviations."""
+
+FAR = 5.0
+"""Standardised values of fit records are limited to ± this value, so that outliers do not dominate a fit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Standardisation:
+    """z = (x - median)/(interquartile range/1.349); the standard deviation if the quartiles are equal.
+
+    Attributes
+    ----------
+    kept : ndarray of int, shape (n_kept,)
+        Features that vary among the fit records. Constant features have no scale and are omitted.
+    centre, scale : ndarray, shape (n_kept,)
+    """
+
+    kept: NDArray[np.intp]
+    centre: Array
+    scale: Array
+
+    def __call__(self, values: Array) -> Array:
+        """Standardised features, shape (n_record, n_kept)."""
+        return np.ascontiguousarray((values[:, self.kept] - self.centre) / self.scale)
+
+    def held(self, values: Array) -> Array:
+        """Standardised features of fit records, limited to ±5."""
+        return np.clip(self(values), -FAR, FAR)
+
+
+def standardisation(values: Array) -> Standardisation:
+    """Fit the standardisation to fit records.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_fit, n_feature)
+
+    Raises
+    ------
+    NotStatedError
+        No feature varies.
+    """
+    low, centre, high = np.quantile(values, [0.25, 0.5, 0.75], axis=0)
+    quartiles = (high - low) / NORMAL_QUARTILES
+    rounding = 1e-12 * np.abs(values).max(axis=0)
+    scale = np.where(quartiles > rounding, quartiles, values.std(axis=0))
+    (kept,) = np.nonzero(scale > rounding)
+    if not kept.size:
+        raise NotStatedError("no feature varies among the fit records")
+    return Standardisation(kept, centre[kept], scale[kept])
+
+
+@dataclass(frozen=True, eq=False)
+class LinearRule:
+    """Weighted sum of the standardised features.
+
+    Attributes
+    ----------
+    standardised : Standardisation
+    weights : ndarray, shape (n_kept,)
+    offset : float
+    """
+
+    standardised: Standardisation
+    weights: Array
+    offset: float
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,)."""
+        return self.offset + row_products(self.standardised(values), self.weights[:, None])[:, 0]
+
+
+def row_products(rows: Array, matrix: Array) -> Array:
+    """`rows` @ `matrix`, bit-identical per row: in BLAS the order of sums depends on the number of rows.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (n_record, n_feature)
+        Contiguous.
+    matrix : ndarray, shape (n_feature, n_column)
+    """
+    return np.stack([np.sum(rows * column, axis=1) for column in matrix.T], axis=1)
+
+
+SHRINKAGES = np.logspace(-6, 0, 13)
+"""Shrinkage values for the cross-validation."""
+
+
+@dataclass(frozen=True, eq=False)
+class Whitening:
+    """Coordinates in which the fit records have mean 0 and a unit (shrunk) covariance.
+
+    Attributes
+    ----------
+    standardised : Standardisation
+    mean : ndarray, shape (n_kept,)
+    matrix : ndarray, shape (n_kept, n_kept)
+    """
+
+    standardised: Standardisation
+    mean: Array
+    matrix: Array
+
+    def __call__(self, values: Array) -> Array:
+        """Whitened features, shape (n_record, n_kept)."""
+        return row_products(self.standardised(values) - self.mean, self.matrix)
+
+
+def whitening(values: Array, name: str, shrinkage: float | None = None) -> Whitening:
+    """Fit the whitening to fit records, with the covariance (1 - δ) S + δ tr(S)/n_kept I.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_fit, n_feature)
+    name : str
+        Name of the score, for messages.
+    shrinkage : float, optional
+        δ; by default the value with the largest likelihood in five-fold cross-validation: Hoffbeck and
+        Landgrebe, IEEE Trans. Pattern Anal. Mach. Intell. 18 (1996) 763. Ledoit-Wolf shrinkage is optimal for
+        the covariance, not for its inverse: it masks deviations in directions in which healthy records hardly
+        vary.
+
+    Raises
+    ------
+    NotStatedError
+        The covariance is singular: there are too few records for the features, and no shrinkage.
+    """
+    standardised = standardisation(values)
+    held = standardised.held(values)
+    with scikit_learn(name):
+        variances, directions = np.linalg.eigh(_covariance(held, shrinkage))
+    if variances[0] <= 1e-12 * variances[-1]:
+        raise NotStatedError(
+            f"the score {name} needs more than {counted(values.shape[0], 'record')}"
+            f" for {counted(variances.size, 'feature')}"
+            " that vary, fewer features, or shrinkage"
+        )
+    return Whitening(standardised, held.mean(axis=0), directions / np.sqrt(variances))
+
+
+def _covariance(values: Array, shrinkage: float | None) -> Array:
+    from sklearn.covariance import ShrunkCovariance
+    from sklearn.model_selection import GridSearchCV, KFold
+
+    if shrinkage is not None:
+        return np.asarray(ShrunkCovariance(shrinkage=shrinkage).fit(values).covariance_)
+    folds = KFold(LEAST_RECORDS, shuffle=True, random_state=0)
+    search = GridSearchCV(ShrunkCovariance(), {"shrinkage": SHRINKAGES}, cv=folds)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Only one sample available")  # one record is enough
+        return np.asarray(search.fit(values).best_estimator_.covariance_)

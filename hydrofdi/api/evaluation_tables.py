@@ -64,17 +64,17 @@ def _rows(
     rates = {**judgement.false_alarms, **{each.population: each.detected for each in judgement.levels}}
     limits, smallest = judgement.threshold, judgement.smallest.get("q90_95")
     missing = records_without_number(records, judgement.scored)
-    name = judgement.scored.name
-    between = [pair.area.value for pair in pairs]
+    name, between = judgement.scored.name, [pair.area.value for pair in pairs]
     for population, rate in rates.items():
         area, is_healthy = areas.get(population), population.kind == "healthy"
-        stated = None if population in judgement.counted else rate
+        told = {} if rate is None else _rate_record(judgement, population, rate)
+        ends = {} if area is None else _area_record(area)
         texts = {
             "score": f"~ {name}" if stands_clear(judgement, pairs) is False else name,
             "population": population.name,
         }
         if rate is not None:
-            texts["alarms"] = _rate_text(rate, digits=int(is_healthy), is_stated=stated is not None)
+            texts["alarms"] = _rate_text(rate, digits=int(is_healthy), is_stated=told["rate"] is not None)
         if area is not None:
             texts["auc"] = _area_text(area)
         elif is_healthy and between:
@@ -90,14 +90,10 @@ def _rows(
             "unit": judgement.scored.unit,
             "low": limits and limits.low,
             "high": limits and limits.high,
-            "alarms": rate and rate.count,
-            "n": rate and rate.total,
-            "rate": stated and stated.value,
-            "rate_low": stated and stated.low,
-            "rate_high": stated and stated.high,
-            "auc": area and area.value,
-            "auc_low": area and area.low,
-            "auc_high": area and area.high,
+            **{key: told.get(key) for key in ("alarms", "n", "rate")},
+            **{f"rate_{end}": told.get(end) for end in ("low", "high")},
+            "auc": ends.get("value"),
+            **{f"auc_{end}": ends.get(end) for end in ("low", "high")},
             "q90_95": smallest and smallest.value,
             "without_number": missing.get(population.name, 0),
             "texts": texts,
@@ -110,24 +106,26 @@ def pairs_table(best: str, found: Sequence[HealthyPair]) -> Table:
     has_alarms = any(pair.rate is not None for pair in pairs)
     if not has_alarms:
         pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]
-    areas, rates = [pair.area for pair in pairs], [pair.rate for pair in pairs]
-    alarms = [f"{rate.count} of {rate.total}" if rate else HOLE for rate in rates]
+    ends = [_pair_record(pair) | {"n": pair.rate and pair.rate.total} for pair in pairs]
     titles = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
+
+    def column(name: str, key: str = "", **more: Any) -> Column:
+        return Column(name, [each[key or name] for each in ends], **more)
+
     return Table(
         (
-            Column("fit_group", [pair.fit_group for pair in pairs], title=titles[0], is_text=True),
-            Column("test_group", [pair.test_group for pair in pairs], title=titles[1], is_text=True),
-            Column("auc", [area.value for area in areas], title="AUC", text=[*map(_area_text, areas)]),
-            Column("auc_low", [area.low for area in areas], is_shown=False),
-            Column("auc_high", [area.high for area in areas], is_shown=False),
-            Column(
+            column("fit_group", title=titles[0], is_text=True),
+            column("test_group", title=titles[1], is_text=True),
+            column("auc", "value", title="AUC", text=[_area_text(pair.area) for pair in pairs]),
+            column("auc_low", "low", is_shown=False),
+            column("auc_high", "high", is_shown=False),
+            column(
                 "alarms",
-                [rate and rate.count for rate in rates],
                 title="false alarms",
-                text=alarms,
+                text=[f"{pair.rate.count} of {pair.rate.total}" if pair.rate else HOLE for pair in pairs],
                 is_shown=has_alarms,
             ),
-            Column("n", [rate and rate.total for rate in rates], is_shown=False),
+            column("n", is_shown=False),
         ),
         title=f"Healthy groups against each other by {best}: none of them leaks",
         n_lead=2,

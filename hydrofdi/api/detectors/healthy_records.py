@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.config import expand_runs
 from hydrofdi.config.run_table.expansion import study_roles
-from hydrofdi.config.study.table import StudyTable
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators.record_measures import samples_digest
@@ -23,69 +21,13 @@ from hydrofdi.settings.messages import nearest
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.studies.reading import stored_roles
 
-_EXTERNAL = ("external_coefficient", "external_coefficient_1", "external_coefficient_2")
-
-Runs = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class HealthyRuns:
-    """The healthy runs of an experiment: of a study its healthy fit records; else all without a leak.
-
-    Attributes
-    ----------
-    source : RecordSource
-        Only these.
-    n_left_out : int
-        Number of the other runs.
-    is_study : bool
-    """
-
-    source: RecordSource
-    n_left_out: int
-    is_study: bool
-
-
-def healthy_simulated(source: SimulatedRecords) -> HealthyRuns:
-    """Those of an experiment that is simulated."""
-    experiment, runs = source.experiment, expand_runs(source.experiment).runs
-    if experiment.study is not None:
-        healthy = _fit(study_roles(experiment))
-    else:
-        flows, coefficients = (runs.values(f"leakage.internal_{name}") for name in ("flow", "coefficient"))
-        internal = [flow or coefficient for flow, coefficient in zip(flows, coefficients, strict=True)]
-        external = zip(*(runs.values(f"leakage.{name}") for name in _EXTERNAL), strict=True)
-        healthy = _sealed(internal, list(external))
-    only = replace(source, only=healthy.tolist())
-    return HealthyRuns(only, len(runs) - healthy.size, experiment.study is not None)
-
-
-def healthy_stored(source: StoredRecords) -> HealthyRuns:
-    """Those of an experiment that is stored.
-
-    Raises
-    ------
-    ReportError
-        Its file does not contain the runs of its study.
-    """
-    data = source.data
-    if data.experiment.study is not None:
-        healthy = _fit(stored_roles(data))
-    else:
-        healthy = _sealed(data.leakage_requests.tolist(), external_coefficients(data))
-    only = replace(source, only=healthy.tolist())
-    return HealthyRuns(only, data.n_run - healthy.size, data.experiment.study is not None)
-
-
-def _fit(roles: StudyTable) -> Runs:
-    are_fit = [each.kind is Kind.HEALTHY and each.is_fit for each in roles.populations]
-    return np.flatnonzero(np.array(are_fit)[roles.of_run])
-
-
-def _sealed(internal: Sequence[Any], external: Sequence[Sequence[Any]]) -> Runs:
-    leaks = [bool(inner) or any(outer) for inner, outer in zip(internal, external, strict=True)]
-    return np.flatnonzero(~np.array(leaks, dtype=bool))
-
+_LEAKS = (
+    "internal_flow",
+    "internal_coefficient",
+    "external_coefficient",
+    "external_coefficient_1",
+    "external_coefficient_2",
+)
 
 STUDY_LABEL = "healthy (fit)"
 
@@ -158,15 +100,15 @@ class HealthyRecords:
         self._require_found(found)
 
     def _of_source(self, source: RecordSource, found: set[str]) -> Iterator[RecordBatch]:
-        chosen = _healthy_runs(source)
-        if chosen is None:
+        if not isinstance(source, SimulatedRecords | StoredRecords):
             for batch in source.batches(labels=True):
                 found |= set(batch.labels or ())
                 yield self._healthy(source, batch)
             return
-        self.left_out.n_leaking += chosen.n_left_out
-        for batch in chosen.source.batches(labels=True):
-            yield replace(batch, labels=(STUDY_LABEL,) * batch.n_record) if chosen.is_study else batch
+        is_healthy, is_study = _healthy_runs(source)
+        self.left_out.n_leaking += int(np.sum(~is_healthy))
+        for batch in replace(source, only=np.flatnonzero(is_healthy).tolist()).batches(labels=True):
+            yield replace(batch, labels=(STUDY_LABEL,) * batch.n_record) if is_study else batch
 
     def _healthy(self, source: RecordSource, batch: RecordBatch) -> RecordBatch:
         if not _is_labelled(source):
@@ -213,11 +155,22 @@ def labels_of_healthy(source: RecordSource) -> tuple[str, ...]:
     return source.config.healthy if isinstance(source, MeasuredSource | HeldSource) else ()
 
 
-def _healthy_runs(source: RecordSource) -> HealthyRuns | None:
-    """The healthy runs of an experiment; None where records are no runs of one."""
-    if isinstance(source, SimulatedRecords):
-        return healthy_simulated(source)
-    return healthy_stored(source) if isinstance(source, StoredRecords) else None
+def _healthy_runs(source: SimulatedRecords | StoredRecords) -> tuple[NDArray[np.bool_], bool]:
+    """Whether each run of an experiment is healthy, and whether it is one of a study.
+
+    Of a study, its healthy fit records are; of others, all runs without a leak.
+    """
+    experiment = source.data.experiment if isinstance(source, StoredRecords) else source.experiment
+    if experiment.study is not None:
+        roles = stored_roles(source.data) if isinstance(source, StoredRecords) else study_roles(experiment)
+        are_fit = [each.kind is Kind.HEALTHY and each.is_fit for each in roles.populations]
+        return np.array(are_fit)[roles.of_run], True
+    if isinstance(source, StoredRecords):
+        leaks = [source.data.leakage_requests, *zip(*external_coefficients(source.data), strict=True)]
+    else:
+        runs = expand_runs(experiment).runs
+        leaks = [runs.values(f"leakage.{name}") for name in _LEAKS]
+    return ~np.array([any(of_run) for of_run in zip(*leaks, strict=True)], dtype=bool), False
 
 
 def _is_labelled(source: RecordSource) -> bool:

@@ -17,8 +17,7 @@ from hydrofdi.records import Channel
 from hydrofdi.records.dates import instant, is_dated
 from hydrofdi.records.measured.column_names import (
     channel_named,
-    is_counts,
-    known_unit,
+    factor_to_si,
     titles_of_dates,
     titles_of_time,
     unit_by_name,
@@ -28,7 +27,6 @@ from hydrofdi.records.measured.recording import counts_samples
 from hydrofdi.records.measured.source import HeldSource, HeldTable, held_source
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import listed, nearest
-from hydrofdi.units import parse_unit, similar_units
 
 _CF_POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")
 """A power as CF writes it: ``m s-1``."""
@@ -283,7 +281,7 @@ def records_of(data: Held, frequency: float | None, channel: Names, unit: Names)
 
 def _described(data: Held, channel: Channel, column: Column, unit: Names) -> dict[str, str]:
     """What a description of measured files says of a column."""
-    given = unit
+    given, name = unit, column.name or channel.value
     if not isinstance(unit, str | Mapping | None):
         raise refusal("unit", "a unit, or column → unit", unit)
     if isinstance(unit, Mapping):
@@ -291,32 +289,17 @@ def _described(data: Held, channel: Channel, column: Column, unit: Names) -> dic
             name for name in unit if name in (column.title, column.name) or channel_named(name, "") == channel
         )
         given = next((unit[name] for name in names), None)
-    if given is None and not (column.unit is None or column.unit or unit_by_name(column.name)):
-        raise _no_unit(data, column.name or channel.value, "bar" if channel.is_pressure else channel.unit)
+    if given is None and column.unit == "" and not unit_by_name(column.name):
+        usual = "bar" if channel.is_pressure else channel.unit
+        raise DataError(
+            f"{data.kind}: {name!r} has no unit; name it '{name} [{usual}]', set its attribute"
+            f" units='{usual}', or give unit='{usual}'"
+        )
     given = channel.unit if given is None and not column.unit else given
-    _require_fitting(data, channel, column, given)
-    return {"column": channel.value} | ({} if given is None else {"unit": str(given)})
-
-
-def _require_fitting(data: Held, channel: Channel, column: Column, given: object) -> None:
-    """Check the unit of a column that is in memory."""
-    unit = str(given or column.unit)
-    found = known_unit(unit)
-    if is_counts(unit) or (found is not None and found.exponents == parse_unit(channel.unit).exponents):
-        return
-    place = "unit" if given else f"{data.kind}: column {column.name or channel.value!r}"
-    if found is not None:
-        raise DataError(f"{place}: {unit} is not convertible to {channel.unit}")
-    similar = similar_units(unit, channel.unit)
-    hint = f"did you mean {' or '.join(map(repr, similar))}?" if similar else f"use one like {channel.unit!r}"
-    raise DataError(f"{place}: unknown unit {unit!r}; {hint}")
-
-
-def _no_unit(data: Held, name: str, unit: str) -> DataError:
-    return DataError(
-        f"{data.kind}: {name!r} has no unit; name it '{name} [{unit}]', set its attribute units='{unit}', or"
-        f" give unit='{unit}'"
+    factor_to_si(
+        str(given or column.unit), channel.unit, "unit" if given else f"{data.kind}: column {name!r}"
     )
+    return {"column": channel.value} | ({} if given is None else {"unit": str(given)})
 
 
 def _row(data: Held, values: np.ndarray[Any, np.dtype[np.float64]], row: int, n_record: int) -> Any:
@@ -369,18 +352,13 @@ def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:
         if found is not None and wanted in (None, found):
             chosen[found] = column
     if not chosen:
-        raise _no_channel(data, wanted)
+        named_so = [f"{each.name!r}{f' [{each.unit}]' * bool(each.unit)}" for each in data.columns]
+        listing = ", ".join([*named_so, *(f"{title!r} (text)" for title in data.texts)])
+        raise DataError(
+            f"{data.kind}: no column is named like {wanted or 'a channel'}; found"
+            f" {listing or 'no column of numbers'}; give channel={{'column': 'P1'}}"
+        )
     return chosen
-
-
-def _no_channel(data: Held, wanted: Channel | None) -> DataError:
-    """The error for columns none of which is a channel."""
-    found = [f"{each.name!r}{f' [{each.unit}]' * bool(each.unit)}" for each in data.columns]
-    names = ", ".join([*found, *(f"{title!r} (text)" for title in data.texts)]) or "no column of numbers"
-    return DataError(
-        f"{data.kind}: no column is named like {wanted or 'a channel'}; found {names};"
-        " give channel={'column': 'P1'}"
-    )
 
 
 def _channel(name: str) -> Channel:

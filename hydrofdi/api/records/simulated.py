@@ -15,7 +15,7 @@ from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.sensing import Measurement
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import shown_seconds
-from hydrofdi.simulation import Outcome, Trajectory, record_identities, simulate_batch
+from hydrofdi.simulation import Outcome, record_identities, simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.records import (
     SIGNAL_OF_CHANNEL,
@@ -63,17 +63,20 @@ class SimulatedRecords:
         record_ids = record_identities(runs)
         rows = distinct_records(record_ids, [True] * len(record_ids), self.only)
         known: dict[str, float] = {}
-        first = 0
-        progress = _Progress(self.name, len(rows))
+        first, start = 0, time.monotonic()
+        told = start
+        _log.info("%s: simulating %s", self.name, counted(len(rows), "record"))
         while first < len(rows):
             alike = _alike(runs, rows[first:])
             coefficients = leakage_coefficients(alike, InProcessEngine(), known, required="none")
-            made = _Simulated(
-                alike, coefficients, [record_ids[row] for row in rows[first : first + len(alike)]]
-            )
-            batch = made.batch(self.name, self.channels, labels=labels)
+            own_ids = [record_ids[row] for row in rows[first : first + len(alike)]]
+            batch = _batch(alike, coefficients, own_ids, self, labels=labels)
             first += len(alike)
-            progress.tell(first)
+            now = time.monotonic()
+            if first < len(rows) and now - told > _SECONDS_BETWEEN_LINES:
+                told = now
+                left = shown_seconds((now - start) * (len(rows) - first) / first)
+                _log.info("simulated %s of %s records, %s left", f"{first:,}", f"{len(rows):,}", left)
             yield batch
 
     def few(self, n_record: int, record_id: str | None = None) -> SimulatedRecords:
@@ -96,70 +99,47 @@ class SimulatedRecords:
         return replace(self, name=f"{self.name} ({len(chosen)} of {len(rows):,} records)", only=chosen)
 
 
-class _Progress:
-    """What the logger tells while records are simulated."""
+def _batch(
+    runs: Sequence[RunSpec],
+    coefficients: Sequence[float],
+    record_ids: Sequence[str],
+    source: SimulatedRecords,
+    *,
+    labels: bool,
+) -> RecordBatch:
+    """Records of runs with the same samples; those that fail are rejected."""
+    sensors = Measurement([run.parameters for run in runs])
+    possible = [0.0 if math.isnan(value) else value for value in coefficients]
+    trajectory = simulate_batch(sensors.runs, possible, tap=sensors)
+    shown = sensors.show(trajectory)
+    outcomes = [
+        Outcome("unreachable_leakage", "no K_i gives its mean leakage") if math.isnan(value) else outcome
+        for value, outcome in zip(coefficients, trajectory.outcomes, strict=True)
+    ]
+    texts = [_label(*each) if labels else "" for each in zip(runs, coefficients, strict=True)]
+    good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
+    signals = {each: signal for each, signal in SIGNAL_OF_CHANNEL.items() if each in source.channels}
+    return RecordBatch(
+        {channel: getattr(shown, signal)[good] for channel, signal in signals.items()},
+        runs[0].parameters.record.sampling_frequency,
+        tuple(record_ids[row] for row in good),
+        sources=(source.name,) * len(good),
+        drive_period=_period(runs[0].parameters),
+        labels=tuple(texts[row] for row in good) if labels else None,
+        rejected=tuple(
+            RejectedRecord(
+                record_ids[row], source.name, "", Issue(outcome.message, kind=outcome.status), texts[row]
+            )
+            for row, outcome in enumerate(outcomes)
+            if not outcome.is_ok
+        ),
+    )
 
-    def __init__(self, name: str, total: int) -> None:
-        self._total = total
-        self._start = self._told = time.monotonic()
-        _log.info("%s: simulating %s", name, counted(total, "record"))
 
-    def tell(self, done: int) -> None:
-        """So many are simulated."""
-        now = time.monotonic()
-        if done < self._total and now - self._told > _SECONDS_BETWEEN_LINES:
-            self._told = now
-            left = shown_seconds((now - self._start) * (self._total - done) / done)
-            _log.info("simulated %s of %s records, %s left", f"{done:,}", f"{self._total:,}", left)
-
-
-@dataclass(frozen=True)
-class _Simulated:
-    runs: Sequence[RunSpec]
-    coefficients: Sequence[float]
-    record_ids: Sequence[str]
-
-    def batch(self, name: str, channels: Collection[Channel], *, labels: bool) -> RecordBatch:
-        trajectory, outcomes = self._simulated()
-        good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
-        texts = [self._label(row) if labels else "" for row in range(len(outcomes))]
-        parameters = self.runs[0].parameters
-        return RecordBatch(
-            {
-                channel: getattr(trajectory, signal)[good]
-                for channel, signal in SIGNAL_OF_CHANNEL.items()
-                if channel in channels
-            },
-            parameters.record.sampling_frequency,
-            tuple(self.record_ids[row] for row in good),
-            sources=(name,) * len(good),
-            drive_period=_period(parameters),
-            labels=tuple(texts[row] for row in good) if labels else None,
-            rejected=tuple(
-                RejectedRecord(
-                    self.record_ids[row], name, "", Issue(outcome.message, kind=outcome.status), texts[row]
-                )
-                for row, outcome in enumerate(outcomes)
-                if not outcome.is_ok
-            ),
-        )
-
-    def _simulated(self) -> tuple[Trajectory, list[Outcome]]:
-        sensors = Measurement([run.parameters for run in self.runs])
-        possible = [0.0 if math.isnan(value) else value for value in self.coefficients]
-        trajectory = simulate_batch(sensors.runs, possible, tap=sensors)
-        outcomes = [
-            Outcome("unreachable_leakage", "no K_i gives its mean leakage") if math.isnan(value) else outcome
-            for value, outcome in zip(self.coefficients, trajectory.outcomes, strict=True)
-        ]
-        return sensors.show(trajectory), outcomes
-
-    def _label(self, row: int) -> str:
-        parameters = self.runs[row].parameters
-        flow = parameters.leakage.internal_flow
-        return condition_label(
-            math.nan if flow is None else flow, self.coefficients[row], parameters.fluid.bulk_modulus
-        )
+def _label(run: RunSpec, coefficient: float) -> str:
+    flow = run.parameters.leakage.internal_flow
+    modulus = run.parameters.fluid.bulk_modulus
+    return condition_label(math.nan if flow is None else flow, coefficient, modulus)
 
 
 _MOST_SAMPLES_AT_ONCE = 4_000_000

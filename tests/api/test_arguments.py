@@ -42,25 +42,6 @@ WRONG = {
     "runs: is empty": lambda: hydrofdi.export(NOISE, "out", runs=[], **RATE),
     "units bar and psi": lambda: hydrofdi.export(NOISE, "out", unit="bar,psi", **RATE),
 }
-PATHS = {
-    "load": lambda: hydrofdi.Detector.load(5),
-    "simulate": lambda: hydrofdi.simulate(5),
-    "simulate out": lambda: hydrofdi.simulate(out=5),
-    "load_experiment": lambda: hydrofdi.load_experiment(5),
-    "plan": lambda: hydrofdi.plan(5),
-    "plan list": lambda: hydrofdi.plan([]),
-    "sweep out": lambda: hydrofdi.sweep(STUDY, out=5),
-    "status": lambda: hydrofdi.status(5),
-    "verify": lambda: hydrofdi.verify(5),
-    "why": lambda: hydrofdi.why(5, 0),
-    "rerun": lambda: hydrofdi.rerun(5, 0),
-    "collect": lambda: hydrofdi.collect(5),
-    "results": lambda: hydrofdi.load([]),
-    "export": lambda: hydrofdi.export(NOISE, 5, **RATE),
-    "export none": lambda: hydrofdi.export(NOISE, None, **RATE),
-    "train": lambda: hydrofdi.train(NOISE, config=5, **RATE),
-    "detect": lambda: hydrofdi.detect(5, NOISE),
-}
 
 
 @pytest.mark.parametrize("named", WRONG)
@@ -71,13 +52,6 @@ def test_an_argument_of_a_wrong_kind_is_refused_by_its_name(named, tmp_path, mon
     sought = "states nothing" if named.startswith("states nothing") else named
     assert sought in str(refused.value)
     assert not [*tmp_path.iterdir()]
-
-
-@pytest.mark.parametrize("call", PATHS)
-def test_what_is_no_path_is_refused(call, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(hydrofdi.HydrofdiError, match="expected a path, found"):
-        PATHS[call]()
 
 
 @pytest.mark.parametrize("several", [False, True])
@@ -109,14 +83,3 @@ def test_results_stand_for_their_folder(tmp_path):
     stored = hydrofdi.sweep(STUDY, out=tmp_path / "asked", engine="in-process")
     assert hydrofdi.why(stored, np.int64(0)) == hydrofdi.why(stored.folder, 0)
     assert len(hydrofdi.export(stored, tmp_path / "out", runs=np.int64(0)).files) == 1
-
-
-def test_a_range_that_runs_backwards_is_refused(tmp_path):
-    with pytest.raises(hydrofdi.HydrofdiError, match="the range 5-2 runs backwards"):
-        hydrofdi.export(hydrofdi.load_experiment(STUDY), tmp_path / "out", runs="5-2")
-
-
-def test_a_file_is_no_folder(tmp_path):
-    (tmp_path / "plain").write_text("mine")
-    with pytest.raises(hydrofdi.HydrofdiError, match="is a file, not a folder"):
-        hydrofdi.export(NOISE[:2], tmp_path / "plain", **RATE)

@@ -1,12 +1,9 @@
 """Constants of the plant that nobody gave are named, for measured records and not for simulated ones."""
 
-import json
-
 import numpy as np
 import pytest
 
 import hydrofdi
-from tests.commands import run
 
 GIVEN = {
     "piston_area": "20 cm^2", "chamber_volume": "1 L", "bulk_modulus": "1 GPa", "flow_gain": 0.03,
@@ -56,23 +53,3 @@ def test_a_detector_says_which_constants_it_uses_and_which_nobody_gave(records, 
     assert "Warning: flow_balance: chamber_volume, bulk_modulus" in detector.summary
     detector.save(tmp_path / "detector.json")
     assert hydrofdi.Detector.load(tmp_path / "detector.json").summary.count("Warning: flow_balance") == 1
-
-
-def test_the_commands_warn(records, tmp_path):
-    for number in range(3):
-        rows = np.column_stack([records[name][number] for name in COLUMNS])
-        header = "time [s]," + ",".join(COLUMNS)
-        time = np.arange(1000)[:, None] / 500.0
-        path = tmp_path / f"{number}.csv"
-        np.savetxt(path, np.hstack([time, rows]), delimiter=",", header=header, comments="")
-    (tmp_path / "flow.yaml").write_text(json.dumps({"indicators": balance()}))
-    done = run("measure", *sorted(tmp_path.glob("*.csv")), "--indicators", tmp_path / "flow.yaml")
-    assert "warning: flow_balance: piston_area, chamber_volume" in done.stderr
-
-
-def test_an_evaluation_names_them(records):
-    label = ["sound"] * 25 + ["leaking"] * 15
-    found = hydrofdi.evaluate(
-        records, balance(), label=label, healthy="sound", false_alarm_rate=0.2, sampling_frequency=500.0
-    )
-    assert any("piston_area" in remark and "not given" in remark for remark in found.remarks)

@@ -57,14 +57,6 @@ def test_what_is_not_judged_says_why(trained, samples):
     assert short["fault"].tolist() == ["short_record"]
 
 
-def test_the_sentence_is_that_of_the_command(tmp_path):
-    (tmp_path / "notes.json").write_text("{}")
-    with pytest.raises(hydrofdi.HydrofdiError) as raised:
-        hydrofdi.Detector.load(tmp_path / "notes.json")
-    told = run("detect", tmp_path / "notes.json", "rig.csv", check=2).stderr
-    assert told.strip() == f"hydrofdi: {raised.value}"
-
-
 @pytest.mark.parametrize("n_chunk", [1, 7, 1999])
 def test_a_stream_in_chunks_of_any_size_gives_the_lines_of_the_monitor(trained, samples, tmp_path, n_chunk):
     file = written(tmp_path / "rig.csv", samples)

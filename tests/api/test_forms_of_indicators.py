@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.errors import ConfigError
 
 HEALTHY = 5e6 + 1e4 * np.random.default_rng(1).standard_normal((120, 500))
 SAID = {"sampling_frequency": "1 kHz"}
@@ -36,16 +35,3 @@ def test_what_measure_takes_train_takes() -> None:
     for form in ({"dwt": OPTIONS}, ["dwt"], "dwt"):
         assert "dwt.d2" in hydrofdi.measure(HEALTHY, form, **SAID).units
         assert hydrofdi.train(HEALTHY, form, **WANTED).file.config.indicator == "dwt"
-
-
-def test_mistakes_in_options_name_them() -> None:
-    for form, more in (({"dwt": {"levls": 3}}, {}), ("dwt", {"options": {"levls": 3}})):
-        with pytest.raises(ConfigError, match="levls: unknown key; did you mean 'levels'"):
-            hydrofdi.train(HEALTHY, form, **more, **WANTED)
-
-
-def test_a_remark_on_constants_says_where_they_are_given() -> None:
-    from hydrofdi.api.assumed_plant import assumption_text
-
-    text = assumption_text("flow_balance", ["flow_gain", "spool_gain"])
-    assert text.endswith("give them as options of flow_balance")

@@ -40,14 +40,3 @@ def test_records_of_different_length_make_a_list():
     assert table["label"].tolist() == ["sound", "worn"]
     assert table["group"].tolist() == ["monday", "monday"]
     assert table["dwt.d2"][1] == pytest.approx(D2, rel=1e-6)
-
-
-def test_a_forgotten_keyword_is_named():
-    with pytest.raises(hydrofdi.HydrofdiError, match=r"is it meant as sampling_frequency=500\.0"):
-        hydrofdi.measure(PRESSURE, 500.0)
-
-
-def test_names_are_completed():
-    table = hydrofdi.measure(PRESSURE, sampling_frequency=500.0)
-    assert "dwt.d2" in table._ipython_key_completions_()
-    assert {"measure", "train", "evaluate", "Detector"} <= set(dir(hydrofdi))

@@ -6,7 +6,7 @@ import pytest
 import xarray
 
 import hydrofdi
-from tests.commands import run, run_json
+from tests.commands import run_json
 
 RATE = 500.0
 
@@ -162,13 +162,3 @@ def test_what_is_not_clear_is_refused(data, options, sentence):
     with pytest.raises(hydrofdi.HydrofdiError) as raised:
         hydrofdi.measure(data, **options)
     assert sentence in str(raised.value)
-
-
-def test_the_sentence_is_that_of_the_command(tmp_path):
-    (tmp_path / "rig.csv").write_text("P1 [bar]\n1\n2\n")
-    with pytest.raises(hydrofdi.HydrofdiError) as raised:
-        hydrofdi.measure(tmp_path / "rig.csv")
-    assert "(sampling_frequency=1kHz)" in str(raised.value)
-    told = run("measure", tmp_path / "rig.csv", check=2).stderr
-    as_option = str(raised.value).replace("sampling_frequency='1kHz'", "--sampling-frequency 1kHz")
-    assert told.strip() == f"hydrofdi: {as_option}"

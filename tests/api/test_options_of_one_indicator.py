@@ -6,7 +6,6 @@ import pytest
 import hydrofdi
 
 PRESSURE = 5e6 + 1e4 * np.random.default_rng(1).standard_normal((150, 1000))
-LABEL = ["healthy"] * 100 + ["leaking"] * 50
 
 
 def test_measure_takes_options_beside_the_name():
@@ -14,20 +13,6 @@ def test_measure_takes_options_beside_the_name():
     within = hydrofdi.measure(PRESSURE, {"dwt": {"levels": 3}}, sampling_frequency="1 kHz")
     assert "dwt.d3" in beside.columns
     assert beside.to_dict() == within.to_dict()
-
-
-def test_evaluate_takes_options_beside_the_name():
-    found = hydrofdi.evaluate(
-        PRESSURE,
-        "dwt",
-        options={"levels": 3},
-        label=LABEL,
-        healthy="healthy",
-        sampling_frequency="1 kHz",
-        false_alarm_rate="5 %",
-    )
-    names = set(found.to_pandas().score)
-    assert {"dwt.d1", "dwt.d2", "dwt.d3"} == {name for name in names if name.startswith("dwt.d")}
 
 
 @pytest.mark.parametrize("indicators", ["all", "dwt,ring_down", ["dwt"], {"dwt": {}}])

@@ -73,30 +73,6 @@ def test_a_sweep_that_has_not_ended_has_a_table_and_no_dataset(small_sweep, tmp_
         _ = results.dataset
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        ({"workers": 0}, "workers: must be at least 1; found 0"),
-        ({"bulk_modulos": 1}, "bulk_modulos: unknown key; did you mean 'bulk_modulus'?"),
-        ({"out": "."}, "name a separate folder, not the working directory"),
-    ],
-)
-def test_mistakes_are_named_and_nothing_is_written(options, sentence, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(hydrofdi.HydrofdiError) as raised:
-        hydrofdi.sweep(STUDY, **options)
-    assert sentence in str(raised.value)
-    assert [*tmp_path.iterdir()] == []
-
-
-def test_the_sentence_without_results_is_that_of_the_command(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(hydrofdi.HydrofdiError) as raised:
-        hydrofdi.load()
-    sentence = str(raised.value)
-    assert run("report", cwd=tmp_path, check=2).stderr.strip() == f"hydrofdi: {sentence}"
-
-
 def test_workers_do_not_run_the_script_again(tmp_path):
     script = tmp_path / "study.py"
     script.write_text(f"import hydrofdi\nprint('once')\nprint(hydrofdi.sweep({STUDY!r}, workers=2))\n")

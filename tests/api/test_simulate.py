@@ -8,7 +8,7 @@ import pytest
 
 import hydrofdi
 from hydrofdi.store import read_experiment
-from tests.commands import run, run_json
+from tests.commands import run_json
 
 SHORT = {"duration": "2 s"}
 
@@ -41,33 +41,6 @@ def test_files_mappings_and_keywords_ask_for_the_same_run(tmp_path, leaking):
     assert section["record"] == {"duration": 2.0}
 
 
-@pytest.mark.parametrize(
-    ("settings", "sentence"),
-    [
-        ({"bulk_modulos": 1}, "bulk_modulos: unknown key; did you mean 'bulk_modulus'?"),
-        ({"EBM": "689 MPa"}, "EBM: unknown key; did you mean 'bulk_modulus'?"),
-        ({"fluid__bulk_modulos": 1}, "fluid.bulk_modulos: unknown key; did you mean 'bulk_modulus'?"),
-        ({"droop": 1, "internal_coefficient": 1e-8, "internal_flow": 1e-6}, "give internal_coefficient or"),
-        ({"noise": 1}, "noise: is a key of several sections; write one of pressure_1_sensor__noise, pr"),
-        ({"bulk_modulus": "689 Mpa"}, "fluid.bulk_modulus: unknown unit 'Mpa'; did you mean 'MPa'?"),
-    ],
-)
-def test_mistakes_are_named_in_a_sentence(settings, sentence):
-    with pytest.raises(hydrofdi.HydrofdiError) as raised:
-        hydrofdi.simulate(**settings)
-    assert sentence in str(raised.value)
-
-
-def test_the_sentence_is_that_of_the_command():
-    with pytest.raises(hydrofdi.HydrofdiError) as raised:
-        hydrofdi.simulate(fluid__bulk_modulus="-3 MPa")
-    told = run("simulate", "--set", "fluid.bulk_modulus=-3 MPa", check=2).stderr
-    assert told.strip().endswith(str(raised.value).removeprefix("fluid.bulk_modulus: "))
-    with pytest.raises(hydrofdi.HydrofdiError) as raised:
-        hydrofdi.simulate("none.yaml")
-    assert run("simulate", "none.yaml", check=2).stderr.strip() == f"hydrofdi: {raised.value}"
-
-
 def test_a_run_says_what_the_command_says(leaking):
     settings = ["fluid.bulk_modulus=689 MPa", "leakage.internal_flow=0.2 L/min", "record.duration=2 s"]
     printed = run_json("simulate", *(word for each in settings for word in ("--set", each)))
@@ -86,6 +59,13 @@ def test_a_run_is_a_dataset_with_units(leaking):
     flow = np.abs(data.internal_leakage_flow).mean().item()
     np.testing.assert_allclose(flow, data.mean_internal_leakage_flow, rtol=0.2)
     assert data.attrs["run_id"] == leaking.run_id
+
+
+def test_a_data_frame_of_a_run_is_measured_like_the_run(leaking):
+    frame = leaking.to_pandas()
+    assert frame.columns[0] == "time [s]"
+    same, own = hydrofdi.measure(frame, "dwt"), hydrofdi.measure(leaking, "dwt")
+    np.testing.assert_allclose(same["dwt.d2"], own["dwt.d2"], rtol=1e-12)
 
 
 def test_outputs_with_dimensions_keep_them():

@@ -110,33 +110,6 @@ def test_results_and_runs_are_records(tmp_path):
     assert hydrofdi.measure([run_of_it, results])["dwt.d2"].shape == (3,)
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        ({"direction": "up"}, "direction: "),
-        ({}, "direction: choose the direction"),
-        ({"window": "2 km"}, "window: '2 km' has the wrong unit"),
-        ({"indicator": "dwtt"}, "did you mean 'dwt'?"),
-        ({**WANTED, "false_alarm_rate": 0.001}, "a higher false_alarm_rate"),
-        ({**WANTED, "healthy": "sound"}, "healthy: no record has the label 'sound'"),
-        ({**WANTED, "label": ["a", "b"]}, "label: found 2; expected one for each of 30 records"),
-        ({**WANTED, "label": "sound"}, "which records are healthy?"),
-    ],
-)
-def test_a_refusal_names_the_keyword(options, sentence):
-    with pytest.raises(hydrofdi.HydrofdiError) as raised:
-        hydrofdi.train(HEALTHY, sampling_frequency=RATE, **options)
-    assert sentence in str(raised.value)
-    assert "--" not in str(raised.value)
-
-
-def test_the_command_names_its_options(files, tmp_path):
-    told = run("train", files, "--output", "d2", "--direction", "both", "--out", tmp_path / "d.json", check=2)
-    assert "which records are healthy?" in told.stderr
-    told = run("measure", tmp_path / "no.csv", "--sampling-frequency", "1 kg", check=2)
-    assert "hydrofdi: sampling_frequency: " in told.stderr
-
-
 def test_an_evaluation_in_memory_is_that_of_the_command(files):
     told = run_json("evaluate", files, "--healthy", "sound", "--false-alarm-rate", "20 %")
     given = {"healthy": "sound", "false_alarm_rate": 0.2}
@@ -153,3 +126,17 @@ def test_an_evaluation_in_memory_is_that_of_the_command(files):
     assert made.best in made._repr_html_()
     with pytest.raises(hydrofdi.HydrofdiError, match="label: state the condition of each record"):
         hydrofdi.evaluate(BOTH, sampling_frequency=RATE)
+
+
+@pytest.mark.parametrize(("window", "is_warned"), [("0.5 s", True), ("2.02 s", True), ("2 s", False)])
+def test_windows_that_are_no_whole_periods_of_u_are_warned_of(window, is_warned):
+    time = np.arange(0.0, 100.0, 0.02)
+    square = np.sign(np.sin(np.pi * time + 0.1))
+    pressure = 5e6 + 3e5 * square + 1e5 * np.random.default_rng(0).normal(size=time.size)
+    signals = {"chamber_1_pressure": pressure, "input_voltage": square}
+    settings = {"output": "standard_deviation", "direction": "both", "false_alarm_rate": "10 %"}
+    detector = hydrofdi.train(
+        signals, "pressure_statistics", sampling_frequency="50 Hz", window=window, **settings
+    )
+    assert detector.file.basis.drive_period == 2.0
+    assert ("periods of the drive" in detector.summary) is is_warned

@@ -48,15 +48,6 @@ def test_a_wrong_call_is_refused_in_one_sentence(call, tmp_path, monkeypatch):
     assert len(str(refused.value).splitlines()) == 1
 
 
-def test_a_setting_may_be_one_text():
-    assert hydrofdi.load_experiment({"name": "x"}, "fluid.bulk_modulus=1 GPa").fluid.bulk_modulus == 1e9
-
-
-def test_an_unknown_setting_names_the_nearest():
-    with pytest.raises(hydrofdi.HydrofdiError, match="'bulk_modulus'"):
-        hydrofdi.simulate(bulk_modulos="1 GPa")
-
-
 def test_a_column_that_is_missing_is_a_key_error_as_well():
     with pytest.raises(KeyError):
         hydrofdi.measure(FRAME)["none"]

@@ -4,7 +4,6 @@ import sys
 
 import pytest
 
-from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.study_warnings import study_warnings
 from hydrofdi.api.sweep import run_sweep
@@ -70,11 +69,6 @@ def test_a_shift_inside_the_population_is_warned_of(loaded, changes, is_inside):
     warnings = study_warnings(loaded(199, settings=[f"study.shifts={{warm: {{{changes}}}}}"]))
     found = [each for each in warnings if each.startswith("study.shifts.warm: fluid.bulk_modulus = ")]
     assert len(found) == is_inside
-
-
-def test_plans_warn_of_too_few_leaks(loaded, tmp_path):
-    plan = plan_sweep(loaded(199, each=28), tmp_path / "out")
-    assert any("study.faults.each = 28" in text and "29" in text for text in plan.warnings)
 
 
 def test_without_the_extra_plans_warn_and_reports_judge_the_other_scores(loaded, tmp_path, monkeypatch):

@@ -54,24 +54,6 @@ def test_a_fault_that_only_shows_across_a_nuisance_is_found_whatever_the_nuisanc
     assert np.mean(shifted > np.quantile(healthy, 0.99)) < 0.3
 
 
-def test_the_ridge_is_strong_where_features_say_nothing():
-    draw = np.random.default_rng(4)
-    values, is_faulty = draw.normal(size=(60, 20)), np.arange(60) >= 30
-    empty = make_score("logistic").fit(values, is_faulty)
-    telling = make_score("logistic").fit(values + 3.0 * is_faulty[:, None], is_faulty)
-    assert np.abs(weights_of(empty, 20)).max() < 0.2 * np.abs(weights_of(telling, 20)).max()
-
-
-def test_the_seed_deals_the_folds_of_the_ridge():
-    draw = np.random.default_rng(5)
-    values, is_faulty = gaussians(draw, 25, COVARIANCE, DISTANCE)
-    found = {
-        tuple(weights_of(make_score("logistic", {"seed": seed}).fit(values, is_faulty), 3))
-        for seed in range(10)
-    }
-    assert 1 < len(found) < 10
-
-
 @pytest.mark.parametrize("name", ["lda", "logistic"])
 def test_records_that_lie_wholly_apart_and_features_given_twice_are_no_obstacle(name):
     draw = np.random.default_rng(6)

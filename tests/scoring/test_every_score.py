@@ -88,15 +88,6 @@ def test_faulty_records_teach_only_scores_that_need_them(name, population):
 
 
 @every_score
-def test_the_same_fit_records_give_the_same_model(name, population):
-    values, is_faulty = population.labelled(100, 100, 1.0)
-    records = population.records(20, 0.5)
-    np.testing.assert_array_equal(
-        fitted(name, values, is_faulty).score(records), fitted(name, values, is_faulty).score(records)
-    )
-
-
-@every_score
 def test_a_constant_feature_does_nothing(name, population):
     values, is_faulty = population.labelled(100, 100, 1.0)
     records = population.records(20, 0.5)

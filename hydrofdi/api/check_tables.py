@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.inspection import Inspection
-from hydrofdi.api.observability import Observability
+from hydrofdi.api.inspection import Inspection, Observability
 from hydrofdi.api.selection import Convergence, LeakageTarget
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.report.wording import labels_text, shown_modulus

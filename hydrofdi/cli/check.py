@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from hydrofdi.api.check import Check
-    from hydrofdi.api.observability import Observability
+    from hydrofdi.api.inspection import Observability
 
 
 def check(

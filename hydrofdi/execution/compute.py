@@ -162,7 +162,7 @@ def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
         names.TIME: trajectory.time,
         **{name: getattr(measured, name) for name in names.SIGNALS},
         **numbers,
-        **vars(quality),
+        **quality,
     }
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,52 +24,14 @@ _USUAL_DAMPING_RATIO = 0.02
 """That of the nominal actuator of the paper; real ones have 0.05 to 0.4."""
 
 
-@dataclass(frozen=True)
-class RunQuality:
-    """Verdicts on a batch of runs and the numbers behind them, each of shape (n_run,).
-
-    Attributes
-    ----------
-    verdict : ndarray of str
-        The status of a run that failed; else ``ok``, or the words of its `DOUBTS`, joined by commas.
-    cavitating_share, above_supply_share : ndarray
-        Share of the samples with a chamber pressure at or below the vapour limit, or above the supply [-].
-    settling_change : ndarray
-        Largest relative change of the RMS of a detail from the last but one period to the last [-]; NaN where
-        the record does not contain two whole periods.
-    settled_from : ndarray
-        Start of the whole periods that agree with the last one [s]; NaN if there are none.
-    clipped_share : ndarray
-        Share of the samples of P_1 at an end of its sensor's range [-].
-    pressure_variation : ndarray
-        Largest less least P_1, over the supply pressure [-].
-    unusual_share : ndarray
-        By how much a parameter or the damping ratio of the mode misses its usual range: 1 less its ratio to
-        the nearest end, or the inverse [-].
-    volume_residual, energy_residual : ndarray
-        Relative residuals of the balances [-].
-    """
-
-    verdict: NDArray[np.object_]
-    cavitating_share: NDArray[np.float64]
-    above_supply_share: NDArray[np.float64]
-    settling_change: NDArray[np.float64]
-    settled_from: NDArray[np.float64]
-    clipped_share: NDArray[np.float64]
-    pressure_variation: NDArray[np.float64]
-    unusual_share: NDArray[np.float64]
-    volume_residual: NDArray[np.float64]
-    energy_residual: NDArray[np.float64]
-
-
 def assess_runs(
     runs: Sequence[RunParameters],
     trajectory: Trajectory,
     measured: Trajectory,
     settlings: Sequence[Settling],
     damping_ratios: NDArray[np.float64],
-) -> RunQuality:
-    """Verdicts on runs; those that failed have NaN for numbers.
+) -> dict[str, NDArray[Any]]:
+    """Verdicts on runs and the numbers behind them; those that failed have NaN for numbers.
 
     Parameters
     ----------
@@ -82,36 +44,43 @@ def assess_runs(
         How its details settle.
     damping_ratios : ndarray, shape (n_run,)
         Of the hydraulic mode [-].
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n_run,)
+        ``verdict``: the status of a run that failed; else ``ok``, or the words of its `DOUBTS`, joined by
+        commas. ``cavitating_share``, ``above_supply_share``: of the samples with a chamber pressure at or
+        below the vapour limit, or above the supply [-]. ``settling_change``: largest relative change of the
+        RMS of a detail from the last but one period to the last [-]; NaN where the record does not contain
+        two whole periods. ``settled_from``: start of the whole periods that agree with the last one [s]; NaN
+        if there are none. ``clipped_share``: of the samples of P_1 at an end of its sensor's range [-].
+        ``pressure_variation``: largest less least P_1, over the supply [-]. ``unusual_share``: by how much a
+        parameter or the damping ratio of the mode misses its usual range: 1 less its ratio to the
+        nearest end, or the inverse [-]. ``volume_residual``, ``energy_residual``: of the balances, relative.
     """
     pressure_1, pressure_2 = trajectory.chamber_1_pressure, trajectory.chamber_2_pressure
     vapour = np.array([run.fluid.vapour_pressure for run in runs])[:, None]
     supply = trajectory.valve_supply_pressure
     residuals = balance_residuals(runs, trajectory)
-    numbers = [
-        np.mean((pressure_1 <= vapour) | (pressure_2 <= vapour), axis=1),
-        np.mean((pressure_1 > supply) | (pressure_2 > supply), axis=1),
-        np.array([settling.change for settling in settlings]),
-        np.array([_settled_from(run, settling) for run, settling in zip(runs, settlings, strict=True)]),
-        np.array([_clipped_share(run, measured.chamber_1_pressure[k]) for k, run in enumerate(runs)]),
-        np.ptp(pressure_1, axis=1) / np.array([run.supply.pressure for run in runs]),
-        np.array([_unusual_share(run, ratio) for run, ratio in zip(runs, damping_ratios, strict=True)]),
-        residuals.volume,
-        residuals.energy,
-    ]
+    quality: dict[str, NDArray[Any]] = {
+        "cavitating_share": np.mean((pressure_1 <= vapour) | (pressure_2 <= vapour), axis=1),
+        "above_supply_share": np.mean((pressure_1 > supply) | (pressure_2 > supply), axis=1),
+        "settling_change": np.array([settling.change for settling in settlings]),
+        "settled_from": np.array([*map(_settled_from, runs, settlings)]),
+        "clipped_share": np.array([*map(_clipped_share, runs, measured.chamber_1_pressure)]),
+        "pressure_variation": np.ptp(pressure_1, axis=1) / np.array([run.supply.pressure for run in runs]),
+        "unusual_share": np.array([*map(_unusual_share, runs, damping_ratios)]),
+        "volume_residual": residuals.volume,
+        "energy_residual": residuals.energy,
+    }
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
-    for values in numbers:
+    for values in quality.values():
         values[failed] = np.nan
-    quality = RunQuality(
-        np.array([outcome.status for outcome in trajectory.outcomes], dtype=object), *numbers
-    )
+    verdict = np.array([outcome.status for outcome in trajectory.outcomes], dtype=object)
     for row in np.flatnonzero(~failed).tolist():
-        quality.verdict[row] = _verdict(quality, row)
-    return quality
-
-
-def _verdict(quality: RunQuality, row: int) -> str:
-    words = [word for word, doubt in DOUBTS.items() if doubt.applies(getattr(quality, doubt.number)[row])]
-    return ", ".join(words) or SOUND
+        words = [word for word, doubt in DOUBTS.items() if doubt.applies(quality[doubt.number][row])]
+        verdict[row] = ", ".join(words) or SOUND
+    return {"verdict": verdict} | quality
 
 
 def _settled_from(run: RunParameters, settling: Settling) -> float:

@@ -106,5 +106,5 @@ def test_clamped_record_has_the_verdict_cavitating() -> None:
     quality = assess_runs(
         [CLAMPED], record, record, how_records_settle([CLAMPED], record.chamber_1_pressure), np.ones(1)
     )
-    assert "cavitating" in str(quality.verdict[0]).split(", ")
-    assert quality.cavitating_share[0] == np.mean(record.chamber_1_pressure == 1e4)
+    assert "cavitating" in str(quality["verdict"][0]).split(", ")
+    assert quality["cavitating_share"][0] == np.mean(record.chamber_1_pressure == 1e4)

@@ -226,43 +226,28 @@ def open_source(
     StoreError
         Results cannot be read.
     """
-    if path.is_dir():
-        warn_if_shadowing(path, path)
-        _refuse_settings(path, settings)
-        return _folder(path, channels, sampling_frequency)
-    name, path = str(path), located(path)
-    if not path.exists():
-        raise DataError(f"{path}: no such file or folder{ready_hint(path)}")
-    head = _head(path)
-    if head.startswith(b"\x89HDF\r\n\x1a\n") and _is_experiment(path):
-        _refuse_frequency(path, sampling_frequency)
-        _refuse_settings(path, settings)
-        return _stored(path, channels)
-    if path.suffix.lower() in (".yaml", ".yml") or _is_settings(head):
-        _refuse_frequency(path, sampling_frequency)
-        return _described(path, name, channels, settings)
-    _refuse_settings(path, settings)
-    from hydrofdi.records.measured import plain_file_source
+    name, path = str(path), path if path.is_dir() else located(path)
+    kind = _kind(path)
+    if sampling_frequency is not None and kind != "measured":
+        raise ConfigError(f"sampling_frequency: {path} states its own; the option is for a plain data file")
+    if settings and kind != "experiment":
+        raise ConfigError(f"settings (--set): {path} is not simulated; they are for an experiment file")
+    if kind == "results":
+        from hydrofdi.api.stored import read_results
+        from hydrofdi.store.records import StoredRecords
 
-    return plain_file_source(path, sampling_frequency)
+        return StoredRecords(read_results(path), str(path), channels)
+    if kind == "experiment":
+        from hydrofdi.api.records.simulated import SimulatedRecords
+        from hydrofdi.config import load_experiment
 
+        return SimulatedRecords(load_experiment(path, settings), name, channels)
+    from hydrofdi.records.measured import measured_source, plain_file_source, plain_folder_source
 
-def _folder(path: Path, channels: Collection[Channel], sampling_frequency: float | None) -> RecordSource:
-    from hydrofdi.api.stored import require_single, results_files
-    from hydrofdi.records.measured import plain_files, plain_folder_source
-    from hydrofdi.store.request import REQUEST_FILE
-
-    is_sweep, results = (path / REQUEST_FILE).exists(), results_files(path)
-    if results and not is_sweep:
-        require_single(path, [*results, *plain_files(path)])
-    if results or is_sweep:
-        _refuse_frequency(path, sampling_frequency)
-        return _stored(path, channels)
-    within = sorted(file.parent for file in path.glob(f"*/{REQUEST_FILE}"))
-    if within:
-        raise DataError(f"{path}: contains results folders; name one, for example {within[0]}")
-    if descriptions := [file for file in sorted(path.glob("*.y*ml")) if _FILES.search(_head(file))]:
-        raise DataError(f"{path}: contains a description of measured files; name it: {descriptions[0]}")
+    if kind == "description":
+        return measured_source(path)
+    if not path.is_dir():
+        return plain_file_source(path, sampling_frequency)
     if found := plain_folder_source(path, sampling_frequency):
         return found
     raise DataError(
@@ -271,11 +256,39 @@ def _folder(path: Path, channels: Collection[Channel], sampling_frequency: float
     )
 
 
-def _stored(path: Path, channels: Collection[Channel]) -> RecordSource:
-    from hydrofdi.api.stored import read_results
-    from hydrofdi.store.records import StoredRecords
+def _kind(path: Path) -> str:
+    """What stands at a path: ``results``, an ``experiment``, a ``description``, or ``measured`` files."""
+    if path.is_dir():
+        warn_if_shadowing(path, path)
+        return _kind_of_folder(path)
+    if not path.exists():
+        raise DataError(f"{path}: no such file or folder{ready_hint(path)}")
+    head = _head(path)
+    if head.startswith(b"\x89HDF\r\n\x1a\n") and _is_experiment(path):
+        return "results"
+    if path.suffix.lower() in (".yaml", ".yml") or _is_settings(head):
+        from hydrofdi.settings.validation import read_yaml
 
-    return StoredRecords(read_results(path), str(path), channels)
+        keys = set(read_yaml(path, "a description of measured files or an experiment").data or {})
+        return "description" if keys & _MEASURED_KEYS else "experiment"
+    return "measured"
+
+
+def _kind_of_folder(path: Path) -> str:
+    from hydrofdi.api.stored import require_single, results_files
+    from hydrofdi.records.measured import plain_files
+    from hydrofdi.store.request import REQUEST_FILE
+
+    is_sweep, results = (path / REQUEST_FILE).exists(), results_files(path)
+    if results and not is_sweep:
+        require_single(path, [*results, *plain_files(path)])
+    if results or is_sweep:
+        return "results"
+    if within := sorted(file.parent for file in path.glob(f"*/{REQUEST_FILE}")):
+        raise DataError(f"{path}: contains results folders; name one, for example {within[0]}")
+    if descriptions := [file for file in sorted(path.glob("*.y*ml")) if _FILES.search(_head(file))]:
+        raise DataError(f"{path}: contains a description of measured files; name it: {descriptions[0]}")
+    return "measured"
 
 
 def _is_experiment(path: Path) -> bool:
@@ -285,31 +298,6 @@ def _is_experiment(path: Path) -> bool:
     if path.parent.name == SHARDS:
         raise StoreError(f"{path}: is a shard; name the folder of its experiment, {path.parent.parent}")
     return is_experiment_file(path)
-
-
-def _described(path: Path, name: str, channels: Collection[Channel], settings: Sequence[str]) -> RecordSource:
-    from hydrofdi.settings.validation import read_yaml
-
-    keys = set(read_yaml(path, "a description of measured files or an experiment").data or {})
-    if keys & _MEASURED_KEYS:
-        _refuse_settings(path, settings)
-        from hydrofdi.records.measured import measured_source
-
-        return measured_source(path)
-    from hydrofdi.api.records.simulated import SimulatedRecords
-    from hydrofdi.config import load_experiment
-
-    return SimulatedRecords(load_experiment(path, settings), name, channels)
-
-
-def _refuse_frequency(path: Path, sampling_frequency: float | None) -> None:
-    if sampling_frequency is not None:
-        raise ConfigError(f"sampling_frequency: {path} states its own; the option is for a plain data file")
-
-
-def _refuse_settings(path: Path, settings: Sequence[str]) -> None:
-    if settings:
-        raise ConfigError(f"settings (--set): {path} is not simulated; they are for an experiment file")
 
 
 def _head(path: Path) -> bytes:

@@ -127,7 +127,7 @@ def export(
             what = (
                 "is both the input and the output" if file.resolve() in inputs else "would hold two records"
             )
-            raise DataError(f"{file}: {what}; choose another folder or name")
+            raise DataError(f"{file}: {what}; choose another name")
         taken.add(file.resolve())
         require_own(file, OWN[form], "an export in this format")
         with whole_file(file) as aside:

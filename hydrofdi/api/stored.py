@@ -190,17 +190,19 @@ def rows_named(wanted: str, run_ids: Sequence[str], record_ids: Sequence[str], p
     """
     if wanted.isdecimal() and int(wanted) < len(run_ids):
         return [int(wanted)]
-    if (ends := _RANGE.fullmatch(wanted)) and int(ends[2]) < len(run_ids):
-        if int(ends[1]) > int(ends[2]):
-            raise StoreError(f"{place}: the range {wanted} runs backwards; write {ends[2]}-{ends[1]}")
-        return range(int(ends[1]), int(ends[2]) + 1)
-    first = {record_id: row for row, record_id in reversed([*enumerate(record_ids)])}
+    if ends := _RANGE.fullmatch(wanted):
+        first, last = map(int, ends.groups())
+        if first > last:
+            raise StoreError(f"{place}: the range {wanted} runs backwards; write {last}-{first}")
+        if last < len(run_ids):
+            return range(first, last + 1)
+    of_record = {record_id: row for row, record_id in reversed([*enumerate(record_ids)])}
     rows = [row for row, run_id in enumerate(run_ids) if run_id.startswith(wanted)]
-    rows = rows or sorted(row for record_id, row in first.items() if record_id.startswith(wanted))
+    rows = rows or [row for record_id, row in of_record.items() if record_id.startswith(wanted)]
     if len(rows) != 1:
         found = counted(len(rows), "run") if rows else "no run"
-        last = f"; there are rows 0 to {len(run_ids) - 1}" if wanted.isdecimal() and run_ids else ""
-        raise StoreError(f"{place}: has {found} whose identity begins with {wanted!r}{last}")
+        known = f"; there are rows 0 to {len(run_ids) - 1}" if wanted.isdecimal() and run_ids else ""
+        raise StoreError(f"{place}: has {found} whose identity begins with {wanted!r}{known}")
     return rows
 
 

@@ -20,19 +20,6 @@ if TYPE_CHECKING:
 def train(
     sources: Sources,
     out: Annotated[Path, typer.Option(metavar="FILE", help="JSON file to write the detector to.")],
-    healthy: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="LABEL", help="Label of healthy records, in addition to 'healthy:'. Repeatable."
-        ),
-    ] = None,
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="YAML file with the same settings, options and a chart; the command line takes precedence.",
-        ),
-    ] = None,
     sampling_frequency: SamplingFrequency = None,
     json: Json = False,
     **settings: Any,
@@ -48,8 +35,6 @@ def train(
 
     detector = train_detector(
         sources,
-        config=config,
-        healthy=healthy or (),
         out=out,
         command=shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])]),
         sampling_frequency=sampling_frequency,
@@ -63,12 +48,14 @@ def train(
 
 
 def options() -> dict[str, Any]:
-    """The options that follow from the configuration of a detector."""
+    """The options that follow from the function and the configuration of a detector."""
     from hydrofdi.api.detectors.training import setting_keys
-    from hydrofdi.cli.options import options_of
+    from hydrofdi.api.detectors.training import train as train_detector
+    from hydrofdi.cli.options import options_like, options_of
     from hydrofdi.detectors.trained.configuration import DetectorConfig
 
-    return options_of(DetectorConfig, setting_keys())
+    keys = options_of(DetectorConfig, setting_keys())
+    return options_like(train_detector, "healthy", "config") | keys
 
 
 def _tell(left: LeftOut) -> int:

@@ -37,7 +37,6 @@ WRONG = {
     "tolerance": lambda: hydrofdi.check(tolerance="x"),
     "states nothing: plan": lambda: hydrofdi.plan(None),
     "states nothing: sweep": lambda: hydrofdi.sweep(None),
-    "run": lambda: hydrofdi.why("results/asked", None),
     "channels: is empty": lambda: hydrofdi.export(NOISE, "out", channels="", **RATE),
     "runs: is empty": lambda: hydrofdi.export(NOISE, "out", runs=[], **RATE),
     "units bar and psi": lambda: hydrofdi.export(NOISE, "out", unit="bar,psi", **RATE),

@@ -56,10 +56,10 @@ def train(
         `hydrofdi.measure` takes, ``{"flow_balance": {"spool": "command"}}``; a YAML file or a mapping with
         other keys of a detector stands for `config`.
     healthy : str, int, or sequence of them, optional
-        Labels of healthy records.
+        Labels of healthy records, besides those that descriptions name.
     config : path or mapping, optional
-        YAML file with the same settings, options of the indicator and a chart; or what would stand in one.
-        Keywords win over it.
+        YAML file, or a mapping, with these settings, options of the indicator and a chart; what is given
+        beside it wins.
     out : path, optional
         Where the detector is written; `Detector.save` does it later.
     command : str, optional

@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from hydrofdi.api.records.columns import held, records_of
 from hydrofdi.api.records.sources import Said
-from hydrofdi.detectors.trained.configuration import feature_of
 from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.detectors.trained.following import Follower
 from hydrofdi.detectors.trained.measuring import without_scale
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
 from hydrofdi.evaluation.rates import Rate, alarm_rate
-from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.monitor.judged import judging_of
 from hydrofdi.monitor.lines import WindowLine, line_record
 from hydrofdi.monitor.watch import Watch
@@ -215,6 +213,10 @@ class Tally:
         self._blocks: list[str] = []
         self._records: dict[tuple[str, str], None] = {}
         self._has_groups = False
+        self._by_estimate, frequency = file.config.window.by == "estimate", file.sampling_frequency
+        n_sample = Follower(file).n_every if self._by_estimate else file.n_sample
+        self._duration = n_sample / frequency
+        self._every = min(file.config.window.n_every(n_sample, frequency) / frequency, self._duration)
 
     def __iter__(self) -> Iterator[JudgedWindow]:
         for window in self._windows:
@@ -262,25 +264,7 @@ class Tally:
     @property
     def noun(self) -> str:
         """What is judged."""
-        return "estimate" if self.file.config.window.by == "estimate" else "window"
-
-    @cached_property
-    def _duration(self) -> float:
-        """Of a window, or from one estimate to the next [s]."""
-        frequency = self.file.sampling_frequency
-        if self.file.config.window.by != "estimate":
-            return self.file.n_sample / frequency
-        indicator = feature_of(self.file.config).indicator
-        assert isinstance(indicator, RecursiveIndicator)
-        return indicator.samples_per_estimate(frequency) / frequency
-
-    @property
-    def _every(self) -> float:
-        """From one window to the next [s]; at most its duration."""
-        if self.file.config.window.by == "estimate":
-            return self._duration
-        frequency = self.file.sampling_frequency
-        return min(self.file.config.window.n_every(self.file.n_sample, frequency) / frequency, self._duration)
+        return "estimate" if self._by_estimate else "window"
 
     @property
     def rests_on(self) -> str | None:
@@ -289,7 +273,7 @@ class Tally:
         """
         if self.n_group >= FEWEST_GROUPS:
             return self.group_noun
-        return "windows" if self.file.config.window.by != "estimate" and self.n_judged else None
+        return "windows" if self.n_judged and not self._by_estimate else None
 
     @property
     def n_group(self) -> int:

@@ -86,29 +86,11 @@ def measure(
     hydrofdi.errors.DataError: the array: no sampling frequency is given (sampling_frequency='1 kHz'), ...
     """
     said = Said(sampling_frequency, channel, unit, label, group)
-    measured = measured_records(data, with_options(indicators, options), said)
-    records = [*measured.records]
+    columns, measured, remarks = measured_records(data, with_options(indicators, options), said)
+    records = [*measured]
     doubts = [doubt for record in records for doubt in record.doubts]
-    remarks = [*measured.remarks, *summaries(doubts, sum(record.has_numbers for record in records))]
-    return measures_table(measured.columns, records, remarks)
-
-
-@dataclass(frozen=True)
-class Measured:
-    """Measures of records, one after another, for more records than fit into memory.
-
-    Attributes
-    ----------
-    columns : sequence of Column
-    records : iterator of RecordMeasures
-        Measured as they are asked for.
-    remarks : tuple of str
-        Remarks that hold for all numbers.
-    """
-
-    columns: Sequence[Column]
-    records: Iterator[RecordMeasures]
-    remarks: tuple[str, ...] = ()
+    doubtful = summaries(doubts, sum(record.has_numbers for record in records))
+    return measures_table(columns, records, [*remarks, *doubtful])
 
 
 @dataclass
@@ -156,8 +138,10 @@ class Counted:
             yield f"without any number: {self.n_empty:,} {of}"
 
 
-def measured_records(data: Any, indicators: Indicators, said: Said) -> Measured:
-    """The measures from which `measure` makes a table.
+def measured_records(
+    data: Any, indicators: Indicators, said: Said
+) -> tuple[Sequence[Column], Iterator[RecordMeasures], tuple[str, ...]]:
+    """Columns, records that are measured as they are asked for, and remarks on all numbers, of `measure`.
 
     Raises
     ------
@@ -166,7 +150,7 @@ def measured_records(data: Any, indicators: Indicators, said: Said) -> Measured:
     """
     chosen = indicators_of(indicators)
     sources = sources_of(data, used_channels(chosen), said)
-    return Measured(*measure_sources(sources, chosen), assumed_plants(sources, chosen))
+    return *measure_sources(sources, chosen), assumed_plants(sources, chosen)
 
 
 def write_measures(

@@ -211,17 +211,15 @@ class Run(Guessable):
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
         """The run as a record, so that `hydrofdi.measure` and others take it as it is."""
-        from hydrofdi.api.records.columns import Column, Held, records_of
+        from hydrofdi.api.records.columns import held, records_of
 
-        held = self.columns
-        columns = [
-            Column(channel.value, held[signal][0], channel.unit)
+        samples = {
+            f"{channel} [{channel.unit}]": self.columns[signal][0]
             for channel, signal in SIGNAL_OF_CHANNEL.items()
-            if channel in channels and signal in held
-        ]
-        time = Column("time", held[names.TIME], "s")
-        records = records_of(Held(self.title, columns, time, [self.run_id]), None, None, None)
-        return replace(records, is_simulated=True)
+            if channel in channels and signal in self.columns
+        }
+        found = replace(held(samples | {"time [s]": self.time}), kind=self.title, record_ids=[self.run_id])
+        return replace(records_of(found, None, None, None), is_simulated=True)
 
     @property
     def table(self) -> Table:

@@ -46,11 +46,12 @@ def measure(
     from hydrofdi.indicators.plausibility import summaries
 
     chosen_form = _form("json" if json else form, out)
-    measured = measured_records(sources, settings.get("indicators", "dwt"), Said(sampling_frequency))
-    for remark in measured.remarks:
+    asked = settings.get("indicators", "dwt")
+    columns, records, remarks = measured_records(sources, asked, Said(sampling_frequency))
+    for remark in remarks:
         tell(f"warning: {remark}")
     tally = Counted()
-    _write(chosen_form, out, measured.columns, tally.count(measured.records))
+    _write(chosen_form, out, columns, tally.count(records))
     if out is not None:
         tell(f"wrote {out}: {counted(tally.n_record, 'record')}")
     for sentence in tally.sentences():

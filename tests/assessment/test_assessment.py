@@ -174,3 +174,23 @@ def test_sensors_do_not_touch_what_is_inspected_or_calibrated() -> None:
     plain, loud = (load_experiment(settings=settings) for settings in (SHORT, noisy))
     assert inspect_experiment(select_runs(plain)).modes == inspect_experiment(select_runs(loud)).modes
     assert calibrate_flows(plain, [0.0, 1.5e-5]) == calibrate_flows(loud, [0.0, 1.5e-5])
+
+
+STUDY = """\
+record: {duration: 2 s}
+input: {period: 1 s}
+study:
+  population: {over: {fluid.bulk_modulus: {uniform: ±10 %}}}
+  healthy: {fit: 60, test: 20}
+  faults: {leakage.internal_flow: [0.1 L/min, 1 L/min], each: 10}
+  shifts: {stiffer: {fluid.bulk_modulus: 827 MPa}}
+"""
+
+
+def test_some_records_of_every_population_of_a_study_are_looked_at(tmp_path):
+    file = tmp_path / "study.yaml"
+    file.write_text(STUDY)
+    jobs = select_runs(load_experiment(file), most=15).jobs
+    flows = {job.parameters.leakage.internal_flow or 0.0 for job in jobs}
+    assert sorted(flows) == pytest.approx([0.0, 0.1e-3 / 60, 1e-3 / 60])
+    assert 827e6 in {job.parameters.fluid.bulk_modulus for job in jobs}

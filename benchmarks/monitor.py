@@ -17,8 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrofdi.detectors.trained import DetectorConfig, DetectorFile, Judge
-from hydrofdi.detectors.trained.file import Made
+from hydrofdi.detectors.trained.configuration import DetectorConfig
+from hydrofdi.detectors.trained.file import DetectorFile, Made
+from hydrofdi.detectors.trained.judging import Judge
 from hydrofdi.detectors.trained.measuring import records_of
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import HydrofdiError

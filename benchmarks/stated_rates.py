@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 from scipy.stats import norm
 
-from hydrofdi.detectors.trained import DetectorConfig
+from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import Made
 from hydrofdi.detectors.trained.training import train
 from tests.detectors.trained.healthy import Records, autoregressive, grouped

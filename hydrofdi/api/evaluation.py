@@ -26,8 +26,8 @@ from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, has_held, sources_of
 from hydrofdi.config.study.detection import load_scores
 from hydrofdi.errors import ConfigError, ReportError
-from hydrofdi.evaluation.groups import HealthyPair, healthy_against_healthy
 from hydrofdi.evaluation.populations import Kind
+from hydrofdi.evaluation.rates import HealthyPair, healthy_against_healthy
 from hydrofdi.indicators.plausibility import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
 from hydrofdi.records import RecordSource
@@ -40,10 +40,10 @@ from hydrofdi.settings.quantities import SI
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.made_scores import made_scores
+from hydrofdi.studies.made_scores import usual_scores as usual_of
 from hydrofdi.studies.measured import Labels, measured_study, require_known_severities
 from hydrofdi.studies.parts import part
 from hydrofdi.studies.rules import Rules
-from hydrofdi.studies.usual_scores import usual_scores as usual_of
 
 if TYPE_CHECKING:
     import pandas

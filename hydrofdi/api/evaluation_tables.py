@@ -6,17 +6,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from hydrofdi.evaluation.auc import Area
-from hydrofdi.evaluation.groups import HealthyPair
 from hydrofdi.evaluation.populations import Population
-from hydrofdi.evaluation.rates import Rate
+from hydrofdi.evaluation.rates import HealthyPair, Rate
+from hydrofdi.evaluation.roc import Area
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import Column, Table
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import HOLE, number_text
-from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.studies.judgement import Detection, Judgement, found_from
 from hydrofdi.studies.parts import records_without_number
-from hydrofdi.studies.ranking import found_from
 from hydrofdi.studies.records import StudyRecords
 from hydrofdi.units import convert
 

@@ -15,7 +15,7 @@ from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.following import Follower
 from hydrofdi.detectors.trained.measuring import without_scale
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
+from hydrofdi.evaluation.grouped_area import FEWEST_GROUPS
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.monitor.judged import judging_of
 from hydrofdi.monitor.lines import WindowLine, line_record

@@ -16,8 +16,8 @@ from hydrofdi.detectors.trained.configuration import ChartConfig, direction_of
 from hydrofdi.detectors.trained.file import ChartLimit, DetectorFile, Scale
 from hydrofdi.detectors.trained.judging import Verdict
 from hydrofdi.detectors.trained.scoring import HealthyScores
-from hydrofdi.evaluation.bootstrap import FEWEST_GROUPS
 from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.grouped_area import FEWEST_GROUPS
 from hydrofdi.records import Array
 
 _N_PIECE = 20

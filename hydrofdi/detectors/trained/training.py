@@ -27,10 +27,8 @@ from hydrofdi.detectors.trained.measuring import joined, learned_range, without_
 from hydrofdi.detectors.trained.scoring import EstimateScores, HealthyScores, WindowScores
 from hydrofdi.errors import ConfigError, DataError, NotStatedError
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.groups import Rule, left_out_outcomes
-from hydrofdi.evaluation.rates import alarm_rate
-from hydrofdi.evaluation.threshold import Threshold, quantile_threshold
-from hydrofdi.evaluation.tolerance import tolerance_threshold
+from hydrofdi.evaluation.rates import Rule, alarm_rate, left_out_outcomes
+from hydrofdi.evaluation.threshold import Threshold, quantile_threshold, tolerance_threshold
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
 from hydrofdi.indicators.plausibility import CAUSES
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource

@@ -1,14 +1,11 @@
-"""A monitor from its source to whatever shows its lines, and records played as streams."""
+"""A monitor from its source to whatever shows its lines."""
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from hydrofdi.api.arguments import names_of, path_of, refusal
 from hydrofdi.api.records.sources import frequency_of
@@ -18,16 +15,13 @@ from hydrofdi.monitor.configuration import load_monitor_config
 from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine, line_record
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import Ending, monitor
-from hydrofdi.monitor.mqtt.configuration import MqttAddress, is_mqtt
 from hydrofdi.monitor.sinks import Sink, StreamLines, open_sinks
 from hydrofdi.monitor.sources.opening import open_stream
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
-from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
-from hydrofdi.records.writing import titled
 
-__all__ = ["Condition", "Event", "EventKind", "Line", "WindowLine", "calls", "json_lines", "run_monitor"]
+__all__ = ["Condition", "Event", "EventKind", "Line", "StreamLines", "WindowLine", "calls", "run_monitor"]
 
 OnLine = Callable[[dict[str, Any]], None]
 Shown = Callable[[DetectorFile, str], Sink]
@@ -90,11 +84,6 @@ def run_monitor(
     )
 
 
-def json_lines(stream: TextIO) -> Shown:
-    """Lines as JSON on a stream of text."""
-    return lambda file, name: StreamLines(stream, file.unit)
-
-
 def calls(on_line: OnLine | None) -> Shown:
     """Lines as mappings that a function is given."""
     return lambda file, name: _Calls(on_line, file.unit)
@@ -113,90 +102,3 @@ class _Calls:
 
     def close(self) -> None:
         """Does nothing."""
-
-
-Send = Callable[[Chunk], None]
-
-
-@contextmanager
-def sample_target(
-    to: str, form: str | None, config: Path | None, stream: TextIO, tell: Callable[[str], None]
-) -> Iterator[Send]:
-    """Receiver of blocks of samples; it has received all when it is closed.
-
-    Parameters
-    ----------
-    to : str
-        ``-`` for the stream of text, or ``mqtt://host:port/topic``.
-    form : {"csv", "json"}, optional
-        Of text.
-    config : Path, optional
-        How a broker is reached.
-    stream : file object
-    tell : callable
-        Called with messages on the connection.
-
-    Raises
-    ------
-    ConfigError
-        The target is neither, or a setting does not fit.
-    """
-    if to == "-":
-        if config is not None:
-            raise ConfigError("config: is for a broker; give its topic as 'to'")
-        yield _text_sender(form, stream)
-    elif not is_mqtt(to):
-        expected = "expected '-' for standard output, or mqtt://host:port/topic"
-        raise ConfigError(f"to {to}: {expected}")
-    elif form is not None:
-        raise ConfigError("format: is for standard output; messages are JSON")
-    else:
-        with _broker(to, config, tell) as send:
-            yield send
-
-
-def _text_sender(form: str | None, stream: TextIO) -> Send:
-    """Samples as text, in SI and to the bit: JSON, or CSV with a header that comes again if it changes."""
-    written: tuple[Channel, ...] = ()
-
-    def send(chunk: Chunk) -> None:
-        nonlocal written
-        channels = tuple(chunk.channels)
-        rows = zip(chunk.time.tolist(), *(each.tolist() for each in chunk.channels.values()), strict=True)
-        if form == "json":
-            names = ["time", *(channel.value for channel in channels)]
-            finite = ([value if math.isfinite(value) else None for value in row] for row in rows)
-            lines = [json.dumps(dict(zip(names, row, strict=True))) for row in finite]
-        else:
-            titles = [titled("time", "s"), *(titled(each.symbol, each.unit) for each in channels)]
-            lines = [] if written == channels else [",".join(titles)]
-            lines += [",".join(map(repr, row)) for row in rows]
-        written = channels
-        stream.writelines(f"{line}\n" for line in lines)
-        stream.flush()
-
-    return send
-
-
-@contextmanager
-def _broker(to: str, config: Path | None, tell: Callable[[str], None]) -> Iterator[Send]:
-    from hydrofdi.monitor.mqtt.sending import SamplePublisher
-
-    publisher = SamplePublisher(MqttAddress.parse(to), load_monitor_config(config).mqtt)
-
-    def tell_events() -> None:
-        for event in publisher.take_events():
-            tell(event.text)
-
-    def send(chunk: Chunk) -> None:
-        while not publisher.send(chunk):
-            tell_events()
-        tell_events()
-
-    try:
-        yield send
-        while not publisher.flush(1.0):
-            tell_events()
-    finally:
-        publisher.close()
-        tell_events()

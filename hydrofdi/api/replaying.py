@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
-from typing import Any
+from pathlib import Path
+from typing import Any, TextIO
 
 from hydrofdi.api.arguments import names_of, positive_of
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, sources_of
-from hydrofdi.errors import DataError
-from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.monitor.configuration import load_monitor_config
+from hydrofdi.monitor.mqtt.configuration import MqttAddress, is_mqtt
+from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.streams import Chunk
+from hydrofdi.records.writing import titled
 
 _BLOCK_DURATION = 0.05
 """Time between blocks [s]."""
@@ -69,58 +75,31 @@ def replay(
     >>> sum(chunk.n_time for chunk in chunks)
     1000
     """
-    pace = Pace(_rate(rate))
     (chosen,) = names_of("record", record, "the number or name of a record") if record != "" else [""]
     stated = names_of("settings", settings, "texts such as 'fluid.bulk_modulus=689 MPa'")
     sources = sources_of(data, tuple(Channel), Said(sampling_frequency, channel, unit, settings=stated))
+    if rate is not None and rate != "max":
+        rate = positive_of("rate", rate, "Hz", "a number in Hz, a text such as '500 Hz', or 'max'")
+    pace = math.inf if rate == "max" else rate
     start = time.time() if now else None
-    return chain.from_iterable(replayed(source, pace, chosen, start) for source in sources)
+    return chain.from_iterable(_replayed(source, pace, chosen, start) for source in sources)
 
 
-def _rate(given: str | float | None) -> float | None:
-    """Samples in a second; None for the rate of the record."""
-    if given is None or given == "max":
-        return None if given is None else math.inf
-    return positive_of("rate", given, "Hz", "a number in Hz, a text such as '500 Hz', or 'max'")
-
-
-class Pace:
-    """Waits until samples are due. Lateness is made up for: what follows is not put off.
-
-    Parameters
-    ----------
-    rate : float or None
-        Samples in a second; ``inf`` waits for nothing, None is the rate of each record.
-    """
-
-    def __init__(self, rate: float | None) -> None:
-        self._rate = rate
-        self._start: float | None = None
-        self._due = 0.0
-
-    def rate_of(self, sampling_frequency: float) -> float:
-        """Samples in a second of a record [Hz]."""
-        return sampling_frequency if self._rate is None else self._rate
-
-    def wait(self, n_time: int, rate: float) -> None:
-        """Wait until so many samples have come at a rate."""
-        if self._start is None:
-            self._start = time.monotonic()
-        self._due += n_time / rate
-        left = self._start + self._due - time.monotonic()
-        if left > 0.0:
-            time.sleep(left)
-
-
-def replayed(
-    source: RecordSource, pace: Pace, record: str = "", start_time: float | None = None
-) -> Iterator[Chunk]:
-    """Blocks of samples, each when it is due. Records follow each other with a short gap."""
-    begin = start_time
+def _replayed(source: RecordSource, pace: Any, record: str, begin: float | None) -> Iterator[Chunk]:
+    """Blocks of samples, each when it is due: lateness is made up for. A short gap is between records."""
+    start: float | None = None
+    due = 0.0
     for batch, row in _chosen(source, record):
         times = (batch if begin is None else replace(batch, start_time=begin)).time
         begin = float(times[-1]) + _GAP / batch.sampling_frequency
-        yield from _blocks(batch, row, times, pace)
+        rate = batch.sampling_frequency if pace is None else pace
+        n_block = int(max(1.0, min(_MOST_SAMPLES, rate * _BLOCK_DURATION)))
+        for first in range(0, batch.n_time, n_block):
+            part = slice(first, first + n_block)
+            samples = {channel: values[row, part] for channel, values in batch.channels.items()}
+            start, due = start or time.monotonic(), due + times[part].size / rate
+            time.sleep(max(0.0, start + due - time.monotonic()))
+            yield Chunk(times[part], samples)
 
 
 def _chosen(source: RecordSource, record: str) -> Iterator[tuple[RecordBatch, int]]:
@@ -144,13 +123,88 @@ def _chosen(source: RecordSource, record: str) -> Iterator[tuple[RecordBatch, in
         raise DataError(f"{source.name}: has no record {record!r}; it has {number:,}, numbered from 1")
 
 
-def _blocks(batch: RecordBatch, row: int, times: Array, pace: Pace) -> Iterator[Chunk]:
-    rate = pace.rate_of(batch.sampling_frequency)
-    n_block = int(max(1.0, min(_MOST_SAMPLES, rate * _BLOCK_DURATION)))
-    for first in range(0, batch.n_time, n_block):
-        part = slice(first, first + n_block)
-        block = Chunk(
-            times[part], {channel: samples[row, part] for channel, samples in batch.channels.items()}
-        )
-        pace.wait(block.n_time, rate)
-        yield block
+Send = Callable[[Chunk], None]
+
+
+@contextmanager
+def sample_target(
+    to: str, form: str | None, config: Path | None, stream: TextIO, tell: Callable[[str], None]
+) -> Iterator[Send]:
+    """Receiver of blocks of samples; it has received all when it is closed.
+
+    Parameters
+    ----------
+    to : str
+        ``-`` for the stream of text, or ``mqtt://host:port/topic``.
+    form : {"csv", "json"}, optional
+        Of text.
+    config : Path, optional
+        How a broker is reached.
+    stream : file object
+    tell : callable
+        Called with messages on the connection.
+
+    Raises
+    ------
+    ConfigError
+        The target is neither, or a setting does not fit.
+    """
+    if to == "-":
+        if config is not None:
+            raise ConfigError("config: is for a broker; give its topic as 'to'")
+        yield _text_sender(form, stream)
+    elif not is_mqtt(to):
+        expected = "expected '-' for standard output, or mqtt://host:port/topic"
+        raise ConfigError(f"to {to}: {expected}")
+    elif form is not None:
+        raise ConfigError("format: is for standard output; messages are JSON")
+    else:
+        with _broker(to, config, tell) as send:
+            yield send
+
+
+def _text_sender(form: str | None, stream: TextIO) -> Send:
+    """Samples as text, in SI and to the bit: JSON, or CSV with a header that comes again if it changes."""
+    written: tuple[Channel, ...] = ()
+
+    def send(chunk: Chunk) -> None:
+        nonlocal written
+        channels = tuple(chunk.channels)
+        rows = zip(chunk.time.tolist(), *(each.tolist() for each in chunk.channels.values()), strict=True)
+        if form == "json":
+            names = ["time", *(channel.value for channel in channels)]
+            finite = ([value if math.isfinite(value) else None for value in row] for row in rows)
+            lines = [json.dumps(dict(zip(names, row, strict=True))) for row in finite]
+        else:
+            titles = [titled("time", "s"), *(titled(each.symbol, each.unit) for each in channels)]
+            lines = [] if written == channels else [",".join(titles)]
+            lines += [",".join(map(repr, row)) for row in rows]
+        written = channels
+        stream.writelines(f"{line}\n" for line in lines)
+        stream.flush()
+
+    return send
+
+
+@contextmanager
+def _broker(to: str, config: Path | None, tell: Callable[[str], None]) -> Iterator[Send]:
+    from hydrofdi.monitor.mqtt.sending import SamplePublisher
+
+    publisher = SamplePublisher(MqttAddress.parse(to), load_monitor_config(config).mqtt)
+
+    def tell_events() -> None:
+        for event in publisher.take_events():
+            tell(event.text)
+
+    def send(chunk: Chunk) -> None:
+        while not publisher.send(chunk):
+            tell_events()
+        tell_events()
+
+    try:
+        yield send
+        while not publisher.flush(1.0):
+            tell_events()
+    finally:
+        publisher.close()
+        tell_events()

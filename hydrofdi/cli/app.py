@@ -12,6 +12,7 @@ import traceback
 import warnings
 from collections.abc import Iterable
 from importlib import import_module
+from operator import attrgetter
 from typing import Annotated, Any
 
 import typer
@@ -74,22 +75,39 @@ _GROUPS = {
 }
 """Group of the help → commands."""
 
-_OF_FOLDERS = ("status", "collect", "verify", "why", "rerun")
-
-_HOMES = {
-    name: "experiment_folder" if name in _OF_FOLDERS else name for group in _GROUPS.values() for name in group
+_MODULES = {
+    "check": ("check", "calibrate"),
+    "sweep": ("plan", "sweep"),
+    "experiment_folder": ("status", "collect", "verify", "why", "rerun"),
+    "records": ("inspect", "measure", "evaluate", "export"),
+    "live": ("train", "detect", "monitor", "replay"),
+    "lookup": ("init", "configs", "indicators", "schema"),
+    "simulate": ("simulate",),
+    "report": ("report",),
 }
+_HOMES = {name: module for module, names in _MODULES.items() for name in names}
 """Command → module below ``hydrofdi.cli``."""
 
 _KEYWORDS = {
+    "calibrate": ("flows --flow",),
+    "check": ("halve_step --converge", "tolerance"),
+    "detect": ("sampling_frequency",),
     "evaluate": ("indicators", "healthy", "false_alarm_rate", "confidence", "usual_scores"),
-    "export": ("format", "channels", "unit", "runs", "overwrite"),
-    "inspect": ("indicators", "record"),
-    "measure": ("indicators",),
-    "replay": ("record", "now"),
-    "sweep": ("engine", "scheduler", "shared_directory", "retry_failed"),
+    "export": ("format", "channels", "unit", "runs", "sampling_frequency", "overwrite"),
+    "inspect": ("indicators", "record", "sampling_frequency"),
+    "measure": ("indicators", "sampling_frequency"),
+    "monitor": ("config", "state", "log", "metrics", "events", "follow", "sampling_frequency"),
+    "plan": ("out", "workers", "retry_failed"),
+    "replay": ("record", "now", "sampling_frequency"),
+    "simulate": ("out",),
+    "sweep": ("out", "workers", "engine", "scheduler", "shared_directory", "retry_failed"),
+    "train": ("healthy", "config", "sampling_frequency"),
+    "why": ("experiment --config",),
 }
-"""Command → keywords of the function of the same name in Python that are its options, too."""
+"""Command → keywords of a function in Python that are its options, too."""
+
+_FUNCTIONS = {"monitor": "Detector.monitor", "plan": "sweep"}
+"""Command → that function, if it has another name."""
 
 
 def application(names: Iterable[str] = _HOMES, *, with_settings: bool = True) -> typer.Typer:
@@ -116,10 +134,11 @@ def application(names: Iterable[str] = _HOMES, *, with_settings: bool = True) ->
 
 
 def _options(name: str, module: Any) -> dict[str, Any]:
-    """The options of a command that follow from a configuration, or from the function of its name."""
+    """The options of a command that follow from a configuration, or from a function."""
+    stated = module.train_options() if name == "train" else {}
     if name in _KEYWORDS:
-        return options_like(getattr(hydrofdi, name), *_KEYWORDS[name])
-    return module.options() if hasattr(module, "options") else {}
+        stated |= options_like(attrgetter(_FUNCTIONS.get(name, name))(hydrofdi), _KEYWORDS[name])
+    return stated
 
 
 def _print_version(wanted: bool) -> None:

@@ -1,34 +1,22 @@
-"""``hydrofdi check``."""
+"""``hydrofdi check`` and ``hydrofdi calibrate``."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 from hydrofdi.cli.options import Config, Json, Settings
+from hydrofdi.cli.terminal import answer
 from hydrofdi.settings.counting import counted
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from hydrofdi.api.check import Check
     from hydrofdi.api.inspection import Observability
 
 
-def check(
-    config: Config = None,
-    settings: Settings = None,
-    converge: Annotated[
-        bool, typer.Option("--converge", help="Halve the step until no detail RMS changes any more.")
-    ] = False,
-    tolerance: Annotated[
-        float, typer.Option(min=1e-9, help="Relative change of a detail RMS that --converge accepts.")
-    ] = 1e-3,
-    json: Json = False,
-) -> int:
+def check(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
     """Inspect an experiment before running it.
 
     Shows step, hydraulic mode and bands, record, leakage, stroke and sensor noise, and how well a healthy
@@ -39,74 +27,79 @@ def check(
     """
     from hydrofdi.api.check import check as look
     from hydrofdi.api.experiments import experiment_with
-    from hydrofdi.cli.terminal import print_json
     from hydrofdi.config.shown_values import shown_in
 
     experiment = experiment_with(config, settings or ())
-    found = look(experiment, halve_step=converge, tolerance=tolerance)
-    if json:
-        print_json(found.to_dict())
-        return 0 if found else 1
+    found = look(experiment, **more)
     with shown_in(experiment.units):
-        _print(found)
+        answer(found, _parts, json=json)
     return 0 if found else 1
 
 
-def _print(check: Check) -> None:
-    """Print step, modes, record, noise, what a record tells estimators, and warnings."""
+def _parts(check: Check) -> Iterator[Any]:
+    """Step, modes, record, noise, what a record tells estimators, and warnings."""
     from rich.text import Text
 
     from hydrofdi.api.check_tables import convergence_table, modes_table, noise_table
-    from hydrofdi.cli.tables import print_table
-    from hydrofdi.cli.terminal import terminal
 
-    console, found = terminal(), check.inspection
-    limits = ", ".join(
-        f"{part} {convert(limit, 'ms'):.3g}"
-        for part, limit in sorted(found.step_limits.items(), key=lambda item: item[1])
+    found = check.inspection
+    limits = sorted(found.step_limits.items(), key=lambda item: item[1])
+    yield Text("Step", "bold")
+    yield (
+        f"{convert(found.step, 'ms'):g} ms, limited by {found.binding}; stable up to [ms]: "
+        + ", ".join(f"{part} {convert(limit, 'ms'):.3g}" for part, limit in limits)
     )
-    console.print(Text("Step", style="bold"))
-    console.print(
-        f"{convert(found.step, 'ms'):g} ms, limited by {found.binding}; stable up to [ms]: {limits}\n"
-    )
-    console.print(Text("Hydraulic mode", style="bold"))
-    print_table(console, modes_table(found))
+    yield from ("", Text("Hydraulic mode", "bold"), modes_table(found))
     if found.n_left_out:
-        console.print(f"left out: {counted(found.n_left_out, 'further run')}")
-    console.print(Text("\nRecord", style="bold"))
+        yield f"left out: {counted(found.n_left_out, 'further run')}"
+    yield from ("", Text("Record", "bold"))
     shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
     periods = f", {counted(found.n_period, 'period')}" if math.isfinite(found.n_period) else ""
-    console.print(f"{counted(found.n_sample, 'sample')}{periods}; coefficients at its ends: {shares}\n")
+    yield f"{counted(found.n_sample, 'sample')}{periods}; coefficients at its ends: {shares}"
     if found.noise:
-        print_table(console, noise_table(found))
-        console.print()
+        yield from ("", noise_table(found))
     for estimator in found.observability:
-        _print_observability(console, estimator)
-        console.print()
-    for problem in found.problems:
-        console.print(Text(f"problem: {problem}", style="bold red"))
-    for warning in check.warnings:
-        console.print(f"warning: {warning}", soft_wrap=True)
+        yield from ("", *_observability(estimator))
+    yield ""
+    yield from (Text(f"problem: {problem}", "bold red") for problem in found.problems)
+    yield from (Text(f"warning: {warning}") for warning in check.warnings)
     if not found.problems and not check.warnings:
-        console.print("no warnings")
+        yield "no warnings"
     if check.convergence is not None:
-        console.print()
-        print_table(console, convergence_table(check.convergence))
+        yield from ("", convergence_table(check.convergence))
 
 
-def _print_observability(console: Console, found: Observability) -> None:
-    """Print each unknown before and after a record, the least known direction, and collinear pairs."""
+def _observability(found: Observability) -> Iterator[Any]:
+    """Each unknown before and after a record, the least known direction, and collinear pairs."""
     from hydrofdi.api.check_tables import unknowns_table
-    from hydrofdi.cli.tables import print_table
 
-    print_table(console, unknowns_table(found))
+    yield unknowns_table(found)
     if not found.unknowns:
-        console.print("nothing: the estimate diverges; do its options fit the actuator?")
+        yield "nothing: the estimate diverges; do its options fit the actuator?"
     elif not any(found.singular_values):
-        console.print("the record contains no information on them; does the valve open?")
+        yield "the record contains no information on them; does the valve open?"
     else:
         condition = f"{found.condition:.2g}" if math.isfinite(found.condition) else "infinite"
         left = f"{found.weakest_left:.0%} of the prior deviation remains"
-        console.print(f"condition number {condition}; least known: {found.weakest}: {left}")
+        yield f"condition number {condition}; least known: {found.weakest}: {left}"
         pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
-        console.print(f"collinear: {pairs or 'none'}")
+        yield f"collinear: {pairs or 'none'}"
+
+
+def calibrate(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
+    """Compute the coefficients K_i of mean leakage flows.
+
+    They are valid under the conditions of the baseline.
+    """
+    from dataclasses import asdict
+
+    from hydrofdi.api.check import calibrate as solve
+    from hydrofdi.api.check import refuse_flow
+    from hydrofdi.api.check_tables import targets_table
+    from hydrofdi.api.experiments import experiment_with
+
+    refuse_flow(config)
+    targets = solve(experiment_with(config, settings or ()), **more)
+    record = {"targets": [asdict(target) for target in targets]}
+    answer(record, lambda _: [targets_table(targets)], json=json)
+    return 0

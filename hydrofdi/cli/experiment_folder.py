@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from hydrofdi.cli.options import Json
+from hydrofdi.cli.terminal import answer, facts, print_json, tell, write_out
 from hydrofdi.settings.counting import counted
+
+if TYPE_CHECKING:
+    from hydrofdi.api.folders import Explanation
+    from hydrofdi.report.table import Table
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of an experiment.")]
 Run = Annotated[
@@ -24,7 +30,6 @@ def status(directory: Directory, json: Json = False) -> int:
     from dataclasses import asdict
 
     from hydrofdi.api.folders import status as look
-    from hydrofdi.cli.terminal import print_json, write_out
     from hydrofdi.quality.doubts import doubt_lines
 
     state = look(directory)
@@ -48,7 +53,6 @@ def verify(directory: Directory, json: Json = False) -> int:
     Also checks the index and the experiment file. Exit code 1 if anything is wrong.
     """
     from hydrofdi.api.folders import verify as find_faults
-    from hydrofdi.cli.terminal import print_json, write_out
 
     found = find_faults(directory)
     if json:
@@ -58,31 +62,87 @@ def verify(directory: Directory, json: Json = False) -> int:
     return 0 if found else 1
 
 
-def why(
-    directory: Directory,
-    run: Run,
-    config: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Compare with this experiment file, not the latest request."),
-    ] = None,
-    json: Json = False,
-) -> int:
+def why(directory: Directory, run: Run, json: Json = False, **settings: Any) -> int:
     """Explain a run: its settings, verdict and what changed.
 
     Also shows its differences from the baseline, its failure, and how it was computed.
     """
     from hydrofdi.api.folders import why as explain
-    from hydrofdi.cli.explanation import print_explanation
-    from hydrofdi.cli.terminal import print_json
     from hydrofdi.config.shown_values import shown_in
 
-    explanation = explain(directory, run, config)
+    explanation = explain(directory, run, **settings)
     if json:
         print_json(vars(explanation))
-    else:
-        with shown_in(explanation.units):
-            print_explanation(explanation)
+        return 0
+    with shown_in(explanation.units):
+        answer(explanation, _explanation, json=False)
     return 0
+
+
+def _explanation(run: Explanation) -> Iterator[Any]:
+    """The request of a run, its result, and what changed since."""
+    from rich.text import Text
+
+    from hydrofdi.config.shown_values import shown_value
+
+    yield Text(f"run {run.run_id}, row {run.position}, record {run.record_id}", "bold")
+    yield from facts([
+        ("status", f"{run.status} {run.message}".rstrip()),
+        ("remedy", run.remedy),
+        ("verdict", run.verdict if run.verdict != run.status else ""),
+        *(("", f"{word}: {told['meaning']}; {told['remedy']}") for word, told in run.doubts.items()),
+        ("to do", run.reason),
+        *(("because", cause) for cause in run.causes),
+    ])  # fmt: skip
+    if run.changes:
+        yield _pairs("changed since runs were stored", ("key", "before", "now"), run.changes)
+    yield f"stored in {run.shard or 'nothing'}"
+    for label, analysis in run.analysis.items():
+        yield f"analysis  {label} {analysis['analysis_id']}: {analysis['shown'] or 'default options'}"
+    if run.differences:
+        heads = ("parameter", "baseline", "run")
+        yield _pairs("differs from the fixed baseline in", heads, run.differences)
+    elif run.is_baseline:
+        yield "This run is the fixed baseline."
+    else:
+        yield "This run has the same parameters as the baseline."
+    if run.calibration:
+        modulus = shown_value("fluid.bulk_modulus", run.calibration["fluid"]["bulk_modulus"])
+        yield f"K_i was computed at an EBM of {modulus}, under the other baseline conditions"
+    if made := run.provenance:
+        from hydrofdi.config.seeds import shown_seeds
+
+        git, seeds = made["git"] or {"commit": "unknown", "dirty": False}, made["seeds"]
+        shown = shown_seeds(seeds) if isinstance(seeds, dict) else ", ".join(map(str, seeds)) or "none"
+        yield f"swept {made['started']} by: {' '.join(made['command'])}"
+        yield f"commit {git['commit']}{' with changes' if git['dirty'] else ''}, Python {made['python']}"
+        yield f"seeds     {shown}"
+    if run.log:
+        yield run.log
+
+
+def _pairs(title: str, headers: tuple[str, str, str], pairs: Mapping[str, tuple[Any, Any]]) -> Table:
+    """A table of names, each with two values in readable units."""
+    from hydrofdi.report.table import Table
+
+    values = ([_shown(name, both[place]) for name, both in pairs.items()] for place in (0, 1))
+    return Table.of(dict(zip(headers, ([*pairs], *values), strict=True)), title=title)
+
+
+def _shown(name: str, value: Any) -> str:
+    """A value, or the values of an axis, such as ``sweep.grid: fluid.bulk_modulus``."""
+    from json import dumps
+
+    from hydrofdi.config.request import parameter_names
+    from hydrofdi.config.shown_values import shown_value
+    from hydrofdi.settings.readable import HOLE
+
+    parameter = name.rpartition(": ")[2]
+    if value is None:
+        return HOLE
+    if parameter not in set(parameter_names()):
+        return value if isinstance(value, str) else dumps(value)
+    return ", ".join(shown_value(parameter, each) for each in (value if isinstance(value, list) else [value]))
 
 
 def rerun(directory: Directory, run: Run, json: Json = False) -> int:
@@ -91,7 +151,6 @@ def rerun(directory: Directory, run: Run, json: Json = False) -> int:
     Exit code 1 if the two results differ.
     """
     from hydrofdi.api.folders import rerun as compute_again
-    from hydrofdi.cli.terminal import print_json, write_out
 
     found = compute_again(directory, run)
     if json:
@@ -108,7 +167,6 @@ def collect(directory: Directory, json: Json = False) -> int:
     """
     from hydrofdi.api.folders import collect as build_file
     from hydrofdi.api.folders import status as look
-    from hydrofdi.cli.terminal import print_json, tell
 
     made, state = build_file(directory), look(directory)
     if json:

@@ -1,14 +1,13 @@
-"""Options that several commands share, and options that follow from a configuration."""
+"""Options that several commands share, and options that follow from Python functions and configurations."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from inspect import Parameter, Signature, cleandoc, signature
 from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args
 
 import typer
 
@@ -23,12 +22,6 @@ Config = Annotated[
 ]
 Sweep = Annotated[
     Path, typer.Argument(help="Experiment file with what varies, or a ready one ('hydrofdi configs').")
-]
-Results = Annotated[
-    Path | None, typer.Option("--out", metavar="DIR", help="Folder of the results [default: results/<name>].")
-]
-Workers = Annotated[
-    int | None, typer.Option(min=1, help="Worker processes [default: the cores that hydrofdi may use].")
 ]
 Sources = Annotated[
     list[Path],
@@ -45,6 +38,7 @@ Figure = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Draw the signals of one record (.png, .svg or .pdf).")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only JSON on standard output.")]
+
 SamplingFrequency = Annotated[
     str | None,
     typer.Option(
@@ -57,11 +51,9 @@ _METAVARS = {"s": "TIME", "1": "SHARE"}
 
 
 def with_options(command: Callable[..., int], options: Mapping[str, Any]) -> Callable[..., int]:
-    """A command whose ``**settings`` are these options, name → annotation; those not given are None."""
+    """A command whose ``**settings`` are these options, name → annotation; those not given are left out."""
     own = signature(command, eval_str=True).parameters.values()
     stated = [each for each in own if each.kind is not Parameter.VAR_KEYWORD]
-    if len(stated) == len(own):
-        return command
 
     @wraps(command)
     def call(**values: Any) -> int:
@@ -75,72 +67,74 @@ def with_options(command: Callable[..., int], options: Mapping[str, Any]) -> Cal
     return call
 
 
-def options_like(function: Any, *names: str) -> dict[str, Any]:
-    """Name → annotation of an option, for some keywords of a function: type, default and help are its own."""
+def options_like(function: Any, names: Iterable[str]) -> dict[str, Any]:
+    """Name → annotation of an option, for some keywords of a function: type, default and help are its own.
+
+    An option of another name follows that of the keyword: ``flows --flow``.
+    """
     own = signature(function).parameters
     section = cleandoc(function.__doc__).partition("Parameters\n----------\n")[2].partition("\n\n")[0]
     texts: dict[str, str] = {}
     for part in re.split(r"\n(?=\S)", section):
         head, _, text = part.partition("\n")
-        texts |= dict.fromkeys(
-            head.partition(" : ")[0].split(", "), " ".join(text.replace("``", "'").replace("`", "'").split())
+        texts |= dict.fromkeys(head.partition(" : ")[0].split(", "), text)
+    options = {}
+    for name, _, flag in (each.partition(" ") for each in names):
+        kind, default = str(own[name].annotation), own[name].default
+        if name == "sampling_frequency":
+            options[name] = SamplingFrequency
+            continue
+        metavar = name.rpartition("_")[2].upper()
+        if "PathLike" in kind or "Experiment" in kind:
+            metavar = "DIR" if "Folder" in texts[name] else "FILE"
+        options[name] = _option(
+            flag or f"--{name.replace('_', '-')}",
+            kind.removesuffix(" | None"),
+            default,
+            texts[name],
+            metavar,
+            re.findall("'([^']*)'", kind) if kind.startswith("Literal") else (),
         )
-    return {name: _like(own[name], texts[name]) for name in names}
-
-
-def _like(keyword: Parameter, text: str) -> Any:
-    """The option of a keyword; it is None if it is not given, so that the default of the function holds."""
-    kind, default = str(keyword.annotation), keyword.default
-    flag = f"--{keyword.name.replace('_', '-')}"
-    if kind == "bool":
-        both = f"{flag}/--no-{flag[2:]}" if default else flag
-        return Annotated[bool | None, typer.Option(both, show_default=False, help=text)]
-    if default and isinstance(default, str):
-        text += f" [default: {default}]"
-    if kind.startswith("Literal"):
-        return Annotated[Literal[tuple(re.findall("'([^']*)'", kind))] | None, typer.Option(flag, help=text)]
-    metavar = keyword.name.rpartition("_")[2].upper()
-    if default == ():
-        return Annotated[list[str] | None, typer.Option(flag, metavar=metavar, help=f"{text} Repeatable.")]
-    return Annotated[str | None, typer.Option(flag, metavar=metavar, help=text)]
+    return options
 
 
 def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
     """Name → annotation of an option, for each of these keys of a configuration whose field is no section."""
-    found = {name: _option(name, model, path) for name, path in keys.items()}
-    return {name: annotation for name, annotation in found.items() if annotation is not None}
-
-
-def _option(name: str, model: Any, path: tuple[str, ...]) -> Any:
-    """An option whose help, choices, unit and default are those of a field; None of sections and mappings."""
     from hydrofdi.settings.quantities import SI
     from hydrofdi.settings.schema import field_texts
-    from hydrofdi.settings.yaml_source import scalar
 
-    for part in path[:-1]:
-        model = model.model_fields[part].annotation
-    field = model.model_fields[path[-1]]
-    kind, metadata = next(_kinds(field.annotation, field.metadata))
-    text = " ".join(field_texts(model)[path[-1]].replace("``", "'").split())
-    quantity = next((each for each in metadata if isinstance(each, SI)), None)
-    if quantity is not None:
-        default = f"{100 * field.default:g} %" if quantity.unit == "1" else field.default
-        text += f" [default: {default}]" if field.default is not None else ""
-        metavar = _METAVARS.get(quantity.unit, "NUMBER")
-        return Annotated[str | None, typer.Option(metavar=metavar, parser=scalar, help=text)]
-    text += f" [default: {field.default}]" if field.default else ""
-    if kind is bool:
-        return Annotated[bool | None, typer.Option(f"--{name}", help=text)]
-    if kind is str:
-        return Annotated[str | None, typer.Option(metavar="NAME", help=text)]
-    choices = get_args(kind) if get_origin(kind) is Literal else getattr(kind, "__members__", ())
-    return Annotated[kind | None, typer.Option(help=text)] if choices else None
+    options = {}
+    for name, path in keys.items():
+        section = model
+        for part in path[:-1]:
+            section = section.model_fields[part].annotation
+        field, text = section.model_fields[path[-1]], field_texts(section)[path[-1]]
+        kinds = (field.annotation, *get_args(field.annotation))
+        members = [name for each in kinds for name in getattr(each, "_value2member_map_", ())]
+        choices = members or [each for each in kinds if isinstance(each, str)]
+        metadata = [*field.metadata, *(each for kind in kinds for each in getattr(kind, "__metadata__", ()))]
+        unit = next((each.unit for each in metadata if isinstance(each, SI)), "")
+        if unit or choices or isinstance(field.default, str | bool):
+            kind = "bool" if isinstance(field.default, bool) else "str"
+            default = f"{100 * field.default:g} %" if unit == "1" else field.default
+            options[name] = _option(
+                f"--{name.replace('_', '-')}", kind, default, text, _METAVARS.get(unit, "NAME"), choices
+            )
+    return options
 
 
-def _kinds(annotation: Any, metadata: list[Any]) -> Iterator[tuple[Any, list[Any]]]:
-    """Types of an annotation but None, each with what annotates it."""
-    several = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,)
-    for each in several:
-        if each is not type(None):
-            more = [*getattr(each, "__metadata__", ())]
-            yield (get_args(each)[0] if more else each), [*metadata, *more]
+def _option(flag: str, kind: str, default: Any, text: str, metavar: str, choices: Iterable[str]) -> Any:
+    """An option; it is None if it is not given, so that the default of the function or the file holds."""
+    text = " ".join(text.replace("``", "'").replace("`", "'").split())
+    if kind == "bool":
+        both = f"{flag}/--no-{flag[2:]}" if default else flag
+        return Annotated[bool | None, typer.Option(both, show_default=False, help=text)]
+    if default == ():
+        return Annotated[list[str] | None, typer.Option(flag, metavar=metavar, help=f"{text} Repeatable.")]
+    if default and isinstance(default, str | float) and "default" not in text:
+        text += f" [default: {default}]"
+    if choices := tuple(choices):
+        return Annotated[Literal[choices] | None, typer.Option(flag, help=text)]
+    if kind == "int":
+        return Annotated[int | None, typer.Option(flag, help=text)]
+    return Annotated[str | None, typer.Option(flag, metavar=metavar, help=text)]

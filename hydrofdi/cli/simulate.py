@@ -2,65 +2,36 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import Any
 
 from hydrofdi.cli.options import Config, Figure, Json, Settings
-
-if TYPE_CHECKING:
-    from hydrofdi.config import ExperimentConfig
+from hydrofdi.cli.terminal import answer, draw, tell
 
 
 def simulate(
-    config: Config = None,
-    settings: Settings = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Store the run in this file.")] = None,
-    figure: Figure = None,
-    json: Json = False,
+    config: Config = None, settings: Settings = None, figure: Figure = None, json: Json = False, **more: Any
 ) -> int:
     """Simulate one actuator and print its features.
 
     Ignores a sweep in the file.
     """
     from hydrofdi.api.experiments import experiment_with
+    from hydrofdi.api.run import simulate as simulate_actuator
     from hydrofdi.config.shown_values import shown_in
+    from hydrofdi.quality.doubts import doubts_of, remedy
 
     experiment = experiment_with(config, settings or ())
     with shown_in(experiment.units):
-        return _simulate(experiment, out, figure, json=json)
-
-
-def _simulate(
-    experiment: ExperimentConfig,
-    out: Path | None,
-    figure: Path | None,
-    *,
-    json: bool,
-) -> int:
-    from hydrofdi.api.run import simulate as simulate_actuator
-    from hydrofdi.cli.tables import print_table
-    from hydrofdi.cli.terminal import print_json, tell, terminal
-    from hydrofdi.quality.doubts import doubts_of, remedy
-
-    run = simulate_actuator(experiment, out=out)
-    if out is not None:
-        tell(f"stored {out}")
-    if figure is not None:
-        from hydrofdi.report.figures import save_figure
-
-        save_figure(run.plot(), figure)
-        tell(f"drew {figure}")
-    for warning in run.warnings:
-        tell(f"warning: {warning}")
-    if json:
-        print_json(run.to_dict())
-    else:
-        print_table(terminal(), run.table)
-    if run.status != "ok":
-        tell(f"the run failed: {run.status}: {run.message}; {remedy(run.status)}")
-        return 1
-    for doubt in doubts_of(run.verdict):
-        tell(f"{doubt.word}: {doubt.remedy}")
-    return 0
+        run = simulate_actuator(experiment, **more)
+        if more:
+            tell(f"stored {more['out']}")
+        draw(run, figure)
+        for warning in run.warnings:
+            tell(f"warning: {warning}")
+        answer(run, lambda run: [run.table], json=json)
+        if run.status != "ok":
+            tell(f"the run failed: {run.status}: {run.message}; {remedy(run.status)}")
+            return 1
+        for doubt in doubts_of(run.verdict):
+            tell(f"{doubt.word}: {doubt.remedy}")
+        return 0

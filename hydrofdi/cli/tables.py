@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from rich.console import Console, ConsoleOptions, RenderResult
@@ -23,8 +24,28 @@ if TYPE_CHECKING:
 _GAP, _HEADING, _SENTENCE = 2, 10, 24
 """Blanks between columns, and widths: of a line of a heading, and of folded words."""
 
+_SEAM, _BLANK = "\ue000", "\ue001"
+"""Marks of a place in a word at which it may be broken, and of a blank at which a line is not."""
+
 _CONTROLS = dict.fromkeys([*range(0x20), *range(0x7F, 0xA0)], "�")
 """Characters of texts from outside that would act on the terminal."""
+
+
+Part = str | Text | Table | tuple[Table, int | None]
+
+
+def print_parts(parts: Iterable[Part]) -> None:
+    """Print lines, styled ones unfolded, and tables, or the first rows of those that have a number."""
+    console = terminal()
+    for part in parts:
+        if isinstance(part, Table):
+            print_table(console, part)
+        elif isinstance(part, tuple):
+            print_table(console, *part)
+        elif isinstance(part, Text):
+            console.print(part, soft_wrap=True)
+        else:
+            print_trimmed(console, part)
 
 
 def print_table(console: Console, table: Table, n_row: int | None = None) -> None:
@@ -71,7 +92,7 @@ def _lines(column: Column) -> str:
     """A heading in lines, broken at blanks, dots and underscores; its unit in the last, room for a mark."""
     room = " " if column.strong and not column.is_text else ""
     name, bracket, unit = column.heading.partition(" [")
-    width = max([_HEADING, *map(len, _pieces(name.replace(" ", "_"), len(name)))])
+    width = max([_HEADING, *map(len, re.split(r"(?<=[._ ])", name))])
     lines = [*folded(name, width), *([f"[{unit}"] if bracket else [])]
     return "\n".join(f"{line}{room}" for line in lines)
 
@@ -96,33 +117,18 @@ def _parts(
     yield part
 
 
-def folded(text: str, width: int) -> list[str]:
-    """A text in lines of at most `width`: broken at blanks, and long words after dots and underscores.
+def folded(text: str, width: int, *, cuts: bool = True) -> list[str]:
+    """A text in lines of at most `width`, broken at blanks, and long names after dots and underscores.
 
-    A part of a name is cut only if it is longer than a line. A mark of one character stays with the word
+    A part of a name that is longer than a line is cut, or not. A mark of one character stays with the word
     before it.
     """
-    lines = [""]
-    for word in _words(text):
-        if lines[-1] and len(lines[-1]) + 1 + len(word) <= width:
-            lines[-1] += f" {word}"
-            continue
-        if lines[-1]:
-            lines.append("")
-        for piece in _pieces(word, width) if len(word) > width else [word]:
-            if lines[-1] and len(lines[-1]) + len(piece) > width:
-                lines.append("")
-            lines[-1] += piece
-    return lines
-
-
-def _words(text: str) -> list[str]:
-    return re.split(r"\s+(?!\S(?:\s|$))", text.strip())
-
-
-def _pieces(word: str, width: int) -> list[str]:
-    parts: list[str] = re.findall(r"[^._]*[._]|[^._]+", word)
-    return [part[start : start + width] for part in parts for start in range(0, len(part), width)]
+    kept = re.sub(r"\s+(?=\S(?:\s|$))", _BLANK, text.strip())
+    parted = re.sub(
+        rf"\S{{{width + 1},}}", lambda word: re.sub(r"(?<=[._])(?=[^\W\d_])", f"{_SEAM} ", word[0]), kept
+    )
+    lines = wrap(parted, width, break_long_words=cuts, break_on_hyphens=False)
+    return [re.sub(f"{_SEAM} ?", "", line).replace(_BLANK, " ") for line in lines] or [""]
 
 
 @dataclass(frozen=True)
@@ -136,8 +142,7 @@ class _Folded:
         yield Text("\n".join(folded(self.text, options.max_width)), style=self.style)
 
     def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
-        parts = (part for word in _words(self.text) for part in _pieces(word, options.max_width))
-        return Measurement(max(map(len, parts), default=0), len(self.text))
+        return Measurement(max(map(len, folded(self.text, 1, cuts=False))), len(self.text))
 
 
 _FEW_ROWS = 12
@@ -153,13 +158,7 @@ def print_document(document: Document, file: Path, *, full: bool = False) -> Non
     for block in (others if full else []) + [block for block in blocks if block.is_answer]:
         if full:
             console.print(Text(block.title, style="bold underline"))
-        parts: list[Table | str] = [*block.paragraphs, *block.shown_tables]
-        if block.is_answer:
-            parts = [*block.shown_tables, *block.paragraphs]
-        for part in parts:
-            if isinstance(part, str):
-                print_trimmed(console, part)
-            else:
-                print_table(console, part, None if full else _FEW_ROWS)
+        tables = [(table, None if full else _FEW_ROWS) for table in block.shown_tables]
+        print_parts([*tables, *block.paragraphs] if block.is_answer else [*block.paragraphs, *tables])
     if not full and (n_table := sum(len(block.shown_tables) for block in others)):
         console.print(f"{counted(n_table, 'more table')}: --full shows them, --html writes a page.")

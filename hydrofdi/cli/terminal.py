@@ -6,8 +6,9 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -17,9 +18,19 @@ _PLAIN_WIDTH = 100
 """Columns of text if the output is not a terminal."""
 
 
-def tell(message: str) -> None:
-    """Print a message on standard error."""
-    print(message, file=sys.stderr)
+def tell(*messages: str) -> None:
+    """Print messages on standard error, a line each."""
+    for message in messages:
+        print(message, file=sys.stderr)
+
+
+def draw(found: Any, figure: Path | None) -> None:
+    """Draw a result to a file, if there is one."""
+    if figure is not None:
+        from hydrofdi.report.figures import save_figure
+
+        save_figure(found.plot(), figure)
+        tell(f"drew {figure}")
 
 
 class _Told(logging.Handler):
@@ -52,6 +63,21 @@ def write_out(text: str) -> None:
 def print_json(record: Any) -> None:
     """Print a record as JSON on standard output."""
     write_out(json.dumps(record, indent=2, allow_nan=False) + "\n")
+
+
+def answer(found: Any, parts: Callable[[Any], Iterable[Any]], *, json: bool) -> None:
+    """Print a result as JSON, or its parts: lines, titles and tables."""
+    if json:
+        print_json(found.to_dict() if hasattr(found, "to_dict") else found)
+        return
+    from hydrofdi.cli.tables import print_parts
+
+    print_parts(parts(found))
+
+
+def facts(named: Iterable[tuple[str, object]], width: int = 10) -> list[str]:
+    """A line for each fact that has a text, below each other."""
+    return [f"{name:<{width}}{text}" for name, text in named if str(text)]
 
 
 def terminal() -> Console:

@@ -54,7 +54,7 @@ def test_a_command_that_simulates_nothing_loads_no_compiler(
     assert not loaded & (HEAVY | COMPILERS)
 
 
-STUDIES = {"studies", "monitor", "cli.train", "cli.sweep"}
+STUDIES = {"studies", "monitor", "cli.live", "cli.sweep"}
 SAYING = {"report", "papers", "rich"}
 RUNNING = {"execution", "sensing", "compilation"}
 
@@ -62,7 +62,7 @@ RUNNING = {"execution", "sensing", "compilation"}
 @pytest.mark.parametrize(
     ("arguments", "absent"),
     [
-        (("--version",), {"numpy", "config", *STUDIES, *SAYING, *RUNNING} - {"cli.train", "cli.sweep"}),
+        (("--version",), {"numpy", "config", *STUDIES, *SAYING, *RUNNING} - {"cli.live", "cli.sweep"}),
         (("schema",), {"numpy", "config", *STUDIES, *SAYING, *RUNNING}),
         (("simulate", "experiment.yaml"), {"papers", *STUDIES}),
         (("status", "results/small"), {*STUDIES, *SAYING, *RUNNING}),

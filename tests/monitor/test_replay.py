@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrofdi.api import replaying
 from hydrofdi.api.records.sources import open_source
-from hydrofdi.api.replaying import Pace
+from hydrofdi.api.replaying import replay
 from tests.commands import COMMAND, run, run_json
 from tests.monitor.streams_of_text import read_in_pieces, reader
 
@@ -68,11 +67,9 @@ def test_records_follow_each_other_with_a_gap(experiment):
 
 
 def test_nothing_comes_before_it_is_due():
-    pace, begin = Pace(100.0), time.monotonic()
-    assert pace.rate_of(1000.0) == 100.0
-    for n_block in range(1, 6):
-        pace.wait(2, 100.0)
-        assert time.monotonic() - begin >= 0.02 * n_block - 1e-3
+    begin = time.monotonic()
+    for chunk in replay(np.zeros(60), rate=1000.0, sampling_frequency=10.0):
+        assert time.monotonic() - begin >= 0.1 * chunk.time[-1] / 10.0 - 1e-3
 
 
 @pytest.mark.parametrize(
@@ -159,10 +156,11 @@ def test_a_stream_is_judged_as_the_records_are(trained):
     assert [judged(line) for line in windows(done.stdout)] == rows
 
 
-def test_every_record_begins_anew_to_the_bit(experiment):
+def test_every_record_begins_anew_to_the_bit(experiment, monkeypatch):
     batch = next(iter(open_source(experiment, settings=("record.duration=1 s",)).batches()))
     start = 1_700_000_000.3
-    blocks = [*replaying.replayed(open_source(experiment), Pace(np.inf), "1", start)]
+    monkeypatch.setattr(time, "time", lambda: start)
+    blocks = [*replay(experiment, record="1", now=True, settings=["record.duration=1 s"])]
     stamps = np.concatenate([block.time for block in blocks])
     assert np.array_equal(stamps, start + np.arange(stamps.size) / batch.sampling_frequency)
 

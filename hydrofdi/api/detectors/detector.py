@@ -269,8 +269,10 @@ class Detector(Guessable):
             ``opc.tcp://HOST:PORT``.
         config : path, optional
             YAML with the channels of the source, and how it is reached.
-        state, log : path, optional
-            File to continue from after a restart, and file to which all lines are appended.
+        state : path, optional
+            State file to resume from after a restart; without it, nothing is kept.
+        log : path, optional
+            Also append every line to this file, once.
         metrics : str, optional
             Address at which metrics are served for Prometheus, ``HOST:PORT``.
         events : sequence of str, optional

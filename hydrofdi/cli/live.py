@@ -1,0 +1,269 @@
+"""``hydrofdi train``, ``detect``, ``monitor`` and ``replay``."""
+
+from __future__ import annotations
+
+import shlex
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from heapq import nsmallest
+from io import TextIOWrapper
+from operator import itemgetter
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from hydrofdi.cli.options import Detector, Json, Settings, Sources
+from hydrofdi.cli.terminal import answer, tell, terminal, write_out
+from hydrofdi.errors import without_credentials
+from hydrofdi.settings.counting import counted
+
+if TYPE_CHECKING:
+    from hydrofdi.api.detectors.tally import Tally
+    from hydrofdi.api.detectors.windows import JudgedWindow
+    from hydrofdi.detectors.trained import DetectorFile
+    from hydrofdi.monitor.sinks import Sink
+
+INTERRUPTED = 130
+
+_MOST_ROWS = 20
+"""Most windows that the terminal shows."""
+
+
+def train(
+    sources: Sources,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="JSON file to write the detector to.")],
+    json: Json = False,
+    **settings: Any,
+) -> int:
+    """Train a detector on healthy records and show the evidence for its false-alarm rate.
+
+    Uses the records with a healthy label, the runs of a sweep without a leak, or the healthy fit records of a
+    study; all records if they have no labels. If there are too few, a message says how many are needed.
+    Exit code 1 if records are rejected or repeat the samples of another.
+    """
+    from hydrofdi.api.detectors.training import train as train_detector
+
+    command = shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])])
+    detector = train_detector(sources, out=out, command=command, **settings)
+    record = {"out": str(out), **detector.to_dict()}
+    answer(record, lambda _: [f"{out}: {detector.name}\n{detector.summary}"], json=json)
+    left = detector.training.left_out
+    if left.n_rejected:
+        tell(f"rejected: {counted(left.n_rejected, 'record')}; {left.first_rejection}")
+    if left.n_repeated:
+        tell(f"left out as repeats: {counted(left.n_repeated, 'record')}; {left.first_repeat}")
+    return 1 if left.n_rejected or left.n_repeated else 0
+
+
+def train_options() -> dict[str, Any]:
+    """The options of `train` that follow from the configuration of a detector."""
+    from hydrofdi.api.detectors.training import setting_keys
+    from hydrofdi.cli.options import options_of
+    from hydrofdi.detectors.trained.configuration import DetectorConfig
+
+    return options_of(DetectorConfig, setting_keys())
+
+
+def detect(
+    detector: Detector,
+    sources: Sources,
+    form: Annotated[
+        Literal["table", "csv", "json"], typer.Option("--format", help="Output format.")
+    ] = "table",
+    json: Json = False,
+    fail_on_alarm: Annotated[bool, typer.Option("--fail-on-alarm", help="Exit code 1 on an alarm.")] = False,
+    **settings: Any,
+) -> int:
+    """Judge records with a trained detector, window by window, as 'hydrofdi monitor' does.
+
+    Exit code 1 if no window of a record could be judged, and on an alarm with --fail-on-alarm.
+    """
+    from hydrofdi.api.detectors.detector import Detector
+    from hydrofdi.api.detectors.judged import csv_lines, json_parts
+
+    tally = Detector.load(detector).windows(sources, **settings)
+    if json or form != "table":
+        for text in (csv_lines if form == "csv" and not json else json_parts)(tally):
+            write_out(text)
+    else:
+        answer(tally, _windows, json=False)
+    tell(*_told(tally))
+    return 1 if tally.unjudged or (fail_on_alarm and tally.n_alarm) else 0
+
+
+def _windows(tally: Tally) -> Iterator[Any]:
+    """The first windows, in order; of many, alarms first, then other scores beyond a limit."""
+    from hydrofdi.api.detectors.judged import windows_table
+
+    def place(row: tuple[int, JudgedWindow]) -> tuple[bool, bool, int]:
+        return not row[1].alarm, not row[1].is_beyond, row[0]
+
+    shown = [
+        window for _, window in sorted(nsmallest(_MOST_ROWS, enumerate(tally), place), key=itemgetter(0))
+    ]
+    n_row, n_alarm = tally.n_judged + tally.faults.total(), sum(bool(window.alarm) for window in shown)
+    yield windows_table(tally.file, shown)
+    if n_row > len(shown):
+        alarms = f"{n_alarm} of {counted(tally.n_alarm, 'alarm')} among them" if n_alarm else "no alarm"
+        yield f"… {len(shown)} of {counted(n_row, 'row')}, {alarms}; --format csv writes all"
+
+
+def _told(tally: Tally) -> Iterator[str]:
+    """Counts of windows, of alarms, and of what was not judged."""
+    from hydrofdi.settings.readable import count_text, time_text
+
+    windows, records = counted(tally.n_judged, tally.noun), counted(tally.n_record, "record")
+    lasting = time_text(3600.0 * tally.hours)
+    parts = [f"judged {windows} of {records}, {lasting}: {counted(tally.n_alarm, 'alarm')}"]
+    if tally.n_judged:
+        parts += [_share(tally), f"{count_text(tally.n_alarm / tally.hours)} an hour"]
+    yield ", ".join(parts)
+    if tally.faults:
+        kinds = ", ".join(f"{kind} {n:,}" for kind, n in tally.faults.most_common())
+        beyond = f"; {tally.n_beyond:,} of them with a score beyond the limit" if tally.n_beyond else ""
+        yield f"not judged: {tally.faults.total():,} ({kinds}){beyond}"
+    if tally.n_doubtful:
+        yield f"doubtful: {tally.n_doubtful:,} of {windows}, such as {tally.first_doubt}"
+    for (_, record), reason in list(tally.unjudged.items())[:1]:
+        more = f"; {counted(len(tally.unjudged), 'record')} in all" if len(tally.unjudged) > 1 else ""
+        yield f"no window of {record} was judged: {reason}{more}"
+
+
+def _share(tally: Tally) -> str:
+    """Share of alarms among judged windows, with the interval if there is one."""
+    from hydrofdi.settings.readable import percent, percentage
+
+    rate, share = tally.rate, percent(tally.rate.value)
+    if tally.rests_on:
+        ends = f"{percentage(rate.low)} to {percent(rate.high)}"
+        few = f"; {tally.group_noun} are too few" if tally.rests_on == "windows" and tally.n_group > 1 else ""
+        return f"{share} ({ends}, {100.0 * rate.confidence:g} % interval over {tally.rests_on}{few})"
+    if tally.n_group > 1:
+        return f"{share} ({tally.n_group} {tally.group_noun} are too few for an interval)"
+    return share
+
+
+def monitor(
+    detector: Detector,
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SOURCE",
+            help="'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or opc.tcp://HOST:PORT.",
+        ),
+    ],
+    json: Json = False,
+    **settings: Any,
+) -> int:
+    """Judge a stream with a trained detector until it ends.
+
+    Writes a line of JSON to standard output for each window and for each event; a terminal shows a live view
+    instead, unless --json is given. SIGTERM and Ctrl-C end it after the samples already read; with --state it
+    resumes from there. Exit code 0 at the end of the stream and after SIGTERM, 1 if the stream ends and no
+    sample of it could be read, 130 after Ctrl-C.
+    """
+
+    def shown(file: DetectorFile, source: str) -> Sink:
+        if "state" not in settings:
+            tell("no --state: after a restart, the monitor starts from scratch")
+        return _view(file, source, json=json)
+
+    with _stop_signals() as asked:
+        from hydrofdi.api.detectors.detector import Detector
+        from hydrofdi.api.monitoring import run_monitor
+
+        trained = Detector.load(detector).file
+        ending = run_monitor(trained, detector, source, shown, stop=lambda: bool(asked), **settings)
+    return INTERRUPTED if signal.SIGINT in asked else int(ending.name == "UNREADABLE")
+
+
+@contextmanager
+def _stop_signals() -> Iterator[list[int]]:
+    """In this context, Ctrl-C and SIGTERM are noted, to end after the samples read; a second one raises."""
+    asked: list[int] = []
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        if asked:
+            raise KeyboardInterrupt
+        asked.append(number)
+
+    previous = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield asked
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+
+
+def _view(file: DetectorFile, source: str, *, json: bool) -> Sink:
+    """The live view on a terminal, JSON lines elsewhere."""
+    console = terminal()
+    if json or not console.is_terminal or console.is_dumb_terminal:
+        from hydrofdi.api.monitoring import StreamLines
+
+        return StreamLines(sys.stdout, file.unit)
+    from hydrofdi.cli.live_view import LiveView
+
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")
+    return LiveView(file, source, console)
+
+
+def replay(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            help="An experiment file (.yaml to be simulated, or .h5), a results folder, a description of"
+            " measured files, or one data file."
+        ),
+    ],
+    rate: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FREQUENCY|max",
+            help="Samples per second, e.g. 500Hz, or 'max': as fast as the reader accepts them"
+            " [default: as measured].",
+        ),
+    ] = None,
+    to: Annotated[
+        str, typer.Option(metavar="-|mqtt://HOST/TOPIC", help="Standard output, or a topic of a broker.")
+    ] = "-",
+    form: Annotated[
+        Literal["csv", "json"] | None,
+        typer.Option("--format", help="Format on standard output [default: csv]."),
+    ] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="YAML file with the connection to the broker, as for 'hydrofdi monitor'.",
+        ),
+    ] = None,
+    settings: Settings = None,
+    **more: Any,
+) -> int:
+    """Replay records as a stream, to try out a monitor.
+
+    Samples are in SI; reading them restores them exactly. Several records follow each other with a short gap.
+    """
+    from hydrofdi.api.replaying import replay as played
+    from hydrofdi.api.replaying import sample_target
+
+    chunks = played(source, rate=rate, settings=settings or (), **more)
+    n_sample = 0
+    try:
+        with sample_target(to, form, config, sys.stdout, tell) as send:
+            for chunk in chunks:
+                send(chunk)
+                n_sample += chunk.n_time
+    except KeyboardInterrupt:
+        tell(f"stopped after {counted(n_sample, 'sample')}")
+        return 0
+    except BrokenPipeError:
+        return 0
+    tell(f"played {counted(n_sample, 'sample')}")
+    return 0

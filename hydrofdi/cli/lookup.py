@@ -1,0 +1,180 @@
+"""``hydrofdi init``, ``configs``, ``indicators`` and ``schema``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from hydrofdi.cli.options import Json
+from hydrofdi.cli.terminal import answer, facts, print_json, tell, write_out
+from hydrofdi.errors import ConfigError
+
+if TYPE_CHECKING:
+    from hydrofdi.indicators.description import Description
+
+_NAME = re.compile(r"^name: .*$", re.MULTILINE)
+_COMMANDS = re.compile(r"^#\n#   hydrofdi init .*\n", re.MULTILINE)
+
+
+def init(
+    name: Annotated[
+        str, typer.Argument(help="Name of the experiment; writes NAME.yaml to this folder.")
+    ] = "my-actuator",
+    template: Annotated[
+        Literal["actuator", "paper", "online"],
+        typer.Option(
+            "--from",
+            help="actuator: the smallest leak that is found on your actuator. online: the delay until a "
+            "new leak is found. paper: the actuator and the sweep of the paper.",
+        ),
+    ] = "actuator",
+) -> int:
+    """Write a commented configuration for your own actuator.
+
+    It contains the data sheet, motion, load, sensors and study, with units, and runs unchanged. An existing
+    file is never overwritten.
+    """
+    from hydrofdi.api.experiments import experiment_of
+    from hydrofdi.settings.ready import ready_copy
+    from hydrofdi.settings.yaml_source import scalar
+
+    experiment = name.removesuffix(".yaml")
+    experiment_of({"name": experiment}, {})
+    stated = experiment if isinstance(scalar(experiment), str) else f"'{experiment}'"
+    text = _NAME.sub(f"name: {stated}", ready_copy(f"templates/{template}"), count=1)
+    file = Path(f"{experiment}.yaml")
+    try:
+        with open(file, "x", encoding="utf-8") as new:
+            new.write(_COMMANDS.sub("", text, count=1))
+    except FileExistsError:
+        raise ConfigError(f"{file}: already exists; choose another name") from None
+    except OSError as error:
+        raise ConfigError(f"{file}: cannot be written: {error.strerror}") from None
+    write_out(
+        f"{file}: enter your numbers, then run\n"
+        f"  hydrofdi plan {file}\n"
+        f"  hydrofdi sweep {file} && hydrofdi report results/{experiment}\n"
+    )
+    return 0
+
+
+def configs(
+    name: Annotated[str | None, typer.Argument(help="Configuration to print, or group to list.")] = None,
+    json: Json = False,
+) -> int:
+    """List the ready configurations, or print one to copy.
+
+    Their names work wherever a command takes a configuration: 'hydrofdi sweep table3'. A file of your own
+    with the same name takes precedence.
+    """
+    from hydrofdi.report.table import Table
+    from hydrofdi.settings.ready import ready_copy, ready_hint, ready_names, ready_summary
+
+    asked = (name or "").removeprefix("configs/").removesuffix(".yaml").rstrip("/")
+    listed = [each for each in ready_names() if name is None or each.startswith(f"{asked}/")]
+    if listed and (asked not in ready_names() or str(name).endswith("/")):
+        rows = [{"name": each, "about": ready_summary(each)} for each in listed]
+        use = (
+            "Use a name like a file: 'hydrofdi sweep table3', 'hydrofdi plan delays/smoke'.\n"
+            "'hydrofdi configs NAME' prints one to copy."
+        )
+        table = Table.of({key: [row[key] for row in rows] for key in ("name", "about")})
+        answer({"configs": rows}, lambda _: (table, "", use), json=json)
+        return 0
+    if asked not in ready_names():
+        raise ConfigError(f"{name}: no such ready configuration{ready_hint(Path(asked))}")
+    text = ready_copy(asked)
+    if json:
+        print_json({"name": asked, "about": ready_summary(asked), "text": text})
+    else:
+        write_out(text)
+    return 0
+
+
+_WIDE = 110
+"""Width from which the terminal has room for the sources [columns]."""
+
+
+def indicators(
+    name: Annotated[str | None, typer.Argument(help="Indicator to describe, with its options.")] = None,
+    json: Json = False,
+) -> int:
+    """List the indicators, or describe one."""
+    from dataclasses import asdict
+
+    from hydrofdi.api.listing import described_indicators
+    from hydrofdi.indicators.description import describe
+
+    if name:
+        described = describe(name)
+        answer(asdict(described), lambda _: _described(described), json=json)
+        return 0
+    all_that_load, doubts = described_indicators()
+    tell(*(f"warning: {doubt}" for doubt in doubts))
+    record = {"indicators": [asdict(each) for each in all_that_load]}
+    answer(record, lambda _: _listed(all_that_load), json=json)
+    return 0
+
+
+def _listed(indicators: list[Description]) -> Iterator[Any]:
+    from hydrofdi.api.listing import indicators_table
+    from hydrofdi.cli.terminal import terminal
+    from hydrofdi.records import Channel
+
+    yield indicators_table(indicators, with_sources=terminal().width >= _WIDE)
+    used = sorted({channel for each in indicators for channel in each.channels})
+    yield "\n" + ", ".join(f"{Channel(channel).symbol}: {channel}" for channel in used)
+    yield "'hydrofdi indicators NAME' shows equation, source, options and outputs of one indicator."
+
+
+def _described(indicator: Description) -> Iterator[Any]:
+    from rich.text import Text
+
+    from hydrofdi.report.table import Table
+
+    yield Text(f"{indicator.name}, version {indicator.version}", "bold")
+    yield indicator.summary
+    yield from facts([
+        ("equation", indicator.equation or "–"),
+        ("caution", indicator.caution),
+        ("source", indicator.source),
+        ("channels", ", ".join(indicator.channels)),
+        ("optional", ", ".join(indicator.optional_channels)),
+        ("cost", indicator.cost),
+        ("scale", "needs channels in SI, not raw counts" if indicator.needs_scale else ""),
+    ])  # fmt: skip
+    options, outputs = indicator.options, indicator.outputs
+    dims = ("".join(f" × {n} {name}" for name, n in output.dims.items()) for output in outputs)
+    of_options = {
+        "option": [option.name for option in options],
+        "default": [option.default for option in options],
+        "meaning": [option.text.replace("``", "") for option in options],
+    }
+    of_outputs = {
+        "output": [output.name for output in outputs],
+        "unit": [output.unit for output in outputs],
+        "under leakage": [output.departure for output in outputs],
+        "meaning": [output.long_name + more for output, more in zip(outputs, dims, strict=True)],
+    }
+    yield from ("", Table.of(of_options, title="Options"), "", Table.of(of_outputs, title="Outputs"))
+
+
+def schema(
+    kind: Annotated[
+        Literal["experiment", "measured", "monitor", "detector"],
+        typer.Argument(help="Kind of file that the schema describes."),
+    ] = "experiment",
+) -> int:
+    """Print the JSON Schema of a kind of file, for editors and programs.
+
+    Experiment files, descriptions of measured files, configurations of 'hydrofdi monitor', and the detector
+    files that 'hydrofdi train' writes.
+    """
+    from hydrofdi.api.schemas import schema as schema_of
+
+    print_json(schema_of(kind))
+    return 0

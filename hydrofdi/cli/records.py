@@ -1,0 +1,225 @@
+"""``hydrofdi inspect``, ``measure``, ``evaluate`` and ``export``."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from hydrofdi.cli.options import Figure, Json, Sources
+from hydrofdi.cli.terminal import answer, draw, facts, tell, write_out
+from hydrofdi.errors import ConfigError
+from hydrofdi.settings.counting import counted
+
+if TYPE_CHECKING:
+    from hydrofdi.api.evaluation import Evaluation
+    from hydrofdi.api.inspecting import Inspection
+    from hydrofdi.indicators.record_measures import Column, RecordMeasures
+
+_MOST_GROUPS, _MOST_ROWS = 12, 20
+"""Most groups and labels that are listed, and most records, scores and pairs of groups."""
+
+
+def inspect(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            help="A results folder, an experiment file, a description of measured files, or one data file."
+        ),
+    ],
+    figure: Figure = None,
+    json: Json = False,
+    **settings: Any,
+) -> int:
+    """Inspect records: channels, rates, lengths, ranges and defects.
+
+    Simulates at most 32 records of an experiment file (.yaml), spread evenly over its runs.
+    Exit code 1 if records are rejected.
+    """
+    from hydrofdi.api.inspecting import inspect as look_at
+
+    found = look_at(source, **settings)
+    draw(found, figure)
+    answer(found, _inspection, json=json)
+    tell(*(f"note: {assumption}" for assumption in found.assumptions))
+    return 1 if found.n_rejected else 0
+
+
+def _inspection(found: Inspection) -> Iterator[Any]:
+    from rich.text import Text
+
+    overview = found.overview
+    rejected = f", and {overview.n_rejected:,} rejected" if overview.n_rejected else ""
+    rates = _counts({f"{rate:g} Hz": n for rate, n in overview.sampling_frequencies.items()})
+    periods = overview.drive_periods.items()
+    yield Text(overview.name, "bold")
+    yield from facts([
+        ("records", f"{overview.n_record:,}{rejected}"),
+        ("sampling", rates + (" (inferred)" if overview.is_inferred else "")),
+        ("samples", _counts({f"{length:,}": n for length, n in overview.lengths.items()})),
+        ("drive", _counts({f"period {each:g} s" if each else "no known period": n for each, n in periods})),
+        ("groups", _counts(overview.groups)),
+        ("labels", _counts(overview.labels)),
+    ])  # fmt: skip
+    for table in (found.channels, found.findings):
+        if len(table):
+            yield from ("", table)
+    if not overview.findings:
+        yield from ("", "no remarks")
+
+
+def _counts(counts: Mapping[Any, int]) -> str:
+    """What occurs, and how often; without the number if only one thing occurs."""
+    if len(counts) == 1:
+        return str(next(iter(counts)))
+    shown = [f"{name} ({count:,})" for name, count in list(counts.items())[:_MOST_GROUPS]]
+    more = [f"and {len(counts) - _MOST_GROUPS:,} more"] if len(counts) > _MOST_GROUPS else []
+    return "; ".join(shown + more)
+
+
+def measure(
+    sources: Sources,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write to a file; its suffix sets the format.")
+    ] = None,
+    form: Annotated[
+        Literal["table", "csv", "json", "parquet"] | None,
+        typer.Option("--format", help="Output format [default: table]."),
+    ] = None,
+    json: Json = False,
+    **settings: Any,
+) -> int:
+    """Measure indicators of any records, simulated or measured.
+
+    Exit code 1 if records are rejected or have no number of any indicator, or an indicator fails.
+    'hydrofdi indicators' lists what can be measured.
+    """
+    from hydrofdi.api.measuring import Counted, measured_records
+    from hydrofdi.api.records.sources import Said
+    from hydrofdi.indicators.plausibility import summaries
+
+    chosen_form = _form("json" if json else form, out)
+    said = Said(settings.get("sampling_frequency"))
+    measured = measured_records(sources, settings.get("indicators", "dwt"), said)
+    tell(*(f"warning: {remark}" for remark in measured.remarks))
+    tally = Counted()
+    _write(chosen_form, out, measured.columns, tally.count(measured.records))
+    if out is not None:
+        tell(f"wrote {out}: {counted(tally.n_record, 'record')}")
+    doubts = summaries(tally.doubts, tally.n_record - tally.n_rejected - tally.n_empty)
+    tell(*tally.sentences(), *(f"warning: {summary}" for summary in doubts))
+    if tally.n_unmeasured and chosen_form != "table":
+        unmeasured = counted(tally.n_unmeasured, "record")
+        tell(f"without some numbers: {unmeasured}; the first: {tally.first_reason}")
+    return int(tally.is_lacking)
+
+
+def _form(form: str | None, out: Path | None) -> str:
+    if out is None:
+        if form == "parquet":
+            raise ConfigError("--format parquet needs --out FILE")
+        return form or "table"
+    form = form or out.suffix.lower().lstrip(".")
+    if form not in ("csv", "json", "parquet"):
+        raise ConfigError(f"--out {out}: name it .csv, .json or .parquet, or give --format")
+    return form
+
+
+def _write(form: str, out: Path | None, columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
+    from hydrofdi.api.measuring import write_measures
+    from hydrofdi.report.forms.measures import csv_lines, json_parts
+
+    if out is not None:
+        write_measures(out, form, columns, records)
+    elif form == "table":
+        answer(records, lambda records: _measures(columns, iter(records)), json=False)
+    else:
+        for line in (csv_lines if form == "csv" else json_parts)(columns, records):
+            write_out(line)
+
+
+def _measures(columns: Sequence[Column], records: Iterator[RecordMeasures]) -> Iterator[Any]:
+    """The first records, and how many there are."""
+    from hydrofdi.report.forms.measures import measures_table
+
+    shown = [*islice(records, _MOST_ROWS)]
+    n_record = len(shown) + sum(1 for _ in records)
+    reasons = Counter(item for record in shown for item in record.reasons.items())
+    notes = [f"{label}: not measured in {n} of {len(shown)}: {why}" for (label, why), n in reasons.items()]
+    yield measures_table(columns, shown, notes)
+    for column in columns:
+        if column.output.dims:
+            yield f"{column.name}: {counted(column.size, 'number')} for each record, in files"
+        elif " at " in column.output.long_name and column.output.unit == "m^3/s":
+            yield f"{column.name}: {column.output.long_name}"
+    if n_record > len(shown):
+        yield f"… the first {len(shown)} of {counted(n_record, 'record')}; --out FILE.csv writes all"
+    elif n_record != 1:
+        yield counted(n_record, "record")
+
+
+def evaluate(sources: Sources, json: Json = False, **settings: Any) -> int:
+    """Evaluate indicators on labelled records: what each detects, and its alarms on healthy groups.
+
+    Labels and groups come from the descriptions. Healthy groups are tested at the threshold of the other
+    healthy groups, and compared with each other as if they were faulty. If there are too few records for a
+    result, the output says how many are needed. Scores made of several numbers are cross-fitted: no record is
+    scored by a model that saw it or its group. Exit code 1 if records are rejected, repeat the samples of
+    another or have no number of any indicator, or an indicator fails.
+    """
+    from hydrofdi.api.evaluating import evaluate as evaluate_records
+
+    evaluation = evaluate_records(sources, **settings)
+    answer(evaluation, _evaluation, json=json)
+    tell(*evaluation.left.sentences())
+    return 1 if evaluation.left.is_lacking or evaluation.left.n_repeated else 0
+
+
+def _evaluation(evaluation: Evaluation) -> Iterator[Any]:
+    """The conclusion from healthy groups, the scores (best first), and what is not stated, and why."""
+    from rich.text import Text
+
+    records, conclusion = evaluation.detection.records, evaluation.conclusion
+    counts = ", ".join(f"{records.rows(each).size:,} {each.name}" for each in records.populations)
+    n_group = len(set(records.groups or ()))
+    yield f"Records: {counts}; {counted(n_group, 'group') if n_group else 'no groups'}"
+    if not evaluation.best:
+        yield "no indicator could measure any record"
+        return
+    if conclusion:
+        yield Text(f"{conclusion[0].upper()}{conclusion[1:]}.", "bold")
+    yield from ("", (evaluation.table, _MOST_ROWS * len(records.populations)))
+    if len(evaluation.pairs):
+        yield from ("", (evaluation.pairs, _MOST_ROWS))
+    yield ""
+    yield from (f"- {sentence}" for sentence in evaluation.remarks)
+
+
+def export(
+    sources: Sources,
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE|DIR",
+            help="A .csv, .parquet or .mat file for one record; otherwise a folder with a file for each.",
+        ),
+    ],
+    **settings: Any,
+) -> int:
+    """Write signals as CSV, Parquet or MAT, one file for each record.
+
+    Headers state units, as in time [s], P1 [Pa]; measure, inspect and monitor read such files without a
+    description. Exit code 1 if records are left out.
+    """
+    from hydrofdi.api.exporting import export as export_signals
+
+    done = export_signals(sources, out, **settings)
+    n_file, n_rejected = len(done.files), len(done.rejected)
+    tell(f"wrote {done.files[0]}" if n_file == 1 else f"wrote {counted(n_file, 'record')} to {out}")
+    if n_rejected:
+        tell(f"left out {n_rejected:,} of {counted(n_file + n_rejected, 'record')}; {done.first_rejection}")
+    return 1 if n_rejected else 0

@@ -64,25 +64,6 @@ def test_a_score_does_not_find_the_units_that_it_was_not_shown(confounded: Path)
     assert {"mahalanobis(P1)", "largest_change(d1 … d5)"} <= set(found)
 
 
-@pytest.mark.parametrize(
-    ("conditions", "description", "said"),
-    [
-        (["sound", "sound", "worn"], "rig.yaml", "needs at least two groups with faulty records, not 1"),
-        (["sound", "worn"], "plain.yaml", "it needs groups, and no record has one"),
-    ],
-)
-def test_what_groups_do_not_allow_is_refused_once(
-    tmp_path: Path, conditions: list[str], description: str, said: str
-) -> None:
-    write_units(tmp_path, conditions)
-    refused = scores_of(run_json("evaluate", tmp_path / description, *USUAL))["lda(P1)"]
-    assert said in refused["note"]
-    assert refused["auc"] == []
-    printed = " ".join(run("evaluate", tmp_path / description, *USUAL, check=0).stdout.split())
-    assert printed.count(said) == 1
-    assert "faulty records cannot be measured" not in printed
-
-
 def test_a_file_of_indicators_may_ask_for_scores(confounded: Path, tmp_path: Path) -> None:
     file = tmp_path / "asked.yaml"
     text = "indicators: [dwt]\nscores:\n  far: {kind: mahalanobis, of: [dwt], shrinkage: SHRINKAGE}\n"

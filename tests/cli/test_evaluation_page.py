@@ -38,15 +38,6 @@ def differing_units(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_page_says_how_many_faults_each_score_detects(rig: Path) -> None:
-    page = run("evaluate", rig / "rig.yaml", *ASKED, check=0).stdout
-    row = next(line for line in page.splitlines() if line.strip().startswith("dwt.d1"))
-    assert "48 of 48" in page
-    assert re.search(r"\d+ of 48, \d+ % \[\d+, \d+\]", page)
-    assert "AUC" in page
-    assert not row.startswith("~")
-
-
 def test_units_that_differ_as_much_as_faults_are_the_conclusion(differing_units: Path, rig: Path) -> None:
     page = run("evaluate", differing_units / "rig.yaml", *ASKED, check=0).stdout
     assert page.index("Only the unit or the day was detected") < page.index("dwt.")
@@ -61,13 +52,6 @@ def test_units_that_differ_as_much_as_faults_are_the_conclusion(differing_units:
     assert clear["dwt.a5"] is False, "approximations carry the mean, which no leak here moves"
     assert sorted(clear.values(), reverse=True) == list(clear.values()), "clear ones come first"
     assert f"by {list(clear.values()).count(False)} of 10 scores, marked ~" in done["conclusion"]
-
-
-def test_without_groups_nothing_is_concluded(rig: Path) -> None:
-    (rig / "plain.yaml").write_text(GROUPED.replace('group: "unit {unit}"\n', ""))
-    done = run_json("evaluate", rig / "plain.yaml", *ASKED)
-    assert done["conclusion"] is None
-    assert {score["stands_clear"] for score in done["scores"]} == {None}
 
 
 def test_of_equal_areas_the_quieter_control_comes_first() -> None:

@@ -41,13 +41,6 @@ def test_whoever_simulates_an_experiment_file_says_at_once_how_many_records(many
         assert f"{many}: simulating 40 records" in run(*command, check=0).stderr
 
 
-def test_a_first_look_simulates_some_records_and_says_so(many) -> None:
-    found = run("inspect", many.name, cwd=many.parent, check=0)
-    assert "many.yaml (32 of 40 records)" in found.stdout
-    assert found.stderr.startswith("many.yaml (32 of 40 records): simulating 32 records")
-    assert run_json("inspect", many)["records"] == 32
-
-
 def test_a_first_look_finds_the_record_that_is_named(many) -> None:
     names = [record["record_id"] for record in run_json("measure", many)["records"]]
     assert len(names) == 40
@@ -70,12 +63,3 @@ def test_a_single_run_without_signals_is_to_be_simulated_again(tmp_path) -> None
     assert refused.stderr == (
         f"hydrofdi: {stored}: contains no signals; set store: {{signals: all}} and simulate again\n"
     )
-
-
-def test_an_export_onto_its_own_input_says_so(tmp_path) -> None:
-    file = tmp_path / "run.csv"
-    file.write_text("time [s],P1 [bar]\n" + "".join(f"{k / 1000},{50 + k % 3}\n" for k in range(100)))
-    before = file.read_text()
-    refused = run("export", file, "--out", file, "--unit", "psi", check=2)
-    assert "is both the input and the output; choose another name" in refused.stderr
-    assert file.read_text() == before

@@ -137,10 +137,6 @@ def windows_of_monitor(machine: Machine, stream: Path) -> list[tuple[int, str, f
     return [(each["number"], each["condition"], each["score"]) for each in lines if each["line"] == "window"]
 
 
-def test_replay_has_the_same_headers(one) -> None:
-    assert run("replay", one["mat"], "--rate", "max", check=0).stdout == one["csv"].read_text()
-
-
 def test_channels_and_units_are_chosen(one, tmp_path) -> None:
     out = tmp_path / "few.csv"
     run("export", one["mat"], "--out", out, "--channels", "position,P2", "--unit", "bar,mm", check=0)
@@ -173,25 +169,12 @@ def test_missing_samples_stay_missing(tmp_path) -> None:
     assert math.isnan(pandas.read_parquet(tmp_path / "out.parquet")["P1 [Pa]"][1])
 
 
-def test_counts_of_a_converter_stay_counts(tmp_path) -> None:
-    (tmp_path / "rig.csv").write_text("time [s],P1 [counts]\n0,50\n0.1,51\n0.2,51\n")
-    run("export", tmp_path / "rig.csv", "--out", tmp_path / "out.csv", check=0)
-    with open(tmp_path / "out.csv", newline="") as file:
-        assert next(csv.reader(file)) == ["time [s]", "P1 [counts]"]
-
-
 def test_runs_that_fail_are_left_out_and_named(tmp_path) -> None:
     (tmp_path / "failing.yaml").write_text(FAILING)
     done = run("export", tmp_path / "failing.yaml", "--out", tmp_path / "out", check=1)
     assert "wrote 2 records" in done.stderr
     assert "left out 1 of 3 records; " in done.stderr
     assert [file.name[:4] for file in files_in(tmp_path / "out")] == ["0000", "0002"]
-
-
-def test_one_file_does_not_take_several_records(small_sweep, tmp_path) -> None:
-    done = run("export", small_sweep.directory, "--out", tmp_path / "out.csv", check=2)
-    assert "name a folder to get one file per record" in done.stderr
-    assert not files_in(tmp_path)
 
 
 def test_files_of_others_are_left_alone(one, tmp_path) -> None:
@@ -207,24 +190,6 @@ def test_files_of_others_are_left_alone(one, tmp_path) -> None:
     assert "both the input and the output" in run("export", mine, "--out", mine, check=2).stderr
     assert "both the input" in run("export", mine, "--out", mine, "--overwrite", check=2).stderr
     assert mine.read_text() == before
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--channels", "P3"), "unknown channel 'P3'"),
-        (("--channels", "Pr"), "has no Pr (return_pressure); it has P1, P2"),
-        (("--unit", "Bar"), "unknown unit 'Bar'; did you mean 'bar'?"),
-        (("--channels", "x", "--unit", "bar"), "unit 'bar' fits none of the channels x"),
-        (("--runs", "3"), "there are no runs to choose"),
-        (("--format", "mat"), "the suffix says csv, the format mat"),
-    ],
-)
-def test_a_mistake_is_one_sentence_and_nothing_is_written(one, tmp_path, options, message) -> None:
-    done = run("export", one["mat"], "--out", tmp_path / "out.csv", *options, check=2)
-    assert message in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-    assert not files_in(tmp_path)
 
 
 def test_python_exports_what_the_command_does_and_frames_too(one, tmp_path) -> None:

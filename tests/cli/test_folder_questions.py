@@ -9,21 +9,10 @@ import h5py
 
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.shard import content_digest
-from tests.commands import run, run_json
+from tests.commands import run_json
 from tests.conftest import sweep_in
 
 _KEPT = Path(__file__).parent.parent / "museum" / "format_4_physics_3" / "kept"
-
-
-def test_why_names_indicators_their_options_and_identities(tmp_path: Path) -> None:
-    text = "name: asked\nrecord: {duration: 2 s}\nindicators:\n  dwt: {}\n  low: {kind: dwt, levels: 3}\n"
-    swept = sweep_in(tmp_path, text)
-    analysis = run_json("why", swept.directory, "0")["analysis"]
-    assert analysis["dwt"]["options"] == {}
-    assert analysis["low"]["options"] == {"levels": 3}
-    shown = run("why", swept.directory, "0").stdout
-    assert all(each["analysis_id"] in shown for each in analysis.values())
-    assert "levels 3" in shown
 
 
 def test_status_says_that_an_earlier_version_stored_the_runs(tmp_path: Path) -> None:

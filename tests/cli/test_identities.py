@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 import hydrofdi
-from hydrofdi.errors import HydrofdiError
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +31,3 @@ def test_the_identity_that_measure_prints_leads_to_its_run(folder: Path, tmp_pat
 def test_the_identity_of_a_run_still_leads_to_it(folder: Path) -> None:
     for run_id in hydrofdi.load(folder).data.columns["run_id"]:
         assert hydrofdi.why(folder, str(run_id)).run_id == run_id
-
-
-def test_an_identity_of_nothing_is_refused(folder: Path) -> None:
-    with pytest.raises(HydrofdiError, match="has no run whose identity begins with 'xyz'"):
-        hydrofdi.why(folder, "xyz")

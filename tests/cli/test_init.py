@@ -66,11 +66,6 @@ def test_the_study_is_swept_and_reported(tmp_path):
     assert "flow_balance" in run("report", "results/mine", "--full", cwd=tmp_path, check=0).stdout
 
 
-def test_the_name_has_a_default(tmp_path):
-    run("init", cwd=tmp_path, check=0)
-    assert load_experiment(tmp_path / "my-actuator.yaml").name == "my-actuator"
-
-
 @pytest.mark.parametrize("name", ["2024", "null", "1e3"])
 def test_a_name_that_looks_like_a_number_is_text(name, tmp_path):
     run("init", name, cwd=tmp_path, check=0)
@@ -82,9 +77,3 @@ def test_an_existing_file_stays(tmp_path):
     done = run("init", "mine", cwd=tmp_path, check=2)
     assert done.stderr == "hydrofdi: mine.yaml: already exists; choose another name\n"
     assert (tmp_path / "mine.yaml").read_text() == "name: kept\n"
-
-
-def test_a_name_that_is_no_name_of_an_experiment_is_refused(tmp_path):
-    done = run("init", "a/b", cwd=tmp_path, check=2)
-    assert "letters, digits" in done.stderr
-    assert not list(tmp_path.iterdir())

@@ -86,19 +86,6 @@ def test_a_record_too_short_for_details_is_drawn_all_the_same(tmp_path: Path) ->
     assert (tmp_path / "f.png").stat().st_size > 5_000
 
 
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (("--record", "nosuch"), "has no record 'nosuch'; 'hydrofdi measure' lists them"),
-        (("--figure", "x.bmp"), "figures are written as .png, .svg or .pdf"),
-    ],
-)
-def test_a_mistake_is_one_line(tmp_path: Path, arguments: tuple[str, ...], sentence: str) -> None:
-    done = run("inspect", MUSEUM / "pressures.h5", *arguments, cwd=tmp_path, check=2)
-    assert sentence in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-
-
 def test_measured_records_of_a_rig_are_looked_at(vtnsi: Path, tmp_path: Path) -> None:
     found = run_json("inspect", vtnsi, "--figure", tmp_path / "rig.png")
     assert found["records"] == 70
@@ -125,23 +112,9 @@ def test_every_indicator_is_listed_and_described() -> None:
         assert " ".join(kind.summary.split()) in described
 
 
-def test_an_indicator_that_is_misspelt_is_guessed() -> None:
-    assert "did you mean 'dwt'?" in run("indicators", "dtw", check=2).stderr
-
-
 def test_the_symbols_of_the_list_are_those_that_plain_files_use(tmp_path: Path) -> None:
     header = ",".join(f"{channel.symbol} [{channel.unit}]" for channel in Channel)
     lines = [",".join(f"{row}.{column}" for column in range(len(Channel))) for row in range(9)]
     (tmp_path / "rig.csv").write_text("\n".join([header, *lines]) + "\n")
     found = run_json("inspect", tmp_path / "rig.csv", "--sampling-frequency", "1kHz")["channels"]
     assert [found[channel]["min"] for channel in Channel] == [float(f"0.{n}") for n in range(len(Channel))]
-
-
-def test_the_constants_that_indicators_assume_of_a_measured_actuator_are_named(tmp_path: Path) -> None:
-    lines = [f"{80 + n % 7},{60 + n % 3},{n % 9},{n % 5}" for n in range(400)]
-    (tmp_path / "rig.csv").write_text("P1 [bar],P2 [bar],x [mm],u [V]\n" + "\n".join(lines) + "\n")
-    told = run("inspect", tmp_path / "rig.csv", "--sampling-frequency", "200 Hz", check=0).stderr
-    assert "ekf_innovation" in told
-    assert "piston_area, chamber_volume" in told
-    assert "flow_balance (spool: command)" in told, "the spool is not measured"
-    assert run_json("inspect", MUSEUM / "pressures.h5")["assumptions"] == []

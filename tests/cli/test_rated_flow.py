@@ -2,9 +2,7 @@
 
 import math
 import re
-import shutil
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -27,13 +25,3 @@ def test_the_rated_flow_in_the_comment_is_that_of_the_numbers(tmp_path: Path, te
     per_width = valve.flow_gain * valve.spool_gain * voltage * math.sqrt(drop * 1e5) * 60e3
     assert per_width * valve.area_gradient == pytest.approx(flow, rel=0.01)
     assert per_width * float(scaled[2]) * 1e-3 == pytest.approx(float(scaled[1]), rel=0.01)
-
-
-def test_missing_runs_are_counted_once(small_sweep: SimpleNamespace, tmp_path: Path) -> None:
-    folder = tmp_path / "small"
-    shutil.copytree(small_sweep.directory, folder)
-    (folder / "small.h5").unlink()
-    for shard in (folder / "shards").iterdir():
-        shard.unlink()
-    told = run("status", folder).stdout
-    assert told.startswith("4 planned, 0 done, 0 failed, 4 missing\n")

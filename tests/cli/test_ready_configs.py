@@ -1,17 +1,14 @@
 """The ready configurations, by name and in any folder."""
 
 import json
-from pathlib import Path
 
 import pytest
 
-import hydrofdi
 from hydrofdi.config import load_experiment
 from hydrofdi.config.input_files import anchor_input_files, read_input_files
-from hydrofdi.errors import DataError, ShadowedNameWarning
 from hydrofdi.indicators import indicator_names, load_indicators
 from hydrofdi.settings.extending import read_extended
-from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names, ready_summary
+from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names
 from tests.commands import run, run_json
 
 
@@ -30,30 +27,11 @@ def test_the_list_has_every_configuration_and_what_it_is_for():
     assert "Table 3: how the RMS" in page
 
 
-@pytest.mark.parametrize("name", ready_names())
-def test_the_first_comment_begins_with_a_sentence_that_stands_alone(name):
-    summary = ready_summary(name)
-    assert summary[-1] in ".?!"
-    assert 30 < len(summary) < 240
-    assert not summary.startswith("The same")
-
-
-def test_a_group_is_listed_alone():
-    page = run("configs", "delays", check=0).stdout
-    assert "smoke" in page
-    assert "table3 " not in page.partition("\n\n")[0]
-    assert "judged" in run("configs", "detectability/", check=0).stdout
-
-
 def test_a_name_is_planned_and_swept_in_any_folder(tmp_path):
     run("plan", "delays/smoke", cwd=tmp_path, check=0)
     run("sweep", "smoke", "--engine", "in-process", cwd=tmp_path, check=0)
     assert (tmp_path / "results" / "smoke" / "smoke.h5").exists()
     assert "δd3" in run("report", "--full", cwd=tmp_path, check=0).stdout
-
-
-def test_the_commands_of_the_documentation_work_without_a_clone(tmp_path):
-    assert "smoke" in run("plan", "configs/smoke.yaml", cwd=tmp_path, check=0).stdout
 
 
 def test_a_file_of_the_user_wins(tmp_path):
@@ -66,19 +44,6 @@ def test_a_file_of_the_user_wins(tmp_path):
     planned = run("plan", "table3", cwd=tmp_path, check=0)
     assert "table3" in planned.stdout
     assert planned.stderr == ""
-
-
-def test_a_copy_of_a_ready_configuration_is_not_told_apart(tmp_path):
-    (tmp_path / "smoke.yaml").write_bytes((ready_folder() / "smoke.yaml").read_bytes())
-    assert run("plan", "smoke", cwd=tmp_path, check=0).stderr == ""
-
-
-def test_a_folder_that_is_read_in_place_of_ready_records_is_told(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "smoke").mkdir()
-    told = pytest.warns(ShadowedNameWarning, match="smoke is the folder smoke here")
-    with told, pytest.raises(DataError, match="contains no results"):
-        hydrofdi.measure("smoke", "dwt")
 
 
 def test_files_extend_ready_ones_and_name_their_inputs(tmp_path):
@@ -127,15 +92,3 @@ def test_an_unknown_name_gets_a_suggestion(arguments, hint, tmp_path):
     done = run(*arguments, cwd=tmp_path, check=2)
     assert hint in done.stderr
     assert len(done.stderr.splitlines()) == 1
-
-
-def test_a_missing_parent_gets_a_suggestion(tmp_path):
-    (tmp_path / "mine.yaml").write_text("extends: populations/clam-rig\n")
-    done = run("plan", "mine.yaml", cwd=tmp_path, check=2)
-    assert "populations/clam-rig: no such file; did you mean 'populations/calm-rig'?" in done.stderr
-
-
-def test_a_copy_needs_no_folder_of_the_package(tmp_path):
-    (tmp_path / "mine.yaml").write_text(run("configs", "delays/smoke", check=0).stdout)
-    assert ".." not in (tmp_path / "mine.yaml").read_text()
-    assert "delays-smoke" in run("plan", Path("mine.yaml"), cwd=tmp_path, check=0).stdout

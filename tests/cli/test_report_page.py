@@ -50,13 +50,6 @@ def test_the_first_page_says_what_was_varied_and_how_features_respond(own):
     assert re.search(r"\d+ more tables: --full shows them", page)
 
 
-def test_full_shows_every_table_and_row(own):
-    full = printed(own, "--full")
-    assert "--full" not in full
-    for title in ("Change of the details", "Indicator modwt", "Versions"):
-        assert title in full
-
-
 def test_a_sampled_sweep_shows_quantiles_and_programs_get_every_run(sampled):
     assert len(printed(sampled).splitlines()) < 40
     text = printed(sampled, "--full")

@@ -1,6 +1,4 @@
 import json
-import subprocess
-import sys
 
 import h5py
 import pytest
@@ -8,33 +6,8 @@ import pytest
 import hydrofdi as package
 from hydrofdi.api.run import simulate
 from hydrofdi.config import load_experiment
-from tests.commands import run_hydrofdi
 
 SHORT = ("--set", "record.duration=2 s")
-
-
-@pytest.fixture(scope="module")
-def record(tmp_path_factory):
-    result = run_hydrofdi(
-        "simulate", *SHORT, "--set", "leakage.internal_coefficient=1e-8", "--json",
-        cwd=tmp_path_factory.mktemp("simulate"),
-    )  # fmt: skip
-    assert result.returncode == 0
-    assert result.stderr == ""
-    return json.loads(result.stdout)
-
-
-def test_json_has_the_keys_of_the_contract(record):
-    assert record.keys() >= {
-        "run_id", "status", "parameters", "mean_internal_leakage_L_per_min",
-        "internal_leakage_coefficient", "detail_rms_Pa", "extremes",
-    }  # fmt: skip
-    assert record["status"] == "ok"
-    assert record["internal_leakage_coefficient"] == 1e-8
-    assert 1.0 < record["mean_internal_leakage_L_per_min"] < 2.0
-    assert len(record["detail_rms_Pa"]) == 5
-    assert record["parameters"]["fluid"]["bulk_modulus"] == 551e6
-    assert record["extremes"]["chamber_1_pressure_min"] < record["extremes"]["chamber_1_pressure_max"]
 
 
 def test_without_arguments_the_nominal_actuator_runs_from_any_folder_and_writes_nothing(hydrofdi, tmp_path):
@@ -44,12 +17,6 @@ def test_without_arguments_the_nominal_actuator_runs_from_any_folder_and_writes_
     for word in ("L/min", "d1", "d5", "kPa", "MPa", "f_h", "ζ"):
         assert word in result.stdout
     assert not list(tmp_path.iterdir())
-
-
-def test_the_table_and_json_tell_the_same_numbers(hydrofdi, record):
-    text = hydrofdi("simulate", *SHORT, "--set", "leakage.internal_coefficient=1e-8").stdout
-    for rms in record["detail_rms_Pa"]:
-        assert f"{rms / 1e3:.3f}"[:5] in text
 
 
 def test_what_is_stored_is_what_is_printed(hydrofdi, tmp_path):
@@ -62,14 +29,6 @@ def test_what_is_stored_is_what_is_printed(hydrofdi, tmp_path):
     assert (tmp_path / "folder" / "run.png").read_bytes().startswith(b"\x89PNG")
     report = hydrofdi("report", "folder/run.h5", "--json")
     assert json.loads(report.stdout)["rows"][0]["detail_rms_Pa"] == printed["detail_rms_Pa"]
-
-
-def test_a_sweep_in_the_file_is_left_aside(hydrofdi, experiment_file, tmp_path):
-    config = experiment_file("record: {duration: 2 s}\nsweep: {grid: {friction.viscous: [100, 200]}}\n")
-    result = hydrofdi("simulate", config, "--json", "--out", "run.h5")
-    assert json.loads(result.stdout)["parameters"]["friction"]["viscous"] == 50.0
-    (row,) = json.loads(hydrofdi("report", "run.h5", "--json").stdout)["rows"]
-    assert row["labels"] == {}
 
 
 def test_a_run_that_diverges_is_stored_with_a_sentence_and_exit_code_1(hydrofdi, tmp_path):
@@ -109,21 +68,6 @@ def test_odd_but_valid_parameters_end_in_a_run_or_in_a_failed_one(settings):
 def test_the_version_is_printed(hydrofdi):
     result = hydrofdi("--version")
     assert (result.returncode, result.stdout) == (0, f"hydrofdi {package.__version__}\n")
-
-
-def test_help_is_there_for_every_command(hydrofdi):
-    result = hydrofdi("--help")
-    assert result.returncode == 0
-    for command in ("simulate", "sweep", "report"):
-        assert command in result.stdout
-
-
-def test_help_loads_nothing_heavy(tmp_path):
-    command = [sys.executable, "-X", "importtime", "-m", "hydrofdi", "--help"]
-    reported = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=60).stderr
-    loaded = {line.rpartition("|")[2].strip().split(".")[0] for line in reported.splitlines()}
-    assert "typer" in loaded
-    assert not loaded & {"numpy", "scipy", "numba", "matplotlib", "h5py", "pywt", "pydantic", "pebble"}
 
 
 def test_the_edges_of_bands_matter_to_wavelets_alone():

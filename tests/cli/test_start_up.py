@@ -63,6 +63,7 @@ RUNNING = {"execution", "sensing", "compilation"}
     ("arguments", "absent"),
     [
         (("--version",), {"numpy", "config", *STUDIES, *SAYING, *RUNNING} - {"cli.live", "cli.sweep"}),
+        (("--help",), {"numpy", "pydantic", "h5py"}),
         (("schema",), {"numpy", "config", *STUDIES, *SAYING, *RUNNING}),
         (("simulate", "experiment.yaml"), {"papers", *STUDIES}),
         (("status", "results/small"), {*STUDIES, *SAYING, *RUNNING}),

@@ -4,6 +4,7 @@ import shutil
 
 import h5py
 import numpy as np
+import pytest
 
 from tests.commands import run_process
 from tests.conftest import SMALL
@@ -19,15 +20,6 @@ class Blocked(socket.socket):
 
 socket.socket = Blocked
 """
-
-
-def test_json_has_the_keys_of_the_contract(small_sweep):
-    summary = small_sweep.summary
-    assert summary.keys() >= {"planned", "completed", "skipped", "failed", "seconds", "file"}
-    counts = {key: summary[key] for key in ("planned", "completed", "skipped", "failed")}
-    assert counts == {"planned": 4, "completed": 4, "skipped": 0, "failed": 0}
-    assert summary["file"] == "results/small/small.h5"
-    assert small_sweep.result.returncode == 0
 
 
 def test_the_second_sweep_computes_nothing_and_touches_nothing(hydrofdi, small_sweep, tmp_path):
@@ -117,3 +109,9 @@ def test_records_of_different_lengths_fit_into_a_file_without_signals(hydrofdi, 
     assert result.returncode == 2
     assert "store: {signals: none}" in result.stderr
     assert hydrofdi("sweep", config, "--engine", "in-process", "--set", "store.signals=none").returncode == 0
+
+
+@pytest.mark.parametrize("wavelet", ["wavelet.levels: [4, 5]", "wavelet.phase: [0, 3, all]"])
+def test_a_plan_meets_features_of_different_shapes(hydrofdi, experiment_file, wavelet):
+    text = f"record: {{duration: 4 s}}\nstore: {{signals: none}}\nsweep: {{grid: {{{wavelet}}}}}\n"
+    assert hydrofdi("plan", experiment_file(text)).returncode == 0

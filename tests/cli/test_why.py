@@ -9,7 +9,6 @@ import pytest
 import hydrofdi
 from hydrofdi.config import load_experiment
 from hydrofdi.config.seeds import seeds_of, shown_seeds
-from hydrofdi.quality.doubts import DOUBTS
 from tests.commands import run, run_json
 
 _STUDY = {"name": "asked", "record": {"duration": "4 s"}, "store": {"signals": "none"}}
@@ -22,15 +21,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     noisy = {"pressure_1_sensor": {"noise": "5 kPa"}, "measurement": {"seed": 3}}
     hydrofdi.sweep(_STUDY | noisy | {"sweep": {"grid": _GRID}}, out=out, engine="in-process")
     return out
-
-
-def test_why_shows_the_verdict_with_its_number_and_remedy(folder: Path) -> None:
-    found = run_json("why", folder, "0")
-    assert found["verdict"] == "unsettled"
-    assert found["doubts"]["unsettled"]["number"] > 1e-3
-    shown = " ".join(run("why", folder, "0").stdout.split())
-    assert "unsettled: the RMS of a detail of P_1 changes by up to" in shown
-    assert DOUBTS["unsettled"].remedy in shown
 
 
 def test_why_lists_what_changed_in_readable_units_for_what_is_to_be_computed_anew(folder: Path) -> None:
@@ -85,18 +75,3 @@ def test_seeds_are_listed_where_they_have_an_effect_and_nowhere_else() -> None:
         "measurement.seed 0 … 2, input.seed 5, load.seed 1 … 3, sweep.union[2].sample.seed 7,"
         " replicates.seed 8"
     )
-
-
-def test_a_study_names_the_seed_that_it_draws_from() -> None:
-    seeds = seeds_of(load_experiment("detectability-smoke"))
-    assert isinstance(seeds["study.population.seed"], int)
-    assert "study.population.seed" in str(seeds["measurement.seed"])
-
-
-def test_why_names_the_baseline_the_rows_and_options_with_units(folder: Path, tmp_path: Path) -> None:
-    assert "This run is the fixed baseline." in run("why", folder, "0").stdout
-    assert "This run is" not in run("why", folder, "1").stdout
-    assert "there are rows 0 to 1" in run("why", folder, "100").stderr
-    asked = _STUDY | {"indicators": {"flow_balance": {"bulk_modulus": "1 GPa"}}}
-    hydrofdi.sweep(asked, out=tmp_path, engine="in-process")
-    assert "bulk_modulus 1000 MPa" in run("why", tmp_path, "0").stdout

@@ -14,8 +14,12 @@ Experiment = str | PathLike[str] | Mapping[str, Any] | ExperimentConfig
 """A YAML file, what would stand in one, or an experiment that is loaded."""
 
 
-def experiment_of(experiment: Experiment | None, settings: Mapping[str, Any]) -> ExperimentConfig:
-    """The experiment that a file or a mapping and keywords describe.
+def experiment_of(
+    experiment: Experiment | None, settings: Mapping[str, Any] | Sequence[str]
+) -> ExperimentConfig:
+    """The experiment that a file or a mapping describes, the nominal one without either, with settings.
+
+    These are keywords, or texts such as ``fluid.bulk_modulus=689 MPa``.
 
     Raises
     ------
@@ -29,25 +33,3 @@ def experiment_of(experiment: Experiment | None, settings: Mapping[str, Any]) ->
     if experiment is None or isinstance(experiment, Mapping):
         return load_experiment(experiment, settings)
     return load_experiment(path_of(experiment), settings)
-
-
-def stated_experiment(experiment: Experiment, settings: Mapping[str, Any]) -> ExperimentConfig:
-    """The experiment of a sweep, which is required.
-
-    Raises
-    ------
-    ConfigError
-        With every mistake, or no experiment is given.
-    """
-    return experiment_of({} if experiment is None else experiment, settings)
-
-
-def experiment_with(file: str | PathLike[str] | None, settings: Sequence[str]) -> ExperimentConfig:
-    """The experiment in a file, or the nominal one, with settings such as ``fluid.bulk_modulus=689 MPa``.
-
-    Raises
-    ------
-    ConfigError
-        With every mistake.
-    """
-    return load_experiment(None if file is None else path_of(file), settings)

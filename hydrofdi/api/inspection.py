@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.plan_warnings import period_count, place_in_bands
+from hydrofdi.api.warnings import period_count, place_in_bands
 from hydrofdi.api.selection import Selection, computed_rows
 from hydrofdi.api.step_limits import shortest_step_limits, step_limits, too_long_sentence
 from hydrofdi.config import RunParameters

@@ -17,7 +17,7 @@ from typing import Any
 from numpy import bincount
 
 from hydrofdi.api.arguments import count_of, path_of
-from hydrofdi.api.experiments import Experiment, stated_experiment
+from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
@@ -159,7 +159,7 @@ class SweepPlan:
     @cached_property
     def warnings(self) -> list[str]:
         """What deserves a second look before the sweep starts, each said once."""
-        from hydrofdi.api.plan_warnings import experiment_warnings
+        from hydrofdi.api.warnings import experiment_warnings
 
         said = experiment_warnings(self.experiment, self.table.runs.distinct)
         return list(dict.fromkeys([*self.doubts, *said]))
@@ -172,15 +172,13 @@ class SweepPlan:
         if run_id in self.index.lost:
             return "its shard is damaged"
         if (record := self.index.records.get(self.record_ids[position])) is not None:
-            return f"another analysis of a stored record{_because(self._obstacle(record))}"
+            obstacle = self._obstacle(record)
+            how = f"simulated again ({obstacle})" if obstacle else "measured from its stored signals"
+            return f"another analysis of a stored record, {how}"
         for version in sorted(self.index.physics_versions - {PHYSICS_VERSION}):
             if run_identity(self.table.runs[position], version) in self.index.runs:
                 return f"physics version changed from {version} to {PHYSICS_VERSION}"
         return "new"
-
-
-def _because(obstacle: str) -> str:
-    return f", simulated again ({obstacle})" if obstacle else ", measured from its stored signals"
 
 
 def plan_sweep(
@@ -228,14 +226,9 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     A few of its runs are simulated without their leakage. The least is the time of the arithmetic; workers
     that start, storing, and a busy machine add to it.
     """
-    least = _least_seconds(plan, workers)
-    return least, _MOST_FACTOR * least + _START_SECONDS if least else 0.0
-
-
-def _least_seconds(plan: SweepPlan, workers: int) -> float:
     runs = plan.table.runs.at(plan.simulated)
     if not runs:
-        return 0.0
+        return 0.0, 0.0
     from hydrofdi.execution import Job, compute_columns
     from hydrofdi.execution.batching import batch_shape
 
@@ -248,7 +241,8 @@ def _least_seconds(plan: SweepPlan, workers: int) -> float:
     compute_columns(jobs)
     seconds = time.perf_counter() - start
     blocks = -(-len(runs) // WIDTH) + _CALIBRATION_ROUNDS * -(-runs.solutions().total // WIDTH)
-    return max(seconds, blocks * seconds * WIDTH / max(len(jobs), WIDTH) / workers)
+    least = max(seconds, blocks * seconds * WIDTH / max(len(jobs), WIDTH) / workers)
+    return least, _MOST_FACTOR * least + _START_SECONDS
 
 
 def _row_bytes(plan: SweepPlan) -> int:
@@ -350,7 +344,7 @@ def plan(
     from hydrofdi.execution import available_cores
 
     workers = available_cores() if workers is None else count_of("workers", workers)
-    loaded = stated_experiment(experiment, settings)
+    loaded = experiment_of({} if experiment is None else experiment, settings)
     with shown_in(loaded.units):
         return _planned(loaded, out, workers, retry_failed)
 

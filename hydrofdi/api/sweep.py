@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hydrofdi.api.arguments import choice_of, count_of, path_of
-from hydrofdi.api.experiments import Experiment, stated_experiment
+from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.plan import SweepPlan, plan_sweep
 from hydrofdi.api.progress import COEFFICIENTS, RUNS, Progress, Watching, watching
 from hydrofdi.api.results import Results
@@ -66,8 +66,6 @@ from hydrofdi.store.folder.provenance import add_provenance, environment_record,
 from hydrofdi.store.reading import is_current, read_obstacles, read_statuses, read_verdicts
 from hydrofdi.store.request import REQUEST_FILE, read_request, require_same_experiment, write_request
 from hydrofdi.store.results import MISSING
-
-ENGINES = ("local", "in-process", "dask")
 
 
 @dataclass(frozen=True)
@@ -171,7 +169,7 @@ def sweep(
     {'ok': 2}
     """
     with watching(progress) as watcher:
-        loaded = stated_experiment(experiment, settings)
+        loaded = experiment_of({} if experiment is None else experiment, settings)
         n_worker = None if workers is None else count_of("workers", workers)
         directory = experiment_directory(loaded, None if out is None else path_of(out))
         chosen = _engine(

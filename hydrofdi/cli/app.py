@@ -75,17 +75,11 @@ _GROUPS = {
 }
 """Group of the help → commands."""
 
-_MODULES = {
-    "check": ("check", "calibrate"),
-    "sweep": ("plan", "sweep"),
-    "experiment_folder": ("status", "collect", "verify", "why", "rerun"),
-    "records": ("inspect", "measure", "evaluate", "export"),
-    "live": ("train", "detect", "monitor", "replay"),
-    "lookup": ("init", "configs", "indicators", "schema"),
-    "simulate": ("simulate",),
-    "report": ("report",),
+_HOMES = {
+    name: "report" if name == "report" else group.lower().replace(" ", "_")
+    for group, names in _GROUPS.items()
+    for name in names
 }
-_HOMES = {name: module for module, names in _MODULES.items() for name in names}
 """Command → module below ``hydrofdi.cli``."""
 
 _KEYWORDS = {

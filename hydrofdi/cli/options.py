@@ -31,6 +31,7 @@ Sources = Annotated[
         " measured files, or one data file.",
     ),
 ]
+Directory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of an experiment.")]
 Detector = Annotated[
     Path, typer.Argument(metavar="DETECTOR", help="Detector file written by 'hydrofdi train'.")
 ]

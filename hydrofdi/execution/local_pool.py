@@ -17,7 +17,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from multiprocessing import forkserver
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
 from types import ModuleType, TracebackType
 from typing import Any, Self
@@ -46,7 +46,7 @@ class _Worker:
     def __init__(self, context: Any) -> None:
         self.pipe, other = multiprocessing.Pipe()
         self.process = context.Process(target=_serve, args=(other,), daemon=True)
-        with _without_main():
+        with _without_interrupts(), _without_main():
             self.process.start()
         other.close()
         self.task: _Task | None = None
@@ -116,18 +116,6 @@ def _without_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _start_server() -> None:
-    """Start the fork server, which never sees Ctrl-C; this process sees afterwards what came meanwhile."""
-    from multiprocessing import forkserver, resource_tracker
-
-    resource_tracker.ensure_running()  # lets signals through when it has started
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        forkserver.ensure_running()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 class LocalPoolEngine:
     """Worker processes, forked from a server that has loaded the simulation once.
 
@@ -152,7 +140,7 @@ class LocalPoolEngine:
         if "forkserver" in multiprocessing.get_all_start_methods():
             self._context = multiprocessing.get_context("forkserver")
             self._context.set_forkserver_preload(["hydrofdi.execution.compute"])
-            _start_server()
+            resource_tracker.ensure_running()  # lets signals through when it has started
             with _without_interrupts(), _without_main():
                 forkserver.ensure_running()
         else:

@@ -10,8 +10,8 @@ import pytest
 import pywt
 
 from hydrofdi.api.inspection import inspect_experiment
-from hydrofdi.api.plan_warnings import place_in_bands
 from hydrofdi.api.selection import calibrate_flows, computed_rows, converge, select_runs
+from hydrofdi.api.warnings import place_in_bands
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.leakage import internal_leakage_flow
 from hydrofdi.simulation import simulate_batch

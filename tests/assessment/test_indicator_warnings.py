@@ -1,12 +1,12 @@
 """Indicators that cannot have numbers are known before anything is simulated."""
 
-from hydrofdi.api.plan_warnings import indicator_warnings
+from hydrofdi.api.warnings import without_results
 from hydrofdi.config import expand_runs, load_experiment
 
 
 def warnings_of(*settings):
-    runs = expand_runs(load_experiment(settings=["record.duration=4 s", *settings])).runs
-    return indicator_warnings(runs.distinct, runs.choice)
+    experiment = load_experiment(settings=["record.duration=4 s", *settings])
+    return [*without_results(experiment, expand_runs(experiment).runs.distinct)]
 
 
 def test_a_band_above_half_of_the_sampling_frequency_is_warned_of():

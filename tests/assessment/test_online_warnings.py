@@ -2,7 +2,7 @@
 
 import pytest
 
-from hydrofdi.api.study_warnings import study_warnings
+from hydrofdi.api.warnings import STUDY_RULES, said
 from hydrofdi.config import load_experiment
 
 STUDY = """
@@ -28,7 +28,7 @@ def warned(tmp_path):
     def warnings(*settings):
         file = tmp_path / "few.yaml"
         file.write_text(STUDY)
-        return study_warnings(load_experiment(file, settings))
+        return said(STUDY_RULES, load_experiment(file, settings), None)
 
     return warnings
 

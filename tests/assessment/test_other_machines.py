@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import hydrofdi
-from hydrofdi.api.plan_warnings import other_machine_warnings
+from hydrofdi.api.warnings import other_machines
 from hydrofdi.config import load_experiment
 from hydrofdi.settings.ready import ready_names
 
@@ -48,4 +48,4 @@ def test_the_same_machine_or_an_unused_constant_needs_no_warning(tmp_path, text)
 
 @pytest.mark.parametrize("name", [name for name in ready_names() if "/" not in name])
 def test_the_ready_experiments_agree_with_their_indicators(name) -> None:
-    assert not other_machine_warnings(load_experiment(name))
+    assert not [*other_machines(load_experiment(name), None)]

@@ -5,8 +5,8 @@ import sys
 import pytest
 
 from hydrofdi.api.stored import read_results
-from hydrofdi.api.study_warnings import study_warnings
 from hydrofdi.api.sweep import run_sweep
+from hydrofdi.api.warnings import STUDY_RULES, said
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
@@ -34,28 +34,28 @@ def loaded(tmp_path):
 
 @pytest.mark.parametrize(("threshold", "needed"), [("quantile", 99), ("tolerance", 299), ("tail", 500)])
 def test_too_few_healthy_records_are_warned_of_with_the_number_needed(loaded, threshold, needed):
-    (warning,) = study_warnings(loaded(needed - 1, threshold=threshold))
+    (warning,) = said(STUDY_RULES, loaded(needed - 1, threshold=threshold), None)
     assert f"{threshold} needs {needed} records" in warning
-    assert not any(f"needs {needed} records" in text for text in study_warnings(loaded(needed)))
+    assert not any(f"needs {needed} records" in text for text in said(STUDY_RULES, loaded(needed), None))
 
 
 @pytest.mark.parametrize(("threshold", "needed"), [("quantile", 199), ("tolerance", 473)])
 def test_scores_that_alarm_on_both_sides_need_more_healthy_records(loaded, threshold, needed):
-    (warning,) = study_warnings(loaded(20, threshold=threshold))
+    (warning,) = said(STUDY_RULES, loaded(20, threshold=threshold), None)
     assert f", and {needed} for scores that may alarm on both sides, such as pressure_" in warning
-    (warning,) = study_warnings(loaded(needed - 1, threshold=threshold))
+    (warning,) = said(STUDY_RULES, loaded(needed - 1, threshold=threshold), None)
     assert "sets no threshold for scores that may alarm on both sides, such as pressure_" in warning
     assert f"{threshold} needs {needed} records" in warning
-    assert not study_warnings(loaded(needed, threshold=threshold))
+    assert not said(STUDY_RULES, loaded(needed, threshold=threshold), None)
 
 
 def test_too_few_records_of_shifts_are_warned_of_with_the_number_needed(loaded):
     shifts = "study.shifts={rough: {friction.viscous: 80}}"
-    (warning,) = study_warnings(loaded(199, settings=[shifts, "study.healthy.shift=298"]))
+    (warning,) = said(STUDY_RULES, loaded(199, settings=[shifts, "study.healthy.shift=298"]), None)
     assert "study.healthy.shift = 298 shows no rate" in warning
     assert "1 % needs 299 records of each" in warning
     for enough in ([shifts], [shifts, "study.healthy.shift=299"], ["study.healthy.shift=298"]):
-        assert not study_warnings(loaded(199, settings=enough))
+        assert not said(STUDY_RULES, loaded(199, settings=enough), None)
 
 
 @pytest.mark.parametrize(("changes", "is_inside"), [
@@ -66,7 +66,7 @@ def test_too_few_records_of_shifts_are_warned_of_with_the_number_needed(loaded):
     ("friction.viscous: 80", False),
 ])  # fmt: skip
 def test_a_shift_inside_the_population_is_warned_of(loaded, changes, is_inside):
-    warnings = study_warnings(loaded(199, settings=[f"study.shifts={{warm: {{{changes}}}}}"]))
+    warnings = said(STUDY_RULES, loaded(199, settings=[f"study.shifts={{warm: {{{changes}}}}}"]), None)
     found = [each for each in warnings if each.startswith("study.shifts.warm: fluid.bulk_modulus = ")]
     assert len(found) == is_inside
 
@@ -77,7 +77,7 @@ def test_without_the_extra_plans_warn_and_reports_judge_the_other_scores(loaded,
     versions = dict(_versions(make_report(read_results(tmp_path / "out"))))
     assert "scikit-learn" in versions
     monkeypatch.setitem(sys.modules, "sklearn", None)
-    assert any("pip install 'hydrofdi[learn]'" in text for text in study_warnings(experiment))
+    assert any("pip install 'hydrofdi[learn]'" in text for text in said(STUDY_RULES, experiment, None))
     report = make_report(read_results(tmp_path / "out"))
     names = [each.scored.name for each in report.detections[0].judgements]
     assert names

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import hydrofdi
-from hydrofdi.api.study_warnings import study_warnings
+from hydrofdi.api.warnings import STUDY_RULES, said
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators
@@ -55,7 +55,7 @@ def test_a_balance_of_pressures_without_a_spring_says_that_it_needs_one() -> Non
     ],
 )
 def test_a_study_says_that_it_reads_a_supply_pressure_that_no_sensor_measures(more, is_told) -> None:
-    sentences = study_warnings(load_experiment({"name": "press", "study": STUDY, **more}))
+    sentences = said(STUDY_RULES, load_experiment({"name": "press", "study": STUDY, **more}), None)
     assert any("no supply_sensor is set" in each for each in sentences) == is_told
 
 

@@ -1,4 +1,4 @@
-"""``hydrofdi sweep`` and ``hydrofdi plan``."""
+"""``hydrofdi plan``, ``sweep``, ``status``, ``collect`` and ``calibrate``."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydrofdi.cli.options import Json, Settings, Sweep
-from hydrofdi.cli.terminal import facts, print_json, tell, write_out
+from hydrofdi.cli.options import Config, Directory, Json, Settings, Sweep
+from hydrofdi.cli.terminal import answer, facts, print_json, tell, write_out
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def sweep(
     Ctrl-C once finishes the runs in progress and stores them, twice stops at once; the same command resumes
     the sweep.
     """
-    from hydrofdi.api.experiments import experiment_with
+    from hydrofdi.api.experiments import experiment_of
     from hydrofdi.api.sweep import sweep as run_missing
     from hydrofdi.errors import SweepInterrupted
 
@@ -37,7 +37,7 @@ def sweep(
         of_plan = {name: more[name] for name in ("out", "workers", "retry_failed") if name in more}
         return plan(config, settings, json, **of_plan)
     try:
-        results = run_missing(experiment_with(config, settings or ()), progress=True, **more)
+        results = run_missing(experiment_of(config, settings or ()), progress=True, **more)
     except SweepInterrupted as stop:
         if stop.summary is not None:
             _show(stop.summary, json=json)
@@ -77,11 +77,11 @@ def plan(config: Sweep, settings: Settings = None, json: Json = False, **more: A
 
     Writes nothing.
     """
-    from hydrofdi.api.experiments import experiment_with
+    from hydrofdi.api.experiments import experiment_of
     from hydrofdi.api.plan import plan as make_plan
     from hydrofdi.config.shown_values import shown_in
 
-    experiment = experiment_with(config, settings or ())
+    experiment = experiment_of(config, settings or ())
     record = make_plan(experiment, **more).to_dict()
     if json:
         print_json(record)
@@ -136,8 +136,9 @@ def _run_facts(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
             yield f"{end} point", shown_values(record[f"{end}_point"]) or "nominal"
 
 
-_PURPOSES = {"alone": "to explain", "sobol": "to explain", "before": "to compare with"}
+_PURPOSES = {"alone": "to explain", "before": "to compare with"}
 """Kind of a population that is not tested → its purpose."""
+
 
 _MOST_DESIGNS = 12
 """Most designs that have a line each."""
@@ -156,7 +157,7 @@ def _study_facts(study: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         sets = f" ({_settings(each['sets'])})" if each["sets"] else ""
         alike.setdefault((each["kind"], f"{sets}: {each['records']:,} {purpose}"), []).append(each["name"])
     for (kind, told), names in alike.items():
-        of = f"{len(names)} populations" if kind in ("alone", "sobol") else ", ".join(names)
+        of = f"{len(names)} populations" if kind == "alone" else ", ".join(names)
         yield f"  {kind}", f"{of}{told}{' each' if len(names) > 1 else ''}".removeprefix(f"{kind}: ")
     if len(designs) > 1:
         yield from (("  design", _settings(design) or "nominal") for design in designs[:_MOST_DESIGNS])
@@ -171,3 +172,64 @@ def _settings(values: Mapping[str, Any]) -> str:
     from hydrofdi.config.shown_values import shown_value
 
     return ", ".join(f"{name} {shown_value(name, value)}" for name, value in values.items())
+
+
+def status(directory: Directory, json: Json = False) -> int:
+    """Show sweep progress and damaged shards.
+
+    Exit code 1 if runs failed or a shard is damaged.
+    """
+    from dataclasses import asdict
+
+    from hydrofdi.api.folders import status as look
+    from hydrofdi.quality.doubts import doubt_lines
+
+    state = look(directory)
+    if json:
+        print_json(asdict(state))
+    else:
+        write_out(f"{state}\n")
+        write_out("".join(f"{line}\n" for line in doubt_lines(state.verdicts)))
+        if state.earlier:
+            write_out(
+                f"stored by an earlier version of the physics: {counted(state.earlier, 'run')};"
+                " 'hydrofdi report' reads them, and a sweep computes them again\n"
+            )
+        write_out("".join(f"{fault}; the next sweep computes its runs again\n" for fault in state.damaged))
+    return 1 if state.failed or state.damaged else 0
+
+
+def collect(directory: Directory, json: Json = False) -> int:
+    """Build the experiment file from the stored runs.
+
+    Runs without a result are marked as missing, with the reason.
+    """
+    from hydrofdi.api.folders import collect as build_file
+    from hydrofdi.api.folders import status as look
+
+    made, state = build_file(directory), look(directory)
+    if json:
+        record = {"planned": state.planned, "missing": state.missing, "failed": state.failed}
+        print_json({"file": str(made.file), **record})
+    tell(
+        f"stored {made.file}: {counted(state.planned, 'run')}, {state.missing:,}"
+        f" missing, {state.failed:,} failed"
+    )
+    return 0
+
+
+def calibrate(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
+    """Compute the coefficients K_i of mean leakage flows.
+
+    They are valid under the conditions of the baseline.
+    """
+    from dataclasses import asdict
+
+    from hydrofdi.api.check import calibrate as solve
+    from hydrofdi.api.check import targets_table
+    from hydrofdi.api.experiments import experiment_of
+
+    targets = solve(experiment_of(config, settings or ()), **more)
+    record = {"targets": [asdict(target) for target in targets]}
+    answer(record, lambda _: [targets_table(targets)], json=json)
+    return 0

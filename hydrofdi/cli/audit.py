@@ -1,50 +1,22 @@
-"""Commands on an experiment's folder: ``status``, ``verify``, ``why``, ``rerun``, and ``collect``."""
+"""``hydrofdi verify``, ``why`` and ``rerun``."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hydrofdi.cli.options import Json
-from hydrofdi.cli.terminal import answer, facts, print_json, tell, write_out
-from hydrofdi.settings.counting import counted
+from hydrofdi.cli.options import Directory, Json
+from hydrofdi.cli.terminal import answer, facts, print_json, write_out
 
 if TYPE_CHECKING:
     from hydrofdi.api.folders import Explanation
     from hydrofdi.report.table import Table
 
-Directory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of an experiment.")]
 Run = Annotated[
     str, typer.Argument(metavar="RUN", help="First characters of a run's identity, or its position.")
 ]
-
-
-def status(directory: Directory, json: Json = False) -> int:
-    """Show sweep progress and damaged shards.
-
-    Exit code 1 if runs failed or a shard is damaged.
-    """
-    from dataclasses import asdict
-
-    from hydrofdi.api.folders import status as look
-    from hydrofdi.quality.doubts import doubt_lines
-
-    state = look(directory)
-    if json:
-        print_json(asdict(state))
-    else:
-        write_out(f"{state}\n")
-        write_out("".join(f"{line}\n" for line in doubt_lines(state.verdicts)))
-        if state.earlier:
-            write_out(
-                f"stored by an earlier version of the physics: {counted(state.earlier, 'run')};"
-                " 'hydrofdi report' reads them, and a sweep computes them again\n"
-            )
-        write_out("".join(f"{fault}; the next sweep computes its runs again\n" for fault in state.damaged))
-    return 1 if state.failed or state.damaged else 0
 
 
 def verify(directory: Directory, json: Json = False) -> int:
@@ -158,22 +130,3 @@ def rerun(directory: Directory, run: Run, json: Json = False) -> int:
     else:
         write_out(f"{found}\n")
     return 0 if found else 1
-
-
-def collect(directory: Directory, json: Json = False) -> int:
-    """Build the experiment file from the stored runs.
-
-    Runs without a result are marked as missing, with the reason.
-    """
-    from hydrofdi.api.folders import collect as build_file
-    from hydrofdi.api.folders import status as look
-
-    made, state = build_file(directory), look(directory)
-    if json:
-        record = {"planned": state.planned, "missing": state.missing, "failed": state.failed}
-        print_json({"file": str(made.file), **record})
-    tell(
-        f"stored {made.file}: {counted(state.planned, 'run')}, {state.missing:,}"
-        f" missing, {state.failed:,} failed"
-    )
-    return 0

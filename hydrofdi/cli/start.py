@@ -1,0 +1,199 @@
+"""``hydrofdi init``, ``configs``, ``check`` and ``simulate``."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from hydrofdi.cli.options import Config, Figure, Json, Settings
+from hydrofdi.cli.terminal import answer, draw, print_json, tell, write_out
+from hydrofdi.errors import ConfigError
+from hydrofdi.settings.counting import counted
+from hydrofdi.units import convert
+
+if TYPE_CHECKING:
+    from hydrofdi.api.check import Check
+    from hydrofdi.api.observability import Observability
+
+_NAME = re.compile(r"^name: .*$", re.MULTILINE)
+
+_COMMANDS = re.compile(r"^#\n#   hydrofdi init .*\n", re.MULTILINE)
+
+
+def init(
+    name: Annotated[
+        str, typer.Argument(help="Name of the experiment; writes NAME.yaml to this folder.")
+    ] = "my-actuator",
+    template: Annotated[
+        Literal["actuator", "paper", "online"],
+        typer.Option(
+            "--from",
+            help="actuator: the smallest leak that is found on your actuator. online: the delay until a "
+            "new leak is found. paper: the actuator and the sweep of the paper.",
+        ),
+    ] = "actuator",
+) -> int:
+    """Write a commented configuration for your own actuator.
+
+    It contains the data sheet, motion, load, sensors and study, with units, and runs unchanged. An existing
+    file is never overwritten.
+    """
+    from hydrofdi.api.experiments import experiment_of
+    from hydrofdi.settings.ready import ready_copy
+    from hydrofdi.settings.yaml_source import scalar
+
+    experiment = name.removesuffix(".yaml")
+    experiment_of({"name": experiment}, {})
+    stated = experiment if isinstance(scalar(experiment), str) else f"'{experiment}'"
+    text = _NAME.sub(f"name: {stated}", ready_copy(f"templates/{template}"), count=1)
+    file = Path(f"{experiment}.yaml")
+    try:
+        with open(file, "x", encoding="utf-8") as new:
+            new.write(_COMMANDS.sub("", text, count=1))
+    except FileExistsError:
+        raise ConfigError(f"{file}: already exists; choose another name") from None
+    except OSError as error:
+        raise ConfigError(f"{file}: cannot be written: {error.strerror}") from None
+    write_out(
+        f"{file}: enter your numbers, then run\n"
+        f"  hydrofdi plan {file}\n"
+        f"  hydrofdi sweep {file} && hydrofdi report results/{experiment}\n"
+    )
+    return 0
+
+
+def configs(
+    name: Annotated[str | None, typer.Argument(help="Configuration to print, or group to list.")] = None,
+    json: Json = False,
+) -> int:
+    """List the ready configurations, or print one to copy.
+
+    Their names work wherever a command takes a configuration: 'hydrofdi sweep table3'. A file of your own
+    with the same name takes precedence.
+    """
+    from hydrofdi.report.table import Table
+    from hydrofdi.settings.ready import ready_copy, ready_hint, ready_names, ready_summary
+
+    asked = (name or "").removeprefix("configs/").removesuffix(".yaml").rstrip("/")
+    listed = [each for each in ready_names() if name is None or each.startswith(f"{asked}/")]
+    if listed and (asked not in ready_names() or str(name).endswith("/")):
+        rows = [{"name": each, "about": ready_summary(each)} for each in listed]
+        use = (
+            "Use a name like a file: 'hydrofdi sweep table3', 'hydrofdi plan delays/smoke'.\n"
+            "'hydrofdi configs NAME' prints one to copy."
+        )
+        table = Table.of({key: [row[key] for row in rows] for key in ("name", "about")})
+        answer({"configs": rows}, lambda _: (table, "", use), json=json)
+        return 0
+    if asked not in ready_names():
+        raise ConfigError(f"{name}: no such ready configuration{ready_hint(Path(asked))}")
+    text = ready_copy(asked)
+    if json:
+        print_json({"name": asked, "about": ready_summary(asked), "text": text})
+    else:
+        write_out(text)
+    return 0
+
+
+def check(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
+    """Inspect an experiment before running it.
+
+    Shows step, hydraulic mode and bands, record, leakage, stroke and sensor noise, and how well a healthy
+    record determines the unknowns of model-based indicators.
+
+    Simulates up to 60 of the runs that differ in more than their sensors; step limits cover all runs.
+    Exit code 1 if results would be wrong.
+    """
+    from hydrofdi.api.check import check as look
+    from hydrofdi.api.experiments import experiment_of
+    from hydrofdi.config.shown_values import shown_in
+
+    experiment = experiment_of(config, settings or ())
+    found = look(experiment, **more)
+    with shown_in(experiment.units):
+        answer(found, _checked, json=json)
+    return 0 if found else 1
+
+
+def _checked(check: Check) -> Iterator[Any]:
+    """Step, modes, record, noise, what a record tells estimators, and warnings."""
+    from rich.text import Text
+
+    from hydrofdi.api.check import convergence_table, modes_table, noise_table
+
+    found = check.inspection
+    limits = sorted(found.step_limits.items(), key=lambda item: item[1])
+    yield Text("Step", "bold")
+    yield (
+        f"{convert(found.step, 'ms'):g} ms, limited by {found.binding}; stable up to [ms]: "
+        + ", ".join(f"{part} {convert(limit, 'ms'):.3g}" for part, limit in limits)
+    )
+    yield from ("", Text("Hydraulic mode", "bold"), modes_table(found))
+    if found.n_left_out:
+        yield f"left out: {counted(found.n_left_out, 'further run')}"
+    yield from ("", Text("Record", "bold"))
+    shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
+    periods = f", {counted(found.n_period, 'period')}" if math.isfinite(found.n_period) else ""
+    yield f"{counted(found.n_sample, 'sample')}{periods}; coefficients at its ends: {shares}"
+    if found.noise:
+        yield from ("", noise_table(found))
+    for estimator in found.observability:
+        yield from ("", *_observability(estimator))
+    yield ""
+    yield from (Text(f"problem: {problem}", "bold red") for problem in found.problems)
+    yield from (Text(f"warning: {warning}") for warning in check.warnings)
+    if not found.problems and not check.warnings:
+        yield "no warnings"
+    if check.convergence is not None:
+        yield from ("", convergence_table(check.convergence))
+
+
+def _observability(found: Observability) -> Iterator[Any]:
+    """Each unknown before and after a record, the least known direction, and collinear pairs."""
+    from hydrofdi.api.check import unknowns_table
+
+    yield unknowns_table(found)
+    if not found.unknowns:
+        yield "nothing: the estimate diverges; do its options fit the actuator?"
+    elif not any(found.singular_values):
+        yield "the record contains no information on them; does the valve open?"
+    else:
+        condition = f"{found.condition:.2g}" if math.isfinite(found.condition) else "infinite"
+        left = f"{found.weakest_left:.0%} of the prior deviation remains"
+        yield f"condition number {condition}; least known: {found.weakest}: {left}"
+        pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
+        yield f"collinear: {pairs or 'none'}"
+
+
+def simulate(
+    config: Config = None, settings: Settings = None, figure: Figure = None, json: Json = False, **more: Any
+) -> int:
+    """Simulate one actuator and print its features.
+
+    Ignores a sweep in the file.
+    """
+    from hydrofdi.api.experiments import experiment_of
+    from hydrofdi.api.run import simulate as simulate_actuator
+    from hydrofdi.config.shown_values import shown_in
+    from hydrofdi.quality.doubts import doubts_of, remedy
+
+    experiment = experiment_of(config, settings or ())
+    with shown_in(experiment.units):
+        run = simulate_actuator(experiment, **more)
+        if more:
+            tell(f"stored {more['out']}")
+        draw(run, figure)
+        for warning in run.warnings:
+            tell(f"warning: {warning}")
+        answer(run, lambda run: [run.table], json=json)
+        if run.status != "ok":
+            tell(f"the run failed: {run.status}: {run.message}; {remedy(run.status)}")
+            return 1
+        for doubt in doubts_of(run.verdict):
+            tell(f"{doubt.word}: {doubt.remedy}")
+        return 0

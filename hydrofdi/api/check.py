@@ -13,9 +13,8 @@ import numpy as np
 
 from hydrofdi.api.arguments import positive_of
 from hydrofdi.api.experiments import Experiment, experiment_of
-from hydrofdi.api.inspection import Inspection, inspect_experiment
+from hydrofdi.api.inspection import Inspection, Observability, inspect_experiment
 from hydrofdi.api.notebook import html_sentences
-from hydrofdi.api.observability import Observability
 from hydrofdi.api.selection import Convergence, LeakageTarget, calibrate_flows, converge, select_runs
 from hydrofdi.api.warnings import experiment_warnings
 from hydrofdi.config.shown_values import shown_in

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.warnings import period_count, place_in_bands
 from hydrofdi.api.selection import Selection, computed_rows
 from hydrofdi.api.step_limits import shortest_step_limits, step_limits, too_long_sentence
+from hydrofdi.api.warnings import period_count, place_in_bands
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.shown_values import shown_value

@@ -22,9 +22,8 @@ from hydrofdi.errors import without_credentials
 from hydrofdi.settings.counting import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.api.detectors.tally import Tally
-    from hydrofdi.api.detectors.windows import JudgedWindow
-    from hydrofdi.detectors.trained import DetectorFile
+    from hydrofdi.api.detectors.windows import JudgedWindow, Tally
+    from hydrofdi.detectors.trained.file import DetectorFile
     from hydrofdi.monitor.sinks import Sink
 
 INTERRUPTED = 130
@@ -51,7 +50,7 @@ def train(
     detector = train_detector(sources, out=out, command=command, **settings)
     record = {"out": str(out), **detector.to_dict()}
     answer(record, lambda _: [f"{out}: {detector.name}\n{detector.summary}"], json=json)
-    left = detector.training.left_out
+    left = detector.left_out
     if left.n_rejected:
         tell(f"rejected: {counted(left.n_rejected, 'record')}; {left.first_rejection}")
     if left.n_repeated:

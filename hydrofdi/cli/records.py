@@ -104,10 +104,10 @@ def measure(
 
     chosen_form = _form("json" if json else form, out)
     said = Said(settings.get("sampling_frequency"))
-    measured = measured_records(sources, settings.get("indicators", "dwt"), said)
-    tell(*(f"warning: {remark}" for remark in measured.remarks))
+    columns, measured, remarks = measured_records(sources, settings.get("indicators", "dwt"), said)
+    tell(*(f"warning: {remark}" for remark in remarks))
     tally = Counted()
-    _write(chosen_form, out, measured.columns, tally.count(measured.records))
+    _write(chosen_form, out, columns, tally.count(measured))
     if out is not None:
         tell(f"wrote {out}: {counted(tally.n_record, 'record')}")
     doubts = summaries(tally.doubts, tally.n_record - tally.n_rejected - tally.n_empty)
@@ -171,7 +171,7 @@ def evaluate(sources: Sources, json: Json = False, **settings: Any) -> int:
     scored by a model that saw it or its group. Exit code 1 if records are rejected, repeat the samples of
     another or have no number of any indicator, or an indicator fails.
     """
-    from hydrofdi.api.evaluating import evaluate as evaluate_records
+    from hydrofdi.api.evaluation import evaluate as evaluate_records
 
     evaluation = evaluate_records(sources, **settings)
     answer(evaluation, _evaluation, json=json)

@@ -18,7 +18,7 @@ from hydrofdi.units import convert
 
 if TYPE_CHECKING:
     from hydrofdi.api.check import Check
-    from hydrofdi.api.observability import Observability
+    from hydrofdi.api.inspection import Observability
 
 _NAME = re.compile(r"^name: .*$", re.MULTILINE)
 

@@ -70,7 +70,15 @@ def run_monitor(
         raise ConfigError(f"state and log are the same file, {state}; choose another name for one")
     frequency = frequency_of(sampling_frequency)
     name = source if isinstance(source, str) else str(path_of(source))
-    stream = open_stream(name, settings, file, detector, sampling_frequency=frequency, is_followed=follow)
+    stream = open_stream(
+        name,
+        settings,
+        file,
+        detector,
+        sampling_frequency=frequency,
+        is_followed=follow,
+        is_resumed=state is not None,
+    )
     watch = Watch(file)
     others = open_sinks(settings, file, metrics, addresses)
     sinks = [shown(file, stream.name), *others]

@@ -1,20 +1,19 @@
 """Program that reads arrays of HDF5 and MAT files for another process, which starts it by its path.
 
-It imports nothing of this package, so that it starts fast. A request is a line of JSON on standard input,
-followed by the bytes of a file that has no path. The answer is a line of JSON on standard output, followed by
-the bytes of an array.
+It imports nothing of this package, so that it starts fast. Requests on standard input and answers on standard
+output are pickled; what is read from a file never is.
 """
 
 from __future__ import annotations
 
 import faulthandler
-import json
 import os
+import pickle
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from io import BytesIO
-from typing import Any, BinaryIO, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -124,66 +123,42 @@ class MatFile:
         """Do nothing: the file is not kept open."""
 
 
-class Server:
-    """Answers requests about one file at a time."""
-
-    def __init__(self, requests: BinaryIO, answers: BinaryIO) -> None:
-        self._requests, self._answers = requests, answers
-        self._file: Hdf5File | MatFile | None = None
-
-    def answer(self, request: Mapping[str, Any]) -> None:
-        """Carry out a request and send the result, or the message of what a library raised."""
-        actions: dict[str, Callable[..., tuple[dict[str, Any], Any]]] = {
-            "open": self._open, "array": self._array, "unit": self._unit, "close": self._close,
-        }  # fmt: skip
-        try:
-            head, body = actions[request["do"]](**request["of"])
-            line = json.dumps(head).encode()
-        except Exception as error:
-            reason = " ".join(str(error).split())[:120] or type(error).__name__
-            line, body = json.dumps({"error": reason}).encode(), b""
-        self._answers.write(line + b"\n")
-        self._answers.write(body)
-        self._answers.flush()
-
-    def _open(self, kind: str, path: str | None, size: int) -> tuple[dict[str, Any], Any]:
-        content = BytesIO(self._requests.read(size)) if path is None else path
-        self._file = Hdf5File(content) if kind == "HDF5" else MatFile(content)
-        return {"shapes": self._file.shapes}, b""
-
-    def _array(self, name: str) -> tuple[dict[str, Any], Any]:
-        assert self._file is not None
-        values = np.asarray(self._file.array(name))
-        if values.dtype.kind not in "biufcSU":
-            return {
-                "texts": [_text(value) for value in values.reshape(-1).tolist()],
-                "shape": values.shape,
-            }, b""
-        head = {"dtype": values.dtype.str, "shape": values.shape}
-        return head, np.ascontiguousarray(values).reshape(-1).view(np.uint8) if values.nbytes else b""
-
-    def _unit(self, name: str) -> tuple[dict[str, Any], Any]:
-        assert self._file is not None
-        return {"unit": self._file.unit(name)}, b""
-
-    def _close(self) -> tuple[dict[str, Any], Any]:
-        file, self._file = self._file, None
-        if file is not None:
-            file.close()
-        return {}, b""
-
-
 def main() -> None:
     """Serve until standard input ends; each request has a time limit, which ends a library that hangs."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    server = Server(sys.stdin.buffer, answers)
-    for line in iter(sys.stdin.buffer.readline, b""):
-        request = json.loads(line)
-        faulthandler.dump_traceback_later(request["seconds"], exit=True)
-        server.answer(request)
+    file: Hdf5File | MatFile | None = None
+    while True:
+        try:
+            seconds, kind, action, *of = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        faulthandler.dump_traceback_later(seconds, exit=True)
+        try:
+            if action == "open":
+                content = of[0] if isinstance(of[0], str) else BytesIO(of[0])
+                file = (Hdf5File if kind == "HDF5" else MatFile)(content)
+                answer: Any = file.shapes
+            else:
+                assert file is not None
+                answer = getattr(file, action)(*of)
+                answer = _plain(answer) if action == "array" else answer
+        except Exception as error:
+            answer = OSError(" ".join(str(error).split())[:120] or type(error).__name__)
+        pickle.dump(answer, answers, protocol=5)
+        answers.flush()
         faulthandler.cancel_dump_traceback_later()
+
+
+def _plain(array: Any) -> Any:
+    """An array without objects of a library: numbers, dates or texts."""
+    values = np.asarray(array)
+    if values.dtype.kind in "biufcSU":
+        return values
+    return np.array([_text(value) for value in values.reshape(-1).tolist()], dtype=object).reshape(
+        values.shape
+    )
 
 
 def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:

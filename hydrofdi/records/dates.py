@@ -107,19 +107,18 @@ def _beyond_microseconds(text: str) -> int:
     return int(f"{digits[1]:0<3}") if digits else 0
 
 
-def seconds_from_first(instants: Sequence[Instant | None]) -> Array:
-    """Time since the first instant [s], shape (n_time,); NaN for None. Rounded once, after the difference.
+def seconds_since(first: Instant | None, instants: Sequence[Instant | None]) -> Array:
+    """Time since an instant [s], shape (n_time,); NaN for None. Rounded once, after the difference.
 
     Raises
     ------
     ValueError
         Some have a zone and others have none.
     """
-    known = [found for found in instants if found is not None]
-    if len({found.has_zone for found in known}) > 1:
+    if any(found and first and found.has_zone != first.has_zone for found in instants):
         raise ValueError("some dates have a zone and others have none")
-    first = known[0].nanoseconds if known else 0
-    passed = (float("nan") if at is None else (at.nanoseconds - first) / _BILLION for at in instants)
+    start = first.nanoseconds if first else 0
+    passed = (float("nan") if at is None else (at.nanoseconds - start) / _BILLION for at in instants)
     return np.fromiter(passed, np.float64, len(instants))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records.batch import Array, RecordBatch
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_names import channel_named, known_unit, scaled
+from hydrofdi.records.measured.columns import channel_named, known_unit, scaled
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import parse_unit, similar_units

@@ -67,6 +67,24 @@ def test_the_end_of_the_file_is_the_end_of_the_stream_where_nobody_follows(log):
     assert follower.times == [1.0, 2.0]
 
 
+def test_an_unended_last_line_is_left_for_the_next_run(log):
+    append(log, HEADER + "1,10\n2,2")
+    times, position = [], {}
+    for rest in ("0\n3,3", "0\n"):
+        source = GrowingFile(log, config_of(), follow=False, leaves_unended=True)
+        source.open(position)
+        while not (reading := source.read(0.0)).is_over:
+            times += reading.chunk.time.tolist()
+        position = source.position
+        source.close()
+        append(log, rest)
+    assert times == [1.0, 2.0]
+    source = GrowingFile(log, config_of(), follow=False)
+    source.open(position)
+    assert source.read(0.0).chunk.channels["chamber_1_pressure"].tolist() == [30.0]
+    source.close()
+
+
 def test_a_renamed_file_is_read_to_its_end_before_the_new_one(log):
     append(log, HEADER + "1,10\n")
     follower = Follower(log)

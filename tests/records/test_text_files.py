@@ -238,8 +238,8 @@ def test_a_plain_file_is_read_by_its_column_names(tmp_path):
 @pytest.mark.parametrize(("text", "sentence"), [
     ("P1 [bar]\n1\n2\n", "(?s)no sampling frequency is given.*sampling_frequency: …"),
     ("time,P1 [bar]\n1,1\n2,2\n", "(?s)'time' counts the samples and is not a time; .*sampling_frequency: …"),
-    ("Time,P1 [bar]\n0,1\n0.5,2\n", "(?s)no sampling frequency is given.*time: {column: 'Time', unit: …}"),
-    ("t [s],P1\n1,1\n2,2\n", "(?s)column 'P1' has no unit; describe it in a YAML file:.*'P1', unit: …"),
+    ("Time,P1 [bar]\n0,1\n0.5,2\n", "(?s)'Time': has no unit.*time: {column: 'Time', unit: …}"),
+    ("t [s],P1\n1,1\n2,2\n", "(?s)column 'P1': has no unit.*'P1', unit: …"),
     ("t [s],foo [bar]\n1,1\n2,2\n", "no column is named like a channel; found"),
     ("t [s],P1 [bar],p_1 [Pa]\n1,1,1\n2,2,2\n", "more than one column"),
     ("1.5,2\n3,4\n", "no column is named like a channel; found 1, 2"),
@@ -259,7 +259,7 @@ channels: {chamber_1_pressure: {column: P1, unit: bar}}
 """
     with pytest.raises(DataError, match="counts the samples and is not a time; give the sampling frequency"):
         batches(tmp_path, description, run_csv="Time,P1\n1,1\n2,2\n3,3\n")
-    with pytest.raises(DataError, match="has no unit; write 'time:"):
+    with pytest.raises(DataError, match="has no unit"):
         batches(tmp_path, description, run_csv="Time,P1\n0.1,1\n0.2,2\n0.3,3\n")
 
 

@@ -15,14 +15,14 @@ from hydrofdi.api.arguments import refusal
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel
 from hydrofdi.records.dates import instant, is_dated
-from hydrofdi.records.measured.column_names import (
+from hydrofdi.records.measured.columns import (
     channel_named,
     factor_to_si,
+    split_title,
     titles_of_dates,
     titles_of_time,
     unit_by_name,
 )
-from hydrofdi.records.measured.formats.table import split_title
 from hydrofdi.records.measured.recording import counts_samples
 from hydrofdi.records.measured.source import HeldSource, HeldTable, held_source
 from hydrofdi.settings.counting import counted

@@ -17,11 +17,10 @@ from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.opcua.configuration import OpcUaConfig, doubts, server_url
 from hydrofdi.monitor.opcua.joining import Joiner, NodeValue
 from hydrofdi.monitor.opcua.session import FIRST_HANDLE, Changes, LostError, Server, node_id
-from hydrofdi.monitor.sources.columns import Column
 from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource, joined
 from hydrofdi.monitor.sources.inbox import Inbox
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_names import factor_to_si
+from hydrofdi.records.measured.columns import Column, factor_to_si
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.counting import counted
@@ -207,7 +206,7 @@ def _column(channel: Channel, config: ChannelConfig) -> Column:
     node_id(config.column)
     if not config.unit:
         raise ConfigError(f"{where}: write the 'unit' of the node, such as bar")
-    return Column(0, config.column, config, factor_to_si(config.unit, channel.unit, where))
+    return Column(0, config.column, config, config.unit, factor_to_si(config.unit, channel.unit, where))
 
 
 def _node_values(data: ua.DataValue, channel: int, period: float, arrival: float) -> list[NodeValue]:

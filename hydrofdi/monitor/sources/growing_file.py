@@ -159,6 +159,8 @@ class GrowingFile(StreamSource):
         Whether to wait for more at the end.
     needed : collection of Channel
         Channels whose columns are refused, not ignored, if their unit has another dimension.
+    leaves_unended : bool
+        Whether a last line without a line end is left for a later run; else it is read if nobody follows.
     """
 
     def __init__(
@@ -167,8 +169,11 @@ class GrowingFile(StreamSource):
         config: MonitorConfig | None = None,
         follow: bool = True,
         needed: Collection[Channel] = (),
+        *,
+        leaves_unended: bool = False,
     ) -> None:
         self._path, self._follow, self._needed = path, follow, needed
+        self._leaves_unended = leaves_unended
         self._config = config or MonitorConfig()
         self._text = self._lines({})
         self._file: FollowedFile | None = None
@@ -275,7 +280,7 @@ class GrowingFile(StreamSource):
             return self._parsed(b"", is_end=True)
         elif not self._follow:
             self._is_over = True
-            return self._parsed(b"", is_end=True)
+            return None if self._leaves_unended else self._parsed(b"", is_end=True)
         return None
 
     def _is_replaced(self, file: FollowedFile) -> bool:

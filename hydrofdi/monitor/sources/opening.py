@@ -29,6 +29,7 @@ def open_stream(
     *,
     sampling_frequency: float | None = None,
     is_followed: bool = True,
+    is_resumed: bool = False,
 ) -> StreamSource:
     """The stream that a text means; nothing is read or connected yet.
 
@@ -45,6 +46,8 @@ def open_stream(
         Sampling frequency of text without a time column [Hz].
     is_followed : bool
         Whether a file is expected to grow.
+    is_resumed : bool
+        Whether a later run continues: it reads a last line without a line end, when it is whole.
 
     Raises
     ------
@@ -54,7 +57,7 @@ def open_stream(
     config = _needed(config, file)
     scheme = _SCHEME.match(text)
     if scheme is None:
-        return _text(text, config, file, sampling_frequency, is_followed)
+        return _text(text, config, file, sampling_frequency, is_followed, is_resumed)
     kind = scheme[1].lower()
     if kind not in _SCHEMES:
         raise ConfigError(f"{text}: unknown kind of source {kind!r}{_hint(kind, text)}")
@@ -86,6 +89,7 @@ def _text(
     file: DetectorFile,
     sampling_frequency: float | None,
     is_followed: bool,
+    is_resumed: bool,
 ) -> StreamSource:
     from hydrofdi.monitor.sources.growing_file import GrowingFile
     from hydrofdi.monitor.sources.standard_input import StandardInput
@@ -103,7 +107,7 @@ def _text(
         config = config.model_copy(update={"sampling_frequency": sampling_frequency})
     if text == "-":
         return StandardInput(config, needed=file.channels)
-    return GrowingFile(path, config, is_followed, file.channels)
+    return GrowingFile(path, config, is_followed, file.channels, leaves_unended=is_resumed)
 
 
 def _mqtt(text: str, config: MonitorConfig, file: DetectorFile, detector: Path) -> StreamSource:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from datetime import tzinfo
 from typing import Any
 
@@ -11,12 +11,12 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.sources.columns import Channels, Columns, columns_of
 from hydrofdi.monitor.sources.contract import joined
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.dates import unix_seconds
-from hydrofdi.records.measured.formats.table import split_title
+from hydrofdi.records.measured.columns import Column, columns_of, is_counts, split_title, time_column
+from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.counting import counted
 from hydrofdi.units import parse_quantity
@@ -73,10 +73,10 @@ class PayloadReader:
         clock: SampleClock | None = None,
         needed: Collection[Channel] = (),
     ) -> None:
-        self._channels, self._time, self._needed = config.channels, config.time, needed
+        self._config, self._needed = config, needed
         self._clock, self._largest, self._zone = clock, config.limits.payload, config.time_zone
         self._known: tuple[tuple[str, ...], tuple[int, ...]] | None = None
-        self._columns = Columns(None, {})
+        self._columns: tuple[Column | None, dict[Channel, Column]] = None, {}
 
     def read(self, payload: bytes) -> Chunk:
         """The samples of a payload: one JSON object, or one on each line.
@@ -104,54 +104,52 @@ class PayloadReader:
         PayloadError
             Names, units, lengths or values are wrong.
         """
-        columns = self._columns_of({key: value for key, value in found.items() if key != _FREQUENCY})
+        time, channels = self._columns_of({key: value for key, value in found.items() if key != _FREQUENCY})
         values = {
             channel: column.in_si(_numbers(column.title, found[column.title]))
-            for channel, column in columns.channels.items()
+            for channel, column in channels.items()
         }
         lengths = {samples.size for samples in values.values()}
         if len(lengths) > 1:
             raise PayloadError("the channels have different numbers of samples")
-        return Chunk(self._instants(columns, found, lengths.pop()), values)
+        return Chunk(self._instants(time, found, lengths.pop()), values)
 
-    def _columns_of(self, found: Mapping[str, Any]) -> Columns:
+    def _columns_of(self, found: Mapping[str, Any]) -> tuple[Column | None, dict[Channel, Column]]:
         """The columns that keys mean; those of the last object are cached."""
-        keys, dated = tuple(found), self._dated(found)
+        keys = tuple(found)
+        dated = tuple(place for place, value in enumerate(found.values()) if _is_text(value))
         if (keys, dated) != self._known:
             if len(keys) > _MOST_KEYS:
                 raise PayloadError(f"has {len(keys)} keys; at most {_MOST_KEYS}")
+            units = [split_title(key)[1] for key in keys]
+            config = self._config.model_copy(update={"channels": self._present(keys)})
             try:
-                self._columns = columns_of(
-                    keys, "JSON", self._present(keys), self._time, needed=self._needed, dated=dated
+                self._columns = stream_columns(
+                    keys, units, "JSON", config, self._needed, dated, has_clock=self._clock is not None
                 )
             except DataError as error:
                 raise PayloadError(str(error).removeprefix("JSON: ")) from None
             self._known = keys, dated
         return self._columns
 
-    def _dated(self, found: Mapping[str, Any]) -> tuple[int, ...]:
-        """Positions of the keys with texts; none if a sampling frequency replaces unnamed dates."""
-        if self._clock is not None and self._time is None:
-            return ()
-        return tuple(place for place, value in enumerate(found.values()) if _is_text(value))
-
-    def _present(self, keys: tuple[str, ...]) -> Channels:
+    def _present(self, keys: tuple[str, ...]) -> dict[Channel, ChannelConfig]:
         """The configured channels whose keys are present."""
         names = {*keys, *(split_title(key)[0] for key in keys)}
-        present = {channel: each for channel, each in self._channels.items() if each.column in names}
-        if self._channels and not present:
-            wanted = ", ".join(each.column for each in self._channels.values())
+        configured = self._config.channels
+        present = {channel: each for channel, each in configured.items() if each.column in names}
+        if configured and not present:
+            wanted = ", ".join(each.column for each in configured.values())
             raise PayloadError(f"has none of the keys {wanted[:100]}")
         return present
 
-    def _instants(self, columns: Columns, found: Mapping[str, Any], n_time: int) -> Array:
-        if columns.time is None:
+    def _instants(self, time: Column | None, found: Mapping[str, Any], n_time: int) -> Array:
+        if time is None:
             if self._clock is None:
                 raise PayloadError("has no time stamp; add 'time' [s]")
             return self._clock.take(n_time)
-        title, value = columns.time.title, found[columns.time.title]
+        title, value = time.title, found[time.title]
         times = _times(title, value, self._zone)
-        times = times if _is_text(value) else columns.time.in_si(times)
+        times = times if _is_text(value) else time.in_si(times)
         if times.size == 1 and _FREQUENCY in found:
             with np.errstate(over="ignore"):
                 times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
@@ -161,6 +159,46 @@ class PayloadReader:
                 f"has {counted(times.size, 'time stamp')} for {counted(n_time, 'sample')}{need}"
             )
         return times
+
+
+def stream_columns(
+    titles: Sequence[str],
+    units: Sequence[str],
+    place: str,
+    config: MonitorConfig,
+    needed: Collection[Channel],
+    dated: Collection[int],
+    *,
+    has_clock: bool,
+) -> tuple[Column | None, dict[Channel, Column]]:
+    """The column of time of a stream, and those of its channels.
+
+    Parameters
+    ----------
+    titles, units : sequence of str
+    place : str
+        The stream, for messages.
+    config : MonitorConfig
+    needed : collection of Channel
+        Channels whose columns are refused, not ignored, if their unit has another dimension.
+    dated : collection of int
+        Positions of columns with dates.
+    has_clock : bool
+        Whether a sampling frequency replaces dates that are not configured.
+
+    Raises
+    ------
+    DataError
+        Names or units are missing or contradict each other.
+    """
+    channels = columns_of(titles, units.__getitem__, place, config.channels, needed)
+    for channel, column in channels.items():
+        if is_counts(column.unit) and not column.config.unit:
+            raise DataError(
+                f"{place}: {column.title[:60]!r} is in counts; write 'gain' and 'unit' of {channel}"
+            )
+    counts = () if has_clock and config.time is None else dated
+    return time_column(titles, units.__getitem__, place, config.time, counts.__contains__), channels
 
 
 def parsed(text: bytes | str) -> dict[str, Any]:

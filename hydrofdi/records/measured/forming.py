@@ -254,6 +254,8 @@ def _batch(
     return RecordBatch(
         channels={
             channel: np.stack([record.recording.channels[channel] for record in records])
+            if len(records) > 1
+            else first.channels[channel][np.newaxis]
             for channel in first.channels
         },
         sampling_frequency=first.sampling.frequency,

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
-from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.files import in_natural_order
-from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.headers import channels_in, completed, sampling_in, unused_in
-from hydrofdi.records.measured.rejection import RejectionError
-from hydrofdi.records.measured.source import MeasuredSource, described
+from hydrofdi.records.measured.headers import completed
+from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Source
 
@@ -36,17 +34,7 @@ def plain_file_source(path: Path | str, sampling_frequency: float | None = None)
     file = Path(path)
     if not file.is_file():
         raise DataError(f"{file}: {'is a folder' if file.is_dir() else 'no such file'}")
-    try:
-        with open_table(file, str(file), FormatConfig()) as table:
-            channels = channels_in(table, file)
-            sampling = sampling_in(table, file, sampling_frequency)
-            times = [sampling["time"]["column"]] if "time" in sampling else []
-            unused = unused_in(table, [*times, *channels.values()])
-    except RejectionError as rejection:
-        raise DataError(f"{file}: {rejection}") from None
-    columns = {channel.value: {"column": title} for channel, title in channels.items()}
-    data = {"files": file.name, "channels": columns} | sampling
-    return MeasuredSource(str(path), file.parent, described(Source(data)), [file], unused)
+    return _plain_source(str(path), file.parent, [file], sampling_frequency)
 
 
 def plain_files(folder: Path) -> list[Path]:
@@ -76,9 +64,13 @@ def plain_folder_source(folder: Path, sampling_frequency: float | None = None) -
         The headers of the first file are not sufficient.
     """
     files = plain_files(folder)
-    if not files:
-        return None
+    return _plain_source(str(folder), folder, files, sampling_frequency) if files else None
+
+
+def _plain_source(
+    name: str, folder: Path, files: Sequence[Path], sampling_frequency: float | None
+) -> MeasuredSource:
     sampling = {} if sampling_frequency is None else {"sampling_frequency": sampling_frequency}
     named = validated(MeasuredConfig, Source({"files": [file.name for file in files]} | sampling))
-    config, unused = completed(named, files)
-    return MeasuredSource(str(folder), folder, config, files, unused)
+    config, unused = completed(named, files, is_plain=True)
+    return MeasuredSource(name, folder, config, files, unused)

@@ -12,17 +12,19 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_names import (
-    agreed_unit,
-    calibrated,
-    in_si,
+from hydrofdi.records.measured.columns import (
+    Column,
+    columns_of,
+    factor_to_si,
     is_counts,
-    time_columns,
-    unit_by_name,
+    known_unit,
+    scaled,
+    time_column,
+    titles_of_time,
     unknown_header_unit,
 )
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
-from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.records.measured.description.sections import TimeConfig
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.rejection import RejectionError
@@ -218,17 +220,10 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
     RejectionError
         They have different lengths, or too few samples.
     """
-    channels, units = {}, {}
+    columns, channels, times = _columns(table, config)
     doubts: list[Issue] = []
-    for channel, column in config.channels.items():
-        channels[channel], units[channel] = _channel(table, channel, column)
-        doubts += unknown_header_unit(column, table.unit(table.find(column.column)))
-    headers = {
-        channel: table.unit(table.find(column.column))
-        for channel, column in config.channels.items()
-        if column.gain is not None
-    }
-    times = None if config.time is None else _times(table, config)
+    for column in columns.values():
+        doubts += unknown_header_unit(column.config, table.unit(column.position))
     if config.sampling_frequency is not None:
         doubts += _contradicting_times(table, config.sampling_frequency)
     values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
@@ -242,11 +237,15 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
     return Recording(
         channels,
         sampling,
-        frozenset(channel for channel, unit in units.items() if is_counts(unit)),
+        frozenset(channel for channel, column in columns.items() if is_counts(column.unit)),
         remarks=(*table.remarks, *doubts, *remarks),
         values=values,
-        scaled_headers=headers,
-        units=units,
+        scaled_headers={
+            channel: table.unit(column.position)
+            for channel, column in columns.items()
+            if column.config.gain is not None
+        },
+        units={channel: column.unit for channel, column in columns.items()},
     )
 
 
@@ -258,8 +257,7 @@ def samples_of(table: Table, config: MeasuredConfig) -> tuple[dict[Channel, Arra
     DataError
         They are not as described, or have different lengths.
     """
-    channels = {channel: _channel(table, channel, column)[0] for channel, column in config.channels.items()}
-    times = None if config.time is None else _times(table, config)
+    _, channels, times = _columns(table, config)
     try:
         _common_length(channels, times)
     except RejectionError as rejection:
@@ -267,39 +265,42 @@ def samples_of(table: Table, config: MeasuredConfig) -> tuple[dict[Channel, Arra
     return channels, times
 
 
-def _channel(table: Table, channel: Channel, config: ChannelConfig) -> tuple[Array, str]:
-    """Samples of a channel in SI, or in counts, and the unit of its numbers in the file."""
+def _columns(
+    table: Table, config: MeasuredConfig
+) -> tuple[dict[Channel, Column], dict[Channel, Array], Array | None]:
+    """The columns of a description, their samples in SI or in counts, and their instants [s]."""
+    columns = columns_of(table.titles, table.unit, table.place, config.channels)
+    time = None if config.time is None else table.find(config.time.column)
+    table.load([*(column.position for column in columns.values()), *([] if time is None else [time])])
+    times = None if config.time is None else _times(table, config.time)
+    return columns, {key: each.in_si(table.numbers(each.position)) for key, each in columns.items()}, times
+
+
+def _times(table: Table, config: TimeConfig) -> Array:
     position = table.find(config.column)
-    where = f"{table.place}: column {config.column!r} ({channel})"
-    unit = agreed_unit(config, table.unit(position), where)
-    values = calibrated(table.numbers(position), config)
-    return in_si(values, unit, channel.unit, where), unit
-
-
-def _times(table: Table, config: MeasuredConfig) -> Array:
-    assert config.time is not None
-    position = table.find(config.time.column)
-    where = f"{table.place}: column {config.time.column!r} (time)"
-    if (dates := table.dates(position)) is not None:
-        return dates
     values = table.instants(position)
-    header = table.unit(position)
-    if not (config.time.unit or header) and (counts_samples(values) or not unit_by_name(config.time.column)):
-        raise _no_unit_of_time(where, values)
-    unit = agreed_unit(ChannelConfig(column=config.time.column, unit=config.time.unit), header, where)
-    if is_counts(unit):
-        raise _no_unit_of_time(where, values)
-    return in_si(values, unit, "s", where)
+    if table.is_dated(position):
+        return values
+    if not (config.unit or table.unit(position)) and counts_samples(values):
+        raise DataError(
+            f"{table.place}: column {config.column!r} (time): counts the samples and is not a time; give the"
+            " sampling frequency instead, such as 'sampling_frequency: 1 kHz'"
+        )
+    column = time_column(table.titles, table.unit, table.place, config, table.is_dated)
+    assert column is not None
+    return column.in_si(values)
 
 
 def _contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:
     """A remark if median and mean step of a time column contradict the stated sampling frequency."""
-    for position in time_columns(table):
+    units = [table.unit(position) for position in range(len(table.titles))]
+    for position in (n for n in titles_of_time(table.titles, units) if known_unit(units[n])):
         title = table.titles[position]
         try:
-            times = in_si(table.numbers(position), table.unit(position), "s", f"{table.place}: {title}")
+            values = table.numbers(position)
         except DataError:
             continue
+        times = scaled(values, factor_to_si(table.unit(position), "s", title))
         steps = np.diff(times[np.isfinite(times)])
         expected = np.array([np.median(steps), np.mean(steps)]) * frequency if steps.size else np.ones(2)
         if np.all(np.abs(expected - 1.0) > _TOLERANCE):
@@ -308,16 +309,6 @@ def _contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:
             text = f"column {title!r} says {found:g} Hz, the description {frequency:g} Hz"
             return (Issue(text, kind="sampling_differs"),)
     return ()
-
-
-def _no_unit_of_time(where: str, values: Array) -> DataError:
-    """The error for a time column without a unit."""
-    if counts_samples(values):
-        return DataError(
-            f"{where}: counts the samples and is not a time; give the sampling frequency instead,"
-            " such as 'sampling_frequency: 1 kHz'"
-        )
-    return DataError(f"{where}: has no unit; write 'time: {{column: …, unit: s}}'")
 
 
 def _common_length(channels: Mapping[Channel, Array], times: Array | None) -> int:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 
 from hydrofdi.errors import Issue
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_names import is_counts, known_unit, unit_remedy
+from hydrofdi.records.measured.columns import is_counts, known_unit, unit_remedy
 from hydrofdi.records.measured.description.configuration import MeasuredConfig
 from hydrofdi.records.measured.description.ranges import plausible_range
 from hydrofdi.records.measured.description.sections import ChannelConfig

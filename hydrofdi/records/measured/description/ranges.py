@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.column_names import is_counts
+from hydrofdi.records.measured.columns import is_counts
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.settings.quantities import SI
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
-from hydrofdi.records.measured.formats.table import Table, split_title
+from hydrofdi.records.measured.columns import split_title
+from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.rejection import RejectionError, damage_named
 from hydrofdi.settings.counting import counted
 
@@ -48,6 +49,7 @@ class ArrayTable(Table):
     ) -> None:
         self.place, self._what, self._load, self._units = place, what, load, units
         self._columns = [column for name, shape in shapes.items() for column in _columns(name, shape)]
+        self._last: tuple[str, Any] = "", None
         self.titles = [name if number is None else f"{name}[{number + 1}]" for name, number in self._columns]
 
     def unit(self, position: int) -> str:
@@ -68,11 +70,15 @@ class ArrayTable(Table):
             raise DataError(f"{where}: contains {values.dtype.name}, not numbers")
         return np.asarray(values, dtype=np.float64)
 
-    def dates(self, position: int) -> Array | None:
-        """Time since the first date of a column [s]; None if it contains no dates."""
+    def is_dated(self, position: int) -> bool:
+        """Whether a column contains dates."""
+        return bool(self._vector(position).dtype.kind == "M")
+
+    def instants(self, position: int) -> Array:
+        """Values of a time column; of dates, the time since the first one [s]."""
         values = self._vector(position)
         if values.dtype.kind != "M":
-            return None
+            return self.numbers(position)
         known = values[~np.isnat(values)]
         return (values - known[:1]) / np.timedelta64(1, "s") if known.size else np.full(values.size, np.nan)
 
@@ -87,9 +93,11 @@ class ArrayTable(Table):
 
     def _vector(self, position: int) -> Any:
         name, number = self._columns[position]
-        with damage_named(self._what):
-            values = np.asarray(self._load(name))
-            values = values.T if values.ndim == 2 and values.shape[1] > values.shape[0] else values
+        if name != self._last[0]:
+            with damage_named(self._what):
+                values = np.asarray(self._load(name))
+            self._last = name, values.T if values.ndim == 2 and values.shape[1] > values.shape[0] else values
+        values = self._last[1]
         return values.reshape(-1) if number is None else values[:, number]
 
 
@@ -111,7 +119,7 @@ def _as_text(value: Any) -> str:
 
 Content = Path | BytesIO
 
-_MOST_BYTES = 2**31
+MOST_BYTES = 2**31
 
 
 def file_bytes(path: Path) -> bytes:
@@ -126,9 +134,9 @@ def file_bytes(path: Path) -> bytes:
     """
     opener = gzip.open if path.suffix.lower() == ".gz" else open
     with damage_named("gzip" if path.suffix.lower() == ".gz" else "a file"), opener(path, "rb") as file:
-        data = file.read(_MOST_BYTES + 1)
-    if len(data) > _MOST_BYTES:
-        raise DataError(f"{path}: is larger than {_MOST_BYTES / 2**30:g} GiB")
+        data = file.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise DataError(f"{path}: is larger than {MOST_BYTES / 2**30:g} GiB")
     if not data:
         raise RejectionError("empty", "is empty")
     return data

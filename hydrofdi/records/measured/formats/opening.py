@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats.arrays import ArrayTable, Content, content_of, file_bytes, npz_table
+from hydrofdi.records.measured.formats.arrays import ArrayTable, Content, content_of, npz_table
 from hydrofdi.records.measured.formats.reading_apart import table_read_apart
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text import TextTable
@@ -75,7 +74,7 @@ def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
     """
     kind = form.kind or kind_of(path, place)
     if kind == "text":
-        yield TextTable(place, _decoded(path, place, form.encoding), form)
+        yield TextTable(path, place, form)
         return
     content = content_of(path)
     match kind:
@@ -108,25 +107,6 @@ def kind_of(path: Path, place: str) -> str:
         f"{place}: unknown suffix {suffix!r}{hint}; hydrofdi reads {', '.join(_KINDS)} (or write"
         " 'format: {kind: text}' in the YAML that describes the file, docs/measured.md)"
     )
-
-
-def _decoded(path: Path, place: str, encoding: str) -> str:
-    data = file_bytes(path)
-    if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) and encoding.lower() in ("utf-8", "utf8"):
-        raise DataError(
-            f"{place}: is in UTF-16; convert it with 'iconv -f UTF-16 -t UTF-8', or write"
-            " 'format: {encoding: utf-16}' in the YAML that describes the file (docs/measured.md)"
-        )
-    try:
-        text = data.decode("utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding)
-    except UnicodeError:
-        raise DataError(
-            f"{place}: is not text in {encoding}; write 'format: {{encoding: …}}', such as latin-1, in the"
-            " YAML that describes the file (docs/measured.md)"
-        ) from None
-    if "\0" in text:
-        raise DataError(f"{place}: is not text in {encoding}; is it a binary file, or in utf-16?")
-    return text
 
 
 def _is_hdf5(content: Content) -> bool:

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import atexit
-import io
-import json
 import os
+import pickle
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, cast
-
-import numpy as np
+from typing import IO, Any, cast
 
 from hydrofdi.records import array_reader
 from hydrofdi.records.measured.formats.arrays import ArrayTable, Content
@@ -34,13 +31,26 @@ def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayT
     RejectionError
         The file cannot be read, or reading it crashes or takes too long.
     """
-    reader = _free_reader()
+    reader = _idle.pop() if _idle else _Reader()
+    if reader.process.poll() is not None:  # it was killed while it waited
+        reader.end()
+        reader = _Reader()
+    reader.kind = kind
     try:
         with damage_named(kind):
-            shapes = reader.open(kind, content)
-        yield ArrayTable(place, kind, shapes, reader.array, reader.unit)
+            given = str(content.absolute()) if isinstance(content, Path) else content.getvalue()
+            size = content.stat().st_size if isinstance(content, Path) else len(given)
+            reader.seconds = SECONDS + size / _BYTES_PER_SECOND
+            shapes = reader.ask("open", given)
+        yield ArrayTable(
+            place, kind, shapes, lambda name: reader.ask("array", name), lambda name: reader.ask("unit", name)
+        )
     finally:
-        reader.close()
+        try:
+            reader.ask("close")
+            _idle.append(reader)
+        except (RejectionError, OSError):
+            reader.end()
 
 
 class _Reader:
@@ -49,43 +59,10 @@ class _Reader:
     def __init__(self) -> None:
         command = [sys.executable, "-P", array_reader.__file__]
         pipe = subprocess.PIPE
-        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
-        self._requests = cast(io.BufferedWriter, self._process.stdin)
-        self._answers = cast(io.BufferedReader, self._process.stdout)
-        self._kind, self._seconds = "", SECONDS
+        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+        self.kind, self.seconds = "", SECONDS
 
-    def open(self, kind: str, content: Content) -> dict[str, tuple[int, ...]]:
-        """Name → shape of each array in a file."""
-        data = b"" if isinstance(content, Path) else content.getbuffer()
-        path = str(content.absolute()) if isinstance(content, Path) else None
-        size = content.stat().st_size if isinstance(content, Path) else len(data)
-        self._kind, self._seconds = kind, SECONDS + size / _BYTES_PER_SECOND
-        shapes = self.ask("open", data, kind=kind, path=path, size=size)["shapes"]
-        return {name: tuple(shape) for name, shape in shapes.items()}
-
-    def array(self, name: str) -> Any:
-        """Values of an array; other types than numbers and text are converted to text."""
-        return self.ask("array", name=name)["values"]
-
-    def unit(self, name: str) -> str:
-        """Unit that the file states."""
-        return str(self.ask("unit", name=name)["unit"])
-
-    @property
-    def runs(self) -> bool:
-        """Whether the process is running."""
-        return self._process.poll() is None
-
-    def close(self) -> None:
-        """Release the file; the process waits for the next one, unless it is broken."""
-        try:
-            self.ask("close")
-        except (RejectionError, OSError):
-            self.end()
-        else:
-            _idle.append(self)
-
-    def ask(self, do: str, data: bytes | memoryview = b"", **of: Any) -> dict[str, Any]:
+    def ask(self, action: str, *of: Any) -> Any:
         """The answer to a request.
 
         Raises
@@ -95,68 +72,41 @@ class _Reader:
         RejectionError
             The process has ended.
         """
-        start = time.monotonic()
+        start, requests = time.monotonic(), cast(IO[bytes], self.process.stdin)
         try:
-            if not self.runs:
-                raise EOFError
-            request = json.dumps({"do": do, "of": of, "seconds": self._seconds})
-            self._requests.write(request.encode() + b"\n")
-            self._requests.write(data)
-            self._requests.flush()
-            answer = self._answer()
-        except (EOFError, BrokenPipeError):
+            pickle.dump((self.seconds, self.kind, action, *of), requests)
+            requests.flush()
+            answer = pickle.load(cast(IO[bytes], self.process.stdout))
+        except (EOFError, OSError, ValueError, pickle.UnpicklingError):
             self.end()
-            late = time.monotonic() - start >= self._seconds
-            what = f"took longer than {self._seconds:.3g} s" if late else "crashed"
-            raise RejectionError("damaged", f"reading it as {self._kind} {what}") from None
+            late = time.monotonic() - start >= self.seconds
+            what = f"took longer than {self.seconds:.3g} s" if late else "crashed"
+            raise RejectionError("damaged", f"reading it as {self.kind} {what}") from None
         except BaseException:
             self.end()
             raise
-        if "error" in answer:
-            raise OSError(answer["error"])
-        return answer
-
-    def _answer(self) -> dict[str, Any]:
-        line = self._answers.readline()
-        if not line.endswith(b"\n"):
-            raise EOFError
-        answer: dict[str, Any] = json.loads(line)
-        if "texts" in answer:
-            answer["values"] = np.array(answer["texts"], dtype=object).reshape(answer["shape"])
-        elif "dtype" in answer:
-            answer["values"] = values = np.empty(answer["shape"], dtype=answer["dtype"])
-            body: Any = values.reshape(-1).view(np.uint8) if values.nbytes else bytearray()
-            if self._answers.readinto(body) < values.nbytes:
-                raise EOFError
+        if isinstance(answer, OSError):
+            raise answer
         return answer
 
     def end(self) -> None:
         """End the process; a second call does nothing."""
-        self._process.kill()
-        self._process.wait()
-        with suppress(OSError):
-            self._requests.close()
-        self._answers.close()
+        self.process.kill()
+        self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout):
+            with suppress(OSError):
+                cast(IO[bytes], pipe).close()
 
 
 _idle: list[_Reader] = []
 """Processes that wait for the next file; each open table has its own."""
 
 
-def _free_reader() -> _Reader:
-    while _idle:
-        reader = _idle.pop()
-        if reader.runs:
-            return reader
-        reader.end()
-    return _Reader()
-
-
+@atexit.register
 def _end_all() -> None:
     while _idle:
         _idle.pop().end()
 
 
-atexit.register(_end_all)
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_idle.clear)

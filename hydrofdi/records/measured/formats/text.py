@@ -1,78 +1,92 @@
-"""Delimited text: CSV, TSV and other files of loggers."""
+"""Delimited text of loggers, read in blocks."""
 
 from __future__ import annotations
 
+import codecs
+import gzip
 import re
+from array import array
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from functools import cached_property
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from io import IncrementalNewlineDecoder
+from pathlib import Path
 
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
+from hydrofdi.records import dates
 from hydrofdi.records.batch import Array
-from hydrofdi.records.dates import is_dated
-from hydrofdi.records.measured.column_names import is_unit
+from hydrofdi.records.measured.columns import is_unit
 from hydrofdi.records.measured.description.sections import FormatConfig
+from hydrofdi.records.measured.formats.arrays import MOST_BYTES
 from hydrofdi.records.measured.formats.table import Table
-from hydrofdi.records.measured.formats.text_cells import (
-    CellError,
-    Cells,
-    column_dates,
-    column_numbers,
-    is_missing,
-    is_number,
-)
+from hydrofdi.records.measured.rejection import RejectionError, damage_named
+from hydrofdi.records.measured.rows import RowReader, runs
 
-
-def broken_rows(widths: Sequence[int], n_column: int) -> list[int]:
-    """Rows with fewer cells than usual in the file, which may leave its last column empty."""
-    usual = _usual(widths, n_column)
-    return [row for row, width in enumerate(widths) if width < usual]
-
-
-def rows_to_keep(widths: Sequence[int], n_column: int, *, is_ended: bool) -> int:
-    """Number of rows up to the last complete one; at least one.
-
-    Parameters
-    ----------
-    widths : sequence of int
-        Cells of each row.
-    n_column : int
-        Columns with a name.
-    is_ended : bool
-        Whether the last row has a line end.
-    """
-    usual, kept = _usual(widths, n_column), len(widths)
-    if kept > 1 and not is_ended and widths[-1] < widths[-2]:
-        kept -= 1
-    while kept > 1 and widths[kept - 1] < usual:
-        kept -= 1
-    return kept
-
-
-def bridged(times: Array, rows: Sequence[int]) -> Array:
-    """Instants, interpolated linearly in some rows; NaN if a row has no neighbour on one side."""
-    if not rows:
-        return times
-    whole = np.delete(np.arange(times.size), rows)
-    times[rows] = np.interp(rows, whole, times[whole], left=np.nan, right=np.nan)
-    return times
-
-
-def _usual(widths: Sequence[int], n_column: int) -> int:
-    """The most frequent number of cells, at most `n_column`; the larger of equally frequent numbers."""
-    counts = Counter(widths)
-    return min(n_column, max(counts, key=lambda width: (counts[width], width), default=0))
-
-
+_BLOCK = 2**21
+_UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 _NEWEST = 1000
-"""Number of last rows that are compared with each other."""
+"""Number of last rows whose last cells are compared."""
+
+
+def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
+    """Lines of a file, block by block; the last line is empty if the one before has a line end.
+
+    Raises
+    ------
+    DataError
+        It is too large, or no text in this encoding.
+    RejectionError
+        It is empty, or cannot be read or decompressed.
+    """
+    is_packed = path.suffix.lower() == ".gz"
+    is_utf_8 = encoding.lower() in ("utf-8", "utf8")
+    decoder = IncrementalNewlineDecoder(
+        codecs.getincrementaldecoder("utf-8-sig" if is_utf_8 else encoding)(), translate=True
+    )
+    rest, n_byte = "", 0
+    with damage_named("gzip" if is_packed else "a file"):
+        file = (gzip.open if is_packed else open)(path, "rb")
+    with file:
+        while True:
+            with damage_named("gzip" if is_packed else "a file"):
+                data = file.read(_BLOCK)
+            n_byte += len(data)
+            if not n_byte:
+                raise RejectionError("empty", "is empty")
+            if n_byte > MOST_BYTES:
+                raise DataError(f"{path}: is larger than {MOST_BYTES / 2**30:g} GiB")
+            if (
+                is_utf_8
+                and n_byte == len(data)
+                and data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+            ):
+                raise DataError(
+                    f"{place}: is in UTF-16; convert it with 'iconv -f UTF-16 -t UTF-8', or write"
+                    " 'format: {encoding: utf-16}'"
+                )
+            try:
+                text = decoder.decode(data, final=not data)
+            except UnicodeError:
+                raise DataError(
+                    f"{place}: is not text in {encoding}; write 'format: {{encoding: …}}', such as latin-1"
+                ) from None
+            if "\0" in text:
+                raise DataError(f"{place}: is not text in {encoding}; is it a binary file, or in utf-16?")
+            *lines, rest = (rest + text).split("\n")
+            if data:
+                yield lines
+            else:
+                yield [*lines, rest]
+                return
 
 
 class TextTable(Table):
-    """Columns of a delimited text.
+    """Columns of a delimited text. Only its beginning is read at first, the rest when columns are loaded.
+
+    Rows may have fewer cells than there are names. Those with fewer than usual at the beginning of the file
+    are cut off: none of their numbers is believed.
 
     Raises
     ------
@@ -80,22 +94,32 @@ class TextTable(Table):
         The header is ambiguous, or rows have more cells than there are column names.
     """
 
-    def __init__(self, place: str, text: str, form: FormatConfig) -> None:
-        self.place, self._form = place, form
-        self._cells = Cells(place, text, form)
-        if not self._cells.n_row:
+    def __init__(self, path: Path, place: str, form: FormatConfig) -> None:
+        self.place, self._path, self._form = place, path, form
+        self._columns: dict[int, array[float]] = {}
+        self._n_row, self._broken = 0, list[int]()
+        kept = self._beginning()
+        if not kept:
             raise DataError(f"{place}: contains no rows")
-        self._first_row, self._units = 0, [""]
-        self.titles = self._take_header() if self._has_header() else self._numbered()
-        self._check_widths()
-        self._broken: list[int] = []
-        self.remarks = tuple(self._irregularities(is_ended=text.endswith(("\n", "\r"))))
+        self._lines = [number for number, _ in kept]
+        texts = [line for _, line in kept]
+        self._rows, self._units = RowReader(form, texts[:2]), [""]
+        cells = self._cells_of(texts)
+        self._n_head = self._n_head_of(cells) if self._has_header(cells[0]) else 0
+        self.titles = self._rows.header(texts[0]) if self._n_head else self._numbered(texts, cells)
+        self._rows.titles = self.titles
+        self._units = cells[1] if self._n_head > 1 else [""]
+        self._example = cells[self._n_head :]
+        widths = Counter(map(len, self._example))
+        usual = max(widths, key=lambda width: (widths[width], width), default=0)
+        self._usual = min(len(self.titles), usual)
+        if self._n_head and self._example:
+            self._check_first(self._example[0])
 
     @property
     def has_decimal_commas(self) -> bool:
         """Whether the first row has numbers with decimal commas, contrary to the description."""
-        has_rows = self._form.decimal == "." and self._first_row < self._cells.n_row
-        cells = self._cells.row(self._first_row) if has_rows else []
+        cells = self._example[0] if self._example and self._form.decimal == "." else []
         return any(_COMMA_NUMBER.fullmatch(cell.strip()) for cell in cells)
 
     def unit(self, position: int) -> str:
@@ -104,152 +128,220 @@ class TextTable(Table):
         header = super().unit(position)
         if own and header and own != header:
             title = self.titles[position]
-            raise DataError(f"{self._cells.place(1)}: column {title!r} has the unit {own} here")
+            raise DataError(f"{self._place(1)}: column {title!r} has the unit {own} here")
         return own or header
 
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_row,)."""
-        if self._matrix is not None:
-            return np.ascontiguousarray(self._matrix[:, position])
-        cells = self._cells.column(position, self._first_row)
-        try:
-            return column_numbers(cells, self._form.decimal, self._form.missing)
-        except CellError as error:
-            row = self._first_row + error.row
-            hint = self._first_row_hint() if error.row == 0 else ""
-            place, title = self._cells.place(row), self.titles[position]
-            raise DataError(f"{place}: column {title!r}: {error}{hint}") from None
-
-    def dates(self, position: int) -> Array | None:
-        """Time since the first date of a column [s]; None if it contains no dates."""
-        if self._matrix is not None:
-            return None
-        cells = self._cells.column(position, self._first_row)
-        first = next((cell for cell in cells if not is_missing(cell, self._form.missing)), "")
-        if not is_dated(first):
-            return None
-        try:
-            return bridged(column_dates(cells, self._form.missing), self._broken)
-        except CellError as error:
-            place, title = self._cells.place(self._first_row + error.row), self.titles[position]
-            raise DataError(f"{place}: column {title!r}: {error}") from None
+        if position not in self._columns:
+            self.load([position])
+        return np.frombuffer(self._columns.pop(position))[: self._n_row]
 
     def instants(self, position: int) -> Array:
-        """Values of a time column; truncated rows are interpolated between their neighbours."""
-        return bridged(self.numbers(position), self._broken)
+        """Values of a time column; cut rows are interpolated, dates are counted from the first one [s]."""
+        times, rows = self.numbers(position), self._broken
+        if rows:
+            whole = np.delete(np.arange(times.size), rows)
+            times[rows] = np.interp(rows, whole, times[whole], left=np.nan, right=np.nan)
+        return times
 
     def text(self, position: int) -> str:
         """The value of a constant column."""
-        cells = enumerate(self._cells.column(position, self._first_row))
-        values = {row: cell.strip() for row, cell in cells if row not in self._broken}
-        first = next(iter(values.values()), "")
-        for row, value in values.items():
+        first: str | None = None
+        for line, cells in self._rows_of_cells():
+            value = cells[position].strip() if position < len(cells) else ""
+            first = value if first is None else first
             if value != first:
-                place, title = self._cells.place(self._first_row + row), self.titles[position]
+                title = self.titles[position]
+                place = f"{self.place}:{line}"
                 raise DataError(f"{place}: column {title!r} changes from {first!r} to {value!r}")
-        return first
+        return first or ""
 
-    @cached_property
-    def _matrix(self) -> Array | None:
-        """All columns, if they contain only numbers that NumPy can read; else None."""
-        is_usual = self._form.decimal == "." and not self._form.missing
-        return self._cells.matrix(self._first_row, len(self.titles)) if is_usual else None
+    def load(self, positions: Sequence[int]) -> None:
+        """Read columns, all in one pass."""
+        reading = _Reading(self._rows, self._usual, positions, filter(self.is_dated, positions))
+        tail: list[str] = []
+        for number, lines in self._row_blocks():
+            tail = [*tail, *lines][-_NEWEST:]
+            for row, found in runs(lines, reading.parse):
+                if not isinstance(found, ValueError):
+                    reading.add(*found, number + row)
+                elif self._rows.is_empty(lines[row]):
+                    reading.n_waiting += 1
+                else:
+                    is_value = str(found).startswith("column") and not reading.n_row
+                    hint = self._first_row_hint() if is_value else self._preamble_hint()
+                    raise DataError(f"{self.place}:{number + row}: {found}{hint}")
+        is_cut = bool(tail and tail[-1]) and self._may_be_cut(tail)
+        self.remarks = tuple(reading.remarks(bool(tail and tail[-1]), is_cut))
+        self._n_row, self._broken = reading.n_row, reading.broken
+        self._columns |= reading.columns
 
-    def _has_header(self) -> bool:
+    def _beginning(self) -> list[tuple[int, str]]:
+        """Numbers from 1, and texts, of the first lines with cells."""
+        lines: list[str] = []
+        kept: list[tuple[int, str]] = []
+        reader, skip = RowReader(self._form, []), self._form.skip
+        for block in blocks_of(self._path, self.place, self._form.encoding):
+            lines += block
+            kept = [(n, line) for n, line in enumerate(lines[skip:], skip + 1) if not reader.is_empty(line)]
+            if len(kept) > 3:
+                break
+        return kept
+
+    def _cells_of(self, texts: list[str]) -> list[list[str]]:
+        try:
+            cells = self._rows.cells(texts)
+            cells[0] = self._rows.header(texts[0]) if self._rows.delimiter == " " else cells[0]
+        except ValueError:  # one by one, to say where
+            cells = []
+            for number, text in zip(self._lines, texts, strict=True):
+                try:
+                    cells += self._rows.cells([text])
+                except ValueError as error:
+                    raise DataError(f"{self.place}:{number}: {error}") from None
+        return cells
+
+    def _row_blocks(self) -> Iterator[tuple[int, list[str]]]:
+        """Blocks of lines below the header, each with the number of its first line."""
+        number = 1
+        first = self._lines[self._n_head] if self._n_head < len(self._lines) else self._lines[-1] + 1
+        for lines in blocks_of(self._path, self.place, self._form.encoding):
+            start = max(0, first - number)
+            if lines[start:]:
+                yield number + start, lines[start:]
+            number += len(lines)
+
+    def _rows_of_cells(self) -> Iterator[tuple[int, list[str]]]:
+        """Line and cells of each row that is not cut off."""
+        for number, lines in self._row_blocks():
+            for line, text in enumerate(lines, number):
+                cells = [] if self._rows.is_empty(text) else self._rows.cells([text])[0]
+                if len(cells) >= max(1, self._usual):
+                    yield line, cells
+
+    def is_dated(self, position: int) -> bool:
+        """Whether a column contains dates."""
+        cells = (row[position] for row in self._example if position < len(row))
+        return dates.is_dated(next((cell for cell in cells if not self._rows.is_missing(cell)), ""))
+
+    def _has_header(self, cells: list[str]) -> bool:
         if self._form.header is not None:
             return self._form.header
-        numeric = [self._is_number(cell) for cell in self._cells.row(0) if cell.strip()]
+        numeric = [self._rows.is_number(cell) for cell in cells if cell.strip()]
         if any(numeric) and not all(numeric):
             choice = "Write 'format: {header: true}' or 'false'"
-            hint = self._preamble_hint()
-            raise DataError(f"{self._cells.place(0)}: is this a header or a row? {choice}{hint}")
+            raise DataError(f"{self._place(0)}: is this a header or a row? {choice}{self._preamble_hint()}")
         return not all(numeric)
 
-    def _numbered(self) -> list[str]:
-        if self._cells.is_comma_doubtful:
+    def _numbered(self, texts: list[str], cells: list[list[str]]) -> list[str]:
+        if self._rows.is_guessed and self._rows.delimiter == "," and not any("." in line for line in texts):
             raise DataError(
-                f"{self._cells.place(0)}: do commas separate columns, or are they decimal signs? Write"
+                f"{self._place(0)}: do commas separate columns, or are they decimal signs? Write"
                 " 'format: {delimiter: \",\"}' or 'format: {decimal: \",\"}'"
             )
-        return [str(number + 1) for number in range(self._cells.width)]
+        return [str(number + 1) for number in range(max(map(len, cells)))]
 
-    def _take_header(self) -> list[str]:
-        self._first_row = 1
-        if self._has_units_row():
-            self._units, self._first_row = self._cells.row(1), 2
-        titles = [cell.strip() for cell in self._cells.row(0)]
-        while titles and not titles[-1]:
-            titles.pop()
-        return titles
+    def _n_head_of(self, cells: list[list[str]]) -> int:
+        """Number of lines of the header: with units or without."""
+        if self._form.units_row is not None or len(cells) < 2:
+            return 1 + (bool(self._form.units_row) and len(cells) > 1)
+        found = [cell.strip() for cell in cells[1] if cell.strip()]
+        is_units = (not self._rows.is_number(cell) and is_unit(cell.strip("[]()")) for cell in found)
+        return 1 + (bool(found) and all(is_units))
 
-    def _has_units_row(self) -> bool:
-        if self._form.units_row is not None or self._cells.n_row < 2:
-            return bool(self._form.units_row) and self._cells.n_row > 1
-        cells = [cell.strip() for cell in self._cells.row(1) if cell.strip()]
-        return bool(cells) and all(
-            not self._is_number(cell) and is_unit(cell.strip("[]()")) for cell in cells
-        )
+    def _check_first(self, cells: list[str]) -> None:
+        n_cell, n_title, are_blank_divided = len(cells), len(self.titles), self._rows.delimiter == " "
+        if any(cell.strip() for cell in cells[n_title:]) or (are_blank_divided and n_cell != n_title):
+            hint = "; are commas decimal signs?" if self.has_decimal_commas else ""
+            hint += self._preamble_hint()
+            if are_blank_divided:
+                hint += (
+                    "; if names contain spaces, write 'format: {header: false, skip: …}' and give columns"
+                    " by number"
+                )
+            place = self._place(self._n_head)
+            raise DataError(f"{place}: has {n_cell} cells under {n_title} column names{hint}")
 
-    def _check_widths(self) -> None:
-        width, first = len(self.titles), self._first_row
-        if self._cells.are_blank_delimited and 0 < first < self._cells.n_row:
-            self._check_blanks(len(self._cells.row(first)), width)
-        if self._cells.width <= width:
-            return
-        for row in range(first, self._cells.n_row):
-            cells = self._cells.row(row)
-            if any(cell.strip() for cell in cells[width:]):
-                hint = "; are commas decimal signs?" if "," in self._cells.line(row) else ""
-                hint += self._preamble_hint()
-                place = self._cells.place(row)
-                raise DataError(f"{place}: has {len(cells)} cells under {width} column names{hint}")
-
-    def _check_blanks(self, found: int, width: int) -> None:
-        if found != width:
-            raise DataError(
-                f"{self._cells.place(self._first_row)}: has {found} cells under {width} column names"
-                f"{self._preamble_hint()}; if names contain spaces, write"
-                " 'format: {header: false, skip: …}' and give columns by number"
-            )
-
-    def _irregularities(self, is_ended: bool) -> Iterator[Issue]:
-        cells, first = self._cells, self._first_row
-        widths = cells.widths(first)
-        kept = rows_to_keep(widths, len(self.titles), is_ended=is_ended)
-        for _ in widths[kept:]:
-            cells.leave_out_last()
-        if widths[kept:]:
-            yield Issue("the last line is incomplete and is ignored", kind="truncated")
-        elif not is_ended and self._may_be_cut():
-            yield Issue("the last line has no line end; its last number may be cut off", kind="unended")
-        if n_between := cells.lines_between(first):
-            yield Issue(f"blank lines or comments between rows: {n_between}", kind="interrupted")
-        self._broken = broken_rows(widths[:kept], len(self.titles))
-        for row in self._broken:
-            cells.empty(first + row)
-        if n_short := sum(width < len(self.titles) for width in widths[:kept]):
-            yield Issue(
-                f"rows with fewer cells than there are column names: {n_short}{self._cut()}", kind="ragged"
-            )
-
-    def _may_be_cut(self) -> bool:
+    def _may_be_cut(self, tail: list[str]) -> bool:
         """Whether the last cell may be an incomplete number: another cell of its column is longer."""
-        rows = range(max(self._first_row, self._cells.n_row - _NEWEST), self._cells.n_row)
-        lengths = [len(self._cells.row(row)[-1].strip()) for row in rows]
+        rows = self._rows.cells([line for line in tail if not self._rows.is_empty(line)])
+        lengths = [len(row[-1].strip()) for row in rows]
         return bool(lengths) and lengths[-1] < max(lengths)
 
-    def _cut(self) -> str:
-        if not self._broken:
-            return ""
-        line = self._cells.line_number(self._first_row + self._broken[0])
-        return f"; {len(self._broken)} cut off and read as missing, the first in line {line}"
-
-    def _is_number(self, cell: str) -> bool:
-        return is_number(cell, self._form.decimal, self._form.missing)
+    def _place(self, row: int) -> str:
+        return f"{self.place}:{self._lines[row]}"
 
     def _first_row_hint(self) -> str:
         units = "for a line of units, write 'format: {units_row: true}'"
-        return f"; {units}" if self._first_row == 1 else self._preamble_hint()
+        return f"; {units}" if self._n_head == 1 else self._preamble_hint()
 
     def _preamble_hint(self) -> str:
         return "" if self._form.skip else "; to skip lines before the header, write 'format: {skip: …}'"
+
+
+class _Reading:
+    """Rows that are read, one run after another."""
+
+    def __init__(self, rows: RowReader, usual: int, positions: Sequence[int], dated: Iterable[int]) -> None:
+        self._rows, self._usual, self._dated = rows, usual, [*dated]
+        self._numeric = [position for position in positions if position not in self._dated]
+        self.columns = {position: array("d") for position in positions}
+        self.n_row = self.n_waiting = self._n_between = self._cut_line = 0
+        self._widths: list[tuple[int, int]] = []
+        self.broken: list[int] = []
+        self._since: dates.Instant | None = None
+
+    def parse(self, lines: Sequence[str]) -> tuple[int, int, dict[int, Array]]:
+        """Width and number of rows, and their columns."""
+        width = self._rows.width(lines)
+        if width < self._usual:
+            return width, len(lines), dict.fromkeys(self.columns, np.full(len(lines), np.nan))
+        found = dict(zip(self._numeric, self._rows.numbers(lines, self._numeric), strict=True))
+        for position, texts in zip(self._dated, self._rows.texts(lines, self._dated), strict=True):
+            try:
+                found[position] = self._seconds(texts)
+            except ValueError as error:
+                raise ValueError(f"column {self._rows.titles[position]!r}: {error}") from None
+        return width, len(lines), found
+
+    def add(self, width: int, n_row: int, columns: Mapping[int, Array], line: int) -> None:
+        """Take rows, the first of which stands in a line."""
+        for position, values in columns.items():
+            self.columns[position].frombytes(values.tobytes())
+        if width < self._usual:
+            self.broken += range(self.n_row, self.n_row + n_row)
+            self._cut_line = self._cut_line or line
+        self._n_between += self.n_waiting if self.n_row else 0
+        self.n_waiting = 0
+        self.n_row += n_row
+        self._widths.append((width, n_row))
+
+    def remarks(self, is_unended: bool, is_cut: bool) -> Iterator[Issue]:
+        """What is irregular; incomplete last rows are left out."""
+        n_all, n_title, ends, cut = self.n_row, len(self._rows.titles), self._widths[-2:], set(self.broken)
+        if is_unended and len(ends) > 1 and ends[1][1] == 1 and ends[1][0] < ends[0][0]:
+            self.n_row -= 1
+        while self.n_row > 1 and self.n_row - 1 in cut:
+            self.n_row -= 1
+        self.broken = [row for row in self.broken if row < self.n_row]
+        if self.n_row < n_all:
+            yield Issue("the last line is incomplete and is ignored", kind="truncated")
+        elif is_cut:
+            yield Issue("the last line has no line end; its last number may be cut off", kind="unended")
+        if self._n_between:
+            yield Issue(f"blank lines or comments between rows: {self._n_between}", kind="interrupted")
+        n_short = sum(n for width, n in self._widths if width < n_title) - (n_all - self.n_row)
+        if n_short:
+            text = f"rows with fewer cells than there are column names: {n_short}"
+            if self.broken:
+                text += (
+                    f"; {len(self.broken)} cut off and read as missing, the first in line {self._cut_line}"
+                )
+            yield Issue(text, kind="ragged")
+
+    def _seconds(self, texts: Sequence[str]) -> Array:
+        """Time since the first date [s]."""
+        instants = [None if self._rows.is_missing(text) else dates.instant(text) for text in texts]
+        self._since = self._since or next(filter(None, instants), None)
+        return dates.seconds_since(self._since, instants)

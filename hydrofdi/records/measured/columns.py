@@ -1,0 +1,389 @@
+"""Which column is which channel or the time, and in which unit: for files, streams and arrays alike."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from hydrofdi.errors import DataError, Issue
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.description.sections import ChannelConfig, TimeConfig
+from hydrofdi.units import Unit, parse_unit, similar_units
+
+_TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
+MOST_SHOWN = 12
+_LONGEST_TITLE = 1000
+"""Most characters of a header that is split into name and unit."""
+_COUNTS = {"counts", "count", "cts", "lsb"}
+_SI_BY_NAME = {channel.value: channel.unit for channel in Channel} | {"time": "s"}
+_EXACT = 2**53
+_SECOND = parse_unit("s")
+
+NAMES = {
+    Channel.CHAMBER_1_PRESSURE: "p1, pa, pressure 1, chamber 1 pressure, chamber pressure 1, p chamber 1",
+    Channel.CHAMBER_2_PRESSURE: "p2, pb, pressure 2, chamber 2 pressure, chamber pressure 2, p chamber 2",
+    Channel.SUPPLY_PRESSURE: "ps, p supply, supply pressure, pressure supply",
+    Channel.RETURN_PRESSURE: "pr, pt, p return, p tank, return pressure, tank pressure",
+    Channel.PISTON_POSITION: "x, xp, position, piston position, stroke, displacement",
+    Channel.PISTON_VELOCITY: "v, vp, velocity, piston velocity",
+    Channel.SPOOL_POSITION: "xv, xs, spool, spool position, valve position",
+    Channel.INPUT_VOLTAGE: "u, voltage, input voltage, command, command voltage, control voltage"
+    ", valve command",
+}
+"""Channel → its usual column names; upper and lower case, blanks, ``_``, ``-`` and ``.`` do not matter."""
+
+_CHANNELS = {name.replace(" ", ""): channel for channel, text in NAMES.items() for name in text.split(", ")}
+_TIMES = ("time", "t")
+"""Names of time columns, the preferred one first."""
+_DATES = {"timestamp", "datetime", "zeit", "zeitstempel", *_TIMES}
+"""Names of time columns that contain dates."""
+
+Units = Callable[[int], str]
+"""Position of a column → unit that the source states; empty if it states none."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that is used.
+
+    Attributes
+    ----------
+    position : int
+        Position among the titles.
+    title : str
+    config : ChannelConfig
+        Gain, offset and sign.
+    unit : str
+        Unit after the gain; empty for dates, which need none.
+    factor : Fraction or None
+        Factor to SI; one for counts, None for dates without a unit.
+    """
+
+    position: int
+    title: str
+    config: ChannelConfig
+    unit: str
+    factor: Fraction | None
+
+    def in_si(self, values: Array) -> Array:
+        """Numbers in SI; unchanged if the unit is counts.
+
+        Raises
+        ------
+        DataError
+            They are numbers in a column of dates without a unit.
+        """
+        if self.factor is None:
+            raise DataError(f"{self.title[:60]!r}: has no unit; write it like 'time [s]'")
+        with np.errstate(over="ignore"):
+            config = self.config
+            values = values if config.gain is None else config.gain * values
+            values = values + config.offset if config.offset else values
+            return scaled(-values if config.sign < 0 else values, self.factor)
+
+
+def columns_of(
+    titles: Sequence[str],
+    units: Units,
+    place: str,
+    configured: Mapping[Channel, ChannelConfig],
+    needed: Collection[Channel] = (),
+) -> dict[Channel, Column]:
+    """The columns of channels, as configured, or else by their names and units.
+
+    A channel under its full name, such as ``chamber_1_pressure``, is in SI if no unit is stated.
+
+    Parameters
+    ----------
+    titles : sequence of str
+        Such as ``P1 [bar]``.
+    units : callable
+        Position → unit.
+    place : str
+        The source, for messages.
+    configured : mapping of Channel to ChannelConfig
+        If it is empty, names and units are self-explanatory.
+    needed : collection of Channel
+        Channels whose columns are refused, not ignored, if their unit has another dimension.
+
+    Raises
+    ------
+    DataError
+        No title is a channel, two titles are the same one, or a unit is missing, unknown or of another
+        dimension.
+    """
+    if configured:
+        found = {
+            channel: _column(channel, find_column(titles, config.column, place), config, titles, units, place)
+            for channel, config in configured.items()
+        }
+    else:
+        found = {
+            channel: _column(channel, position, ChannelConfig(column=titles[position]), titles, units, place)
+            for channel, position in _named(titles, units, place).items()
+        }
+        for position, title in enumerate(titles):
+            channel = channel_named(title, "")
+            if channel is not None and channel in needed and channel not in found:
+                factor_to_si(units(position), channel.unit, f"{place}: column {title[:60]!r}")
+    if not found:
+        shown = ", ".join(map(shortened, titles[:MOST_SHOWN])) + ", …" * (len(titles) > MOST_SHOWN)
+        hint = "; this is not UTF-8: write 'format: {encoding: cp1252}'" if "\ufffd" in shown else ""
+        raise DataError(f"{place}: no column is named like a channel; found {shown[:200]}{hint}")
+    return found
+
+
+def _named(titles: Sequence[str], units: Units, place: str) -> dict[Channel, int]:
+    found: dict[Channel, int] = {}
+    for position, title in enumerate(titles):
+        channel = channel_named(title, units(position)) if _CHANNELS.get(short_name(title)) else None
+        if channel in found:
+            both = f"{titles[found[channel]]!r} and {title!r}"
+            raise DataError(f"{place}: more than one column is named like {channel}: {both}")
+        if channel is not None:
+            found[channel] = position
+    return found
+
+
+def _column(
+    channel: Channel, position: int, config: ChannelConfig, titles: Sequence[str], units: Units, place: str
+) -> Column:
+    where, header = f"{place}: column {titles[position][:60]!r}", units(position)
+    header = header or ("" if config.unit else unit_by_name(titles[position]))
+    unit = _agreed_unit(config, header, where)
+    return Column(position, titles[position], config, unit, factor_to_si(unit, channel.unit, where))
+
+
+def time_column(
+    titles: Sequence[str],
+    units: Units,
+    place: str,
+    configured: TimeConfig | None,
+    is_dated: Callable[[int], bool],
+) -> Column | None:
+    """The column of time, as configured, or else by its name; None if there is none.
+
+    Dates need no unit, and ``time`` is in seconds if none is stated.
+
+    Parameters
+    ----------
+    titles : sequence of str
+    units : callable
+        Position → unit.
+    place : str
+        The source, for messages.
+    configured : TimeConfig or None
+    is_dated : callable
+        Whether a column contains dates.
+
+    Raises
+    ------
+    DataError
+        There are several, or the unit is missing, unknown or of another dimension.
+    """
+    if configured is not None:
+        found = [find_column(titles, configured.column, place)]
+    elif len(found := _named_time(titles, units, is_dated)) > 1:
+        names = ", ".join(shortened(titles[n]) for n in found)
+        raise DataError(f"{place}: has more than one column of time: {names}")
+    if not found:
+        return None
+    position, title = found[0], titles[found[0]]
+    where, are_dates = f"{place}: column {title[:60]!r}", is_dated(found[0])
+    header = units(position)
+    header = "" if are_dates and not known_unit(header) else header
+    config = ChannelConfig(column=title, unit=configured.unit if configured else "")
+    header = header or ("" if config.unit else unit_by_name(title))
+    plain = ChannelConfig(column=title)
+    if not (header or config.unit):
+        if are_dates:
+            return Column(position, title, plain, "", None)
+        raise DataError(
+            f"{where}: has no unit; write it like 'time [s]', or write 'time: {{column: …, unit: s}}'"
+        )
+    unit = _agreed_unit(config, header, where)
+    if is_counts(unit):
+        raise DataError(f"{where}: counts the samples and is not a time; give the sampling frequency instead")
+    return Column(position, title, plain, unit, factor_to_si(unit, "s", where))
+
+
+def _named_time(titles: Sequence[str], units: Units, is_dated: Callable[[int], bool]) -> list[int]:
+    """Columns with a name of time: numbers with a unit are preferred to dates."""
+    candidates = [n for n, title in enumerate(titles) if short_name(title) in _DATES]
+    dated = [n for n in candidates if is_dated(n)]
+    named = titles_of_time(titles, [units(n) if n in candidates else "" for n in range(len(titles))])
+    usable = [n for n in named if n in dated or units(n) or unit_by_name(titles[n])]
+    return usable or dated or named
+
+
+def titles_of_time(titles: Sequence[str], units: Sequence[str]) -> list[int]:
+    """Positions of the preferred name of time among titles, unless their unit has another dimension."""
+    named: dict[str, list[int]] = {name: [] for name in _TIMES}
+    for position, (title, text) in enumerate(zip(titles, units, strict=True)):
+        unit = known_unit(text)
+        if short_name(title) in named and (unit is None or unit.exponents == _SECOND.exponents):
+            named[short_name(title)].append(position)
+    return next((found for found in named.values() if found), [])
+
+
+def titles_of_dates(titles: Sequence[str], dated: Collection[int]) -> list[int]:
+    """Positions of the columns that contain dates and have a name of time."""
+    return [n for n, title in enumerate(titles) if n in dated and short_name(title) in _DATES]
+
+
+def channel_named(title: str, unit: str) -> Channel | None:
+    """The channel that a title means; None if there is none, or the unit has another dimension."""
+    channel = _CHANNELS.get(short_name(title))
+    if channel is None or is_counts(unit) or (found := known_unit(unit)) is None:
+        return channel
+    return channel if found.exponents == parse_unit(channel.unit).exponents else None
+
+
+def find_column(titles: Sequence[str], column: str, place: str) -> int:
+    """Position of a column by its title, its name without the unit, or its number.
+
+    Raises
+    ------
+    DataError
+        There is no such column, or more than one.
+    """
+    names = [split_title(title)[0] for title in titles]
+    for known in (titles, names):
+        found = [position for position, title in enumerate(known) if title == column]
+        if len(found) > 1:
+            numbers = " and ".join(str(position + 1) for position in found)
+            raise DataError(f"{place}: column {column!r} occurs as {numbers}; give its number")
+        if found:
+            return found[0]
+    if column.isdecimal() and 1 <= int(column) <= len(titles):
+        return int(column) - 1
+    more = ", …" if len(titles) > MOST_SHOWN else ""
+    shown = [shortened(title) for title in titles[:MOST_SHOWN]]
+    raise DataError(f"{place}: has no column {column!r}; it has {', '.join(shown) or 'none'}{more}")
+
+
+def split_title(title: str) -> tuple[str, str]:
+    """Name and unit of a header such as ``P1 [bar]``; an empty unit if it has none."""
+    match = _TITLE.fullmatch(title) if len(title) <= _LONGEST_TITLE else None
+    if match is None or not match[1] or (match[2] or match[3] or "").isdigit():
+        return title.strip(), ""
+    return match[1], (match[2] or match[3] or "").strip()
+
+
+def shortened(title: str, most: int = 60) -> str:
+    """A header as a message quotes it."""
+    return title if len(title) <= most else f"{title[: most - 1]}…"
+
+
+def short_name(title: str) -> str:
+    """A title without unit, blanks and punctuation, in lower case."""
+    return re.sub(r"[\s_.\-]+", "", split_title(title)[0]).lower()
+
+
+def is_counts(unit: str) -> bool:
+    """Whether a unit means the counts of a converter."""
+    return unit.lower() in _COUNTS
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit, or the dash of a column without one."""
+    return text == "-" or is_counts(text) or known_unit(text) is not None
+
+
+def known_unit(text: str) -> Unit | None:
+    """The unit that a text means; None if hydrofdi does not know it."""
+    try:
+        return parse_unit(text)
+    except ValueError:
+        return None
+
+
+def unit_by_name(column: str) -> str:
+    """SI unit of a column under a channel's full name, or ``time``; empty for other names.
+
+    Such columns are in SI if neither file nor description states a unit.
+    """
+    return _SI_BY_NAME.get(column, "")
+
+
+def _agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
+    """Unit of a column after gain and offset, from its configuration and the unit that the source states."""
+    if config.unit and (config.gain is not None or _may_agree(config.unit, header)):
+        return config.unit
+    if config.unit:
+        raise DataError(
+            f"{where}: the file says {header}, the description says {config.unit};"
+            " leave 'unit' out, or give the 'gain' between them"
+        )
+    if not header:
+        raise DataError(
+            f"{where}: has no unit; name it like 'P1 [bar]', or write 'unit: bar' or 'unit: counts'"
+        )
+    if config.gain is not None and not is_counts(header):
+        raise DataError(f"{where}: a gain needs a unit; write the 'unit' after the gain")
+    return header
+
+
+def unknown_header_unit(config: ChannelConfig, header: str) -> tuple[Issue, ...]:
+    """A remark if the header's unit is not known, so that only the description states the scale."""
+    is_checked = not header or is_unit(header) or len(_readings(config.unit, header)) == 1
+    if is_checked or not config.unit or config.gain is not None or " " in header:
+        return ()
+    text = f"column {config.column!r}: the header says {header!r}, the description {config.unit!r}"
+    return (Issue(text, kind="unknown_unit"),)
+
+
+def factor_to_si(unit: str, si_unit: str, where: str) -> Fraction:
+    """Factor from a unit to SI; one for counts.
+
+    Raises
+    ------
+    DataError
+        The unit is unknown, or of another dimension.
+    """
+    if is_counts(unit):
+        return Fraction(1)
+    found, wanted = known_unit(unit), parse_unit(si_unit)
+    if found is None:
+        raise DataError(f"{where}: unknown unit {unit!r}{unit_remedy(unit, si_unit)}")
+    if found.exponents != wanted.exponents:
+        raise DataError(f"{where}: the unit {unit} is not convertible to {si_unit}")
+    return found.factor / wanted.factor
+
+
+def scaled(values: Array, factor: Fraction) -> Array:
+    """Values times an exact factor, rounded once if numerator or denominator is one."""
+    numerator, denominator = factor.numerator, factor.denominator
+    if max(numerator, denominator) > _EXACT:
+        return np.asarray(values * float(factor))
+    product = values if numerator == 1 else values * float(numerator)
+    return product if denominator == 1 else product / float(denominator)
+
+
+def unit_remedy(unit: str, si_unit: str) -> str:
+    """Hint on an unknown unit: similar units, or else how to state the scale."""
+    if similar := similar_units(unit, si_unit):
+        return f"; did you mean {' or '.join(map(repr, similar))}?"
+    return "; give 'gain' and the 'unit' after the gain, or 'unit: counts' if the scale is unknown"
+
+
+def _may_agree(unit: str, header: str) -> bool:
+    """Whether a header's unit is that of the description, or hydrofdi cannot tell."""
+    if is_unit(header):
+        return is_counts(unit) == is_counts(header) and (
+            is_counts(unit) or known_unit(unit) == known_unit(header)
+        )
+    readings = _readings(unit, header)
+    return not readings or known_unit(unit) in readings
+
+
+def _readings(unit: str, header: str) -> set[Unit]:
+    """Units of the dimension of `unit` that an unknown header may mean."""
+    if known_unit(unit) is None:
+        return set()
+    return {parse_unit(similar) for similar in similar_units(header, unit)}

@@ -1,0 +1,199 @@
+"""Delimited text → numbers, for files and streams alike. What is no number is refused, never guessed."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from typing import TypeVar
+
+import numpy as np
+
+from hydrofdi.records.batch import Array
+from hydrofdi.records.measured.description.sections import FormatConfig
+
+Parsed = TypeVar("Parsed")
+
+_NAMED = {"tab": "\t", "\\t": "\t", "space": " "}
+_UNIT_APART = re.compile(r"(?<=\S)\s+(?=[\[(])")
+"""Blanks between a name and its unit."""
+_MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
+"""Texts in lower case that mean a missing value."""
+_COMMA_INSIDE = re.compile(r"[-+]?[\d.]*,\d+([eE][-+]?\d+)?")
+
+
+class RowReader:
+    """Reads lines under a header.
+
+    Parameters
+    ----------
+    form : FormatConfig
+    first_lines : sequence of str
+        They show the delimiter if the format does not state it; a blank stands for runs of blanks.
+
+    Attributes
+    ----------
+    titles : list of str
+        Names of the columns, to be set after the header is read.
+    """
+
+    def __init__(self, form: FormatConfig, first_lines: Sequence[str]) -> None:
+        self._form, self.titles = form, list[str]()
+        self.is_guessed = form.delimiter is None
+        self.delimiter = _NAMED.get(form.delimiter or "", form.delimiter) or _delimiter_of(first_lines, form)
+
+    def is_empty(self, line: str) -> bool:
+        """Whether a line is blank or a comment."""
+        text, comment = line.strip(" \r"), self._form.comment
+        return not text.strip() or bool(comment and text.startswith(comment))
+
+    def header(self, line: str) -> list[str]:
+        """Names in a line, without empty ones at the end."""
+        if self.delimiter == " ":
+            return _UNIT_APART.sub("", line).split()
+        names = [cell.strip() for cell in self.cells([line])[0]]
+        while names and not names[-1]:
+            names.pop()
+        return names
+
+    def cells(self, lines: Sequence[str]) -> list[list[str]]:
+        """Cells of each line.
+
+        Raises
+        ------
+        ValueError
+            A line cannot be divided.
+        """
+        if self.delimiter == " ":
+            return [line.split() for line in lines]
+        if not any('"' in line for line in lines):
+            return [line.split(self.delimiter) for line in lines]
+        try:
+            rows = list(csv.reader(lines, delimiter=self.delimiter, skipinitialspace=True))
+        except csv.Error:
+            raise ValueError("cannot be split into cells") from None
+        if len(rows) != len(lines) or any(line.count('"') % 2 for line in lines):
+            raise ValueError("a quoted cell extends over more than one line")
+        return rows
+
+    def width(self, lines: Sequence[str]) -> int:
+        """Number of cells of each line.
+
+        Raises
+        ------
+        ValueError
+            Lines differ, or one is no row: it is blank or a comment, or has cells without a name.
+        """
+        comment, n_title, text = self._form.comment, len(self.titles), "\n".join(lines)
+        if comment and comment in text and any(line.lstrip(" ").startswith(comment) for line in lines):
+            raise ValueError("is a comment")
+        if self.delimiter == " " or '"' in text:
+            widths = {len(row) for row in self.cells(lines)}
+        else:
+            widths = {line.count(self.delimiter) + 1 for line in lines}
+        if len(widths) > 1:
+            raise ValueError("rows have different numbers of cells")
+        width = widths.pop()
+        if width <= 1 and not all(map(str.strip, lines)):
+            raise ValueError("is blank")
+        if width > n_title and any(cell.strip() for row in self.cells(lines) for cell in row[n_title:]):
+            hint = "; are commas decimal signs?" if "," in lines[0] and self._form.decimal == "." else ""
+            raise ValueError(f"has {width} cells under {n_title} column names{hint}")
+        return width
+
+    def numbers(self, lines: Sequence[str], positions: Sequence[int]) -> list[Array]:
+        """Numbers of columns, each of shape (n_line,); NaN if one is missing.
+
+        Parameters
+        ----------
+        lines : sequence of str
+            Rows of the same width.
+        positions : sequence of int
+
+        Raises
+        ------
+        ValueError
+            A cell is neither a number nor missing.
+        """
+        text, form = "\n".join(lines), self._form
+        if positions and not form.missing and '"' not in text and (form.decimal == "." or "." not in text):
+            plain = lines if form.decimal == "." else text.replace(",", ".").split("\n")
+            delimiter = None if self.delimiter == " " else self.delimiter
+            try:
+                matrix = np.loadtxt(
+                    plain, comments=None, delimiter=delimiter, usecols=positions, unpack=True, ndmin=2
+                )
+            except ValueError:
+                pass
+            else:
+                if matrix.shape[1] == len(lines):
+                    return [np.ascontiguousarray(row) for row in matrix]
+        columns = zip(positions, self.texts(lines, positions), strict=True)
+        return [np.array([self._number(position, cell) for cell in texts]) for position, texts in columns]
+
+    def texts(self, lines: Sequence[str], positions: Sequence[int]) -> list[list[str]]:
+        """Cells of columns; empty if a row is too short."""
+        rows = self.cells(lines) if positions else []
+        return [[row[each] if each < len(row) else "" for row in rows] for each in positions]
+
+    def is_number(self, cell: str) -> bool:
+        """Whether a cell is a number or missing."""
+        try:
+            self._number(None, cell)
+        except ValueError:
+            return False
+        return True
+
+    def is_missing(self, cell: str) -> bool:
+        """Whether a cell means a missing value."""
+        text = cell.strip()
+        return text in self._form.missing or text.lower() in _MISSING
+
+    def _number(self, position: int | None, cell: str) -> float:
+        text, decimal = cell.strip(), self._form.decimal
+        if self.is_missing(text):
+            return float("nan")
+        with suppress(ValueError):
+            if not any(sign in text for sign in ("_" if decimal == "." else "_.")):
+                return float(text if decimal == "." else text.replace(",", "."))
+        column = "" if position is None else f"column {self.titles[position]!r}: "
+        hint = ""
+        if decimal == "." and _COMMA_INSIDE.fullmatch(text):
+            hint = "; if commas are decimal signs, write 'format: {decimal: \",\"}'"
+        elif decimal == "," and "." in text:
+            hint = "; its point is not a decimal sign here, because 'decimal' is ','"
+        raise ValueError(f"{column}{text[:40]!r} is not a number{hint}")
+
+
+def runs(
+    lines: Sequence[str], parse: Callable[[Sequence[str]], Parsed], first: int = 0
+) -> Iterator[tuple[int, Parsed | ValueError]]:
+    """Lines parsed together, as many at once as possible, and the error of each line that cannot be parsed.
+
+    Parameters
+    ----------
+    lines : sequence of str
+    parse : callable
+        Raises ValueError if one of the lines cannot be parsed.
+    first : int
+        Position of the first line, which is returned with each result.
+    """
+    if not lines:
+        return
+    try:
+        yield first, parse(lines)
+    except ValueError as error:
+        if len(lines) == 1:
+            yield first, error
+            return
+        middle = len(lines) // 2
+        yield from runs(lines[:middle], parse, first)
+        yield from runs(lines[middle:], parse, first + middle)
+
+
+def _delimiter_of(first_lines: Sequence[str], form: FormatConfig) -> str:
+    """The delimiter in the first line."""
+    signs = [sign for sign in "\t;,|" if sign != form.decimal]
+    found = next((sign for sign in signs if sign in "".join(first_lines[:1])), None)
+    return found or (" " if " " in "".join(first_lines[-1:]).strip() else "\t")

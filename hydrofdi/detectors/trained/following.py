@@ -19,7 +19,7 @@ from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.indicators.recursive import RecursiveIndicator, instants
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk, State
-from hydrofdi.records.streams.faults import fault_of
+from hydrofdi.records.streams.windows import fault_of
 
 _INDICATOR = "indicator."
 _HELD = "held"

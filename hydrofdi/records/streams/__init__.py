@@ -1,12 +1,9 @@
 """Streams: samples are checked as they come and cut into windows, which do not depend on the chunks."""
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.streams.chunk import Chunk, State
-from hydrofdi.records.streams.even import EvenStream
-from hydrofdi.records.streams.findings import Finding
-from hydrofdi.records.streams.window import Window
-from hydrofdi.records.streams.windower import Windower
-from hydrofdi.records.streams.windowing import make_windower, windows_of
+from hydrofdi.records.streams.checks import EvenStream, Finding
+from hydrofdi.records.streams.chunk import Chunk, State, Window
+from hydrofdi.records.streams.windows import Windower, make_windower, windows_of
 
 __all__ = [
     "Chunk",

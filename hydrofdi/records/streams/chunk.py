@@ -1,4 +1,4 @@
-"""Samples of a stream as they came."""
+"""Samples of a stream, and windows of them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 
@@ -57,3 +58,25 @@ class Chunk:
         if is_readable.all():
             return self
         return Chunk(self.time[is_readable], {name: row[is_readable] for name, row in self.channels.items()})
+
+
+@dataclass(frozen=True)
+class Window:
+    """Consecutive samples of a stream, without a gap.
+
+    Attributes
+    ----------
+    number : int
+        From 0, in the order of their ends; it continues after gaps and restarts.
+    time : ndarray, shape (n_time,)
+        Sampling instants as the source stated them [s].
+    channels : mapping of Channel to ndarray, shape (n_time,)
+        In SI.
+    fault : Issue or None
+        Why it cannot be judged; None if no fault is found so far.
+    """
+
+    number: int
+    time: Array
+    channels: Mapping[Channel, Array]
+    fault: Issue | None = None

@@ -1,0 +1,221 @@
+"""Checks of a stream: the accepted samples are in order, and pieces have no gaps."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from hydrofdi.records.batch import Array
+from hydrofdi.records.channels import Channel
+from hydrofdi.records.streams.chunk import Chunk, State
+
+_FARTHEST = 1e11
+"""Largest distance of a time stamp from zero [s]: about 3,000 years."""
+_GAP = 1.5
+"""Longest step that is not a gap [sampling periods]."""
+_STEPS = 10
+"""Number of successive gaps that mean another rate."""
+_PATIENCE, _FEWEST = 60.0, 10
+"""The clock was set back if all samples are earlier for this duration [s], and for this number of samples."""
+_QUIET = 60.0
+"""Time without a kind of finding after which it is reported again [s]."""
+_KINDS = ("gap", "rate_changed", "duplicate", "time_ran_back", "set_back", "malformed")
+_NONE = np.zeros(2, dtype=np.int64)
+
+
+@dataclass
+class Finding:
+    """One kind of defect, from its first instant in a chunk on.
+
+    The findings that are news, and the sum of `count` over each kind, do not depend on the chunks.
+
+    Attributes
+    ----------
+    kind : str
+        ``gap``, ``rate_changed`` (one gap after another), ``duplicate``, ``time_ran_back`` or ``malformed``
+        (unreadable, or no time stamp within 1e11 s of zero).
+    time : float or None
+        First instant, on the clock of the stream [s]; None before the first sample.
+    count : int
+        Number of occurrences.
+    text : str
+        A sentence about the first occurrence.
+    is_news : bool
+        Whether it did not occur in the minute before; False if it continues.
+    """
+
+    kind: str
+    time: float | None
+    count: int
+    text: str
+    is_news: bool
+
+
+class EvenStream:
+    """Checks a stream sample by sample; the results do not depend on the chunks.
+
+    It drops samples that are not later than the last accepted one, or have no time stamp within 1e11 s of
+    zero. A step of more than 1.5 periods is a gap; smaller irregularities are tolerated. A minute of only
+    earlier samples means that the clock was set back; the stream then begins anew.
+
+    Parameters
+    ----------
+    sampling_frequency : float
+        Expected [Hz].
+    channels : sequence of Channel
+        Channels of the pieces; others are ignored.
+    """
+
+    def __init__(self, sampling_frequency: float, channels: Sequence[Channel]) -> None:
+        self.channels = tuple(channels)
+        self._period = 1.0 / sampling_frequency
+        self._patience = max(_FEWEST, round(_PATIENCE * sampling_frequency))
+
+    def start(self) -> State:
+        """The state before the first sample: its size never changes.
+
+        To recognise a stream that is sent again, it has a checksum of the first samples of this run, and of
+        the previous run, each with the number of its samples.
+        """
+        false, none = np.array(False), np.array(0)
+        return {
+            "last": np.array(-np.inf), "n_earlier": none, "n_gap": none, "is_silent": false,
+            "said": np.full(len(_KINDS), np.nan), "may_repeat": false, "begin": _NONE, "begin_before": _NONE,
+        }  # fmt: skip
+
+    def resumed(self, state: State, *, may_repeat: bool = True) -> State:
+        """A stored state that continues: samples that are sent again are not reported.
+
+        Parameters
+        ----------
+        state : State
+        may_repeat : bool
+            Whether the whole stream may be sent again, of any length. It is recognised by its first minute.
+            Otherwise a minute of earlier samples means that the clock was set back.
+        """
+        is_whole = state["begin"][1] == self._patience
+        return {
+            **state, "begin": _NONE, "begin_before": state["begin" if is_whole else "begin_before"],
+            "n_earlier": np.array(0), "is_silent": np.array(True), "may_repeat": np.array(may_repeat),
+        }  # fmt: skip
+
+    def step(self, state: State, chunk: Chunk) -> tuple[State, list[Chunk], list[Finding]]:
+        """The state after a chunk, the accepted samples, and the findings."""
+        if not chunk.n_time:
+            return state, [], []
+        state = {**state, "begin": self._beginning(state, chunk)}
+        if not self._is_sound(state, chunk.time):
+            return self._checked(state, chunk)
+        kept = {name: state[name] for name in ("said", "begin", "begin_before")}
+        after = {**self.start(), **kept, "last": np.array(chunk.time[-1])}
+        return after, [Chunk(chunk.time, self._rows(chunk))], []
+
+    def _beginning(self, state: State, chunk: Chunk) -> Array:
+        """Checksum and number of the first samples after a chunk."""
+        checksum, n_before = state["begin"].tolist()
+        if n_before == self._patience:
+            return state["begin"]
+        some = slice(self._patience - n_before)
+        samples = np.column_stack([row[some] for row in (chunk.time, *self._rows(chunk).values())])
+        return np.array([zlib.crc32(samples.tobytes(), checksum), n_before + len(samples)])
+
+    def _is_sound(self, state: State, time: Array) -> bool:
+        """Whether a chunk continues without any irregularity, as nearly all chunks do."""
+        longest = _GAP * self._period
+        if not 0.0 < float(time[0]) - float(state["last"]) <= longest or not np.all(time[1:] > time[:-1]):
+            return False
+        return bool(time[-1] <= _FARTHEST and (time[1:] - time[:-1]).max(initial=0.0) <= longest)
+
+    def _checked(self, state: State, chunk: Chunk) -> tuple[State, list[Chunk], list[Finding]]:
+        last, n_earlier, n_gap = float(state["last"]), int(state["n_earlier"]), int(state["n_gap"])
+        is_silent, may_repeat = bool(state["is_silent"]), bool(state["may_repeat"])
+        is_again = state["begin"][1] == self._patience and np.all(state["begin"] == state["begin_before"])
+        comes_again = may_repeat and bool(is_again)
+        accepted, anew = list[int](), list[int]()
+        reports = _Reports(state["said"].tolist())
+        stamps = np.where(np.abs(chunk.time) <= _FARTHEST, chunk.time, -np.inf)
+        for place, stamp in enumerate(stamps.tolist()):
+            kind = ""
+            if stamp == -np.inf:
+                kind = "malformed"
+            elif stamp == last:
+                kind = "duplicate"
+            elif stamp < last:
+                n_earlier += not comes_again
+                kind = "time_ran_back" if n_earlier < self._patience else "set_back"
+            if kind in ("", "set_back"):
+                is_gap = stamp - last > _GAP * self._period
+                n_gap = n_gap + 1 if is_gap and last > -np.inf else 0
+                kind = kind or ("rate_changed" if n_gap >= _STEPS else "gap" if n_gap else "")
+                if is_gap or kind == "set_back":
+                    anew.append(len(accepted))
+                accepted.append(place)
+            if kind and (not is_silent or accepted or (kind == "malformed" and not may_repeat)):
+                reports.add(kind, stamp, last, chunk.unread.get(place) or self._text(kind, stamp, last))
+            if accepted and accepted[-1] == place:
+                last, n_earlier, comes_again = stamp, 0, False
+        after = {
+            **state, "last": last, "n_earlier": n_earlier, "n_gap": n_gap, "said": reports.said,
+            "is_silent": is_silent and not accepted, "may_repeat": may_repeat and not accepted,
+        }  # fmt: skip
+        pieces = self._pieces(chunk, accepted, anew)
+        return {name: np.array(value) for name, value in after.items()}, pieces, reports.findings
+
+    def _text(self, kind: str, stamp: float, before: float) -> str:
+        """A sentence about an occurrence, from its instant and the last accepted instant before it [s]."""
+        now, then = _seconds(stamp), _seconds(before)
+        match kind:
+            case "gap":
+                return f"no samples for {_seconds(stamp - before)} after {then}"
+            case "rate_changed":
+                return f"samples come every {stamp - before:.4g} s instead of every {self._period:.4g} s"
+            case "duplicate":
+                return f"a second sample at {now} was dropped"
+            case "time_ran_back":
+                return f"a sample at {now} came after one at {then} and was dropped"
+            case "set_back":
+                return f"the clock was set back from {then}; the stream restarts at {now}"
+        where = f"after {then} " if np.isfinite(before) else ""
+        return f"a sample {where}has no time stamp within 1e11 s of zero and was dropped"
+
+    def _pieces(self, chunk: Chunk, accepted: Sequence[int], anew: Sequence[int]) -> list[Chunk]:
+        """The accepted samples of a chunk; those at `anew` do not continue the sample before."""
+        rows = {channel: row[accepted] for channel, row in self._rows(chunk).items()}
+        whole = Chunk(chunk.time[accepted], rows)
+        bounds = sorted({*anew, 0, len(accepted)})
+        parts = [(first, whole.part(first, stop)) for first, stop in pairwise(bounds)]
+        return [Chunk(part.time, part.channels, begins_anew=first in anew) for first, part in parts]
+
+    def _rows(self, chunk: Chunk) -> dict[Channel, Array]:
+        missing = np.full(chunk.n_time, np.nan)
+        return {channel: chunk.channels.get(channel, missing) for channel in self.channels}
+
+
+class _Reports:
+    """Findings of a chunk, and the last instant of each kind."""
+
+    def __init__(self, said: list[float]) -> None:
+        self.said, self.findings = said, list[Finding]()
+        self._latest: dict[str, Finding] = {}
+
+    def add(self, kind: str, stamp: float, before: float, text: str) -> None:
+        """Count an occurrence, or begin a finding with it."""
+        row, instant = _KINDS.index(kind), max(before, stamp)
+        said, self.said[row] = self.said[row], instant
+        goes_on = kind != "set_back" and (abs(instant - said) <= _QUIET or instant == said)
+        if goes_on and kind in self._latest:
+            self._latest[kind].count += 1
+            return
+        time = instant if np.isfinite(instant) else None
+        name = "time_ran_back" if kind == "set_back" else kind
+        self._latest[kind] = Finding(name, time, 1, text, not goes_on)
+        self.findings.append(self._latest[kind])
+
+
+def _seconds(time: float) -> str:
+    """An instant or a duration to the microsecond."""
+    return f"{time:.6f}".rstrip("0").rstrip(".") + " s"

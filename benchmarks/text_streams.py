@@ -13,8 +13,8 @@ import time
 import numpy as np
 
 from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.sources.growing_file import BLOCK
 from hydrofdi.monitor.sources.payload import PayloadReader
-from hydrofdi.monitor.sources.standard_input import BLOCK
 from hydrofdi.monitor.sources.text_lines import TextLines
 
 N_ROW, N_ROUND = 200_000, 5

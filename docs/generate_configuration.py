@@ -26,7 +26,7 @@ from hydrofdi.config.study.study import ChartConfig
 from hydrofdi.detectors.charts import ChartOptions, chart_kind, chart_names
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.records.measured.description.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.sections import MeasuredConfig
 from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.readable import readable_unit, typeset
 from hydrofdi.settings.schema import described_schema, field_texts

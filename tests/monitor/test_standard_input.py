@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from hydrofdi.monitor.sources.standard_input import StandardInput
+from hydrofdi.monitor.sources.growing_file import StandardInput
 from tests.monitor.streams_of_text import config_of, samples
 
 

@@ -7,9 +7,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.detectors.trained.judging import Judge
-from hydrofdi.monitor.judged import windower_of
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
-from hydrofdi.monitor.watch import Watch
+from hydrofdi.monitor.watch import Watch, windower_of
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk, windows_of
 from tests.detectors.trained.made import detector, window

@@ -8,7 +8,7 @@ import numpy as np
 
 from hydrofdi.records.measured import measured_source
 from hydrofdi.records.measured.columns import NAMES
-from hydrofdi.records.measured.description.configuration import MeasuredConfig
+from hydrofdi.records.measured.description.sections import MeasuredConfig
 from hydrofdi.settings.schema import described_schema
 from tests.commands import run
 from tests.conftest import REPOSITORY

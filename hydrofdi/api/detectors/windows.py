@@ -17,9 +17,8 @@ from hydrofdi.detectors.trained.measuring import without_scale
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.evaluation.grouped_area import FEWEST_GROUPS
 from hydrofdi.evaluation.rates import Rate, alarm_rate
-from hydrofdi.monitor.judged import judging_of
 from hydrofdi.monitor.lines import WindowLine, line_record
-from hydrofdi.monitor.watch import Watch
+from hydrofdi.monitor.watch import Watch, judging_of
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.measured.recording import samples_of
 from hydrofdi.records.streams import Chunk

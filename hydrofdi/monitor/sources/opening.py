@@ -91,8 +91,7 @@ def _text(
     is_followed: bool,
     is_resumed: bool,
 ) -> StreamSource:
-    from hydrofdi.monitor.sources.growing_file import GrowingFile
-    from hydrofdi.monitor.sources.standard_input import StandardInput
+    from hydrofdi.monitor.sources.growing_file import GrowingFile, StandardInput
 
     path = Path(text)
     if text != "-" and (path.is_dir() or path.suffix.lower() in _RECORDS):

@@ -12,14 +12,13 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured.description.sections import ChannelConfig, TimeConfig
+from hydrofdi.records.measured.description.sections import COUNTS, ChannelConfig, TimeConfig
 from hydrofdi.units import Unit, parse_unit, similar_units
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 MOST_SHOWN = 12
 _LONGEST_TITLE = 1000
 """Most characters of a header that is split into name and unit."""
-_COUNTS = {"counts", "count", "cts", "lsb"}
 _SI_BY_NAME = {channel.value: channel.unit for channel in Channel} | {"time": "s"}
 _EXACT = 2**53
 _SECOND = parse_unit("s")
@@ -287,7 +286,7 @@ def short_name(title: str) -> str:
 
 def is_counts(unit: str) -> bool:
     """Whether a unit means the counts of a converter."""
-    return unit.lower() in _COUNTS
+    return unit.lower() in COUNTS
 
 
 def is_unit(text: str) -> bool:

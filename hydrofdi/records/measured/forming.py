@@ -24,8 +24,7 @@ from hydrofdi.records.measured.cutting import (
     trimmed,
 )
 from hydrofdi.records.measured.defects import Ranges, defects
-from hydrofdi.records.measured.description.configuration import MeasuredConfig
-from hydrofdi.records.measured.description.ranges import plausible_range
+from hydrofdi.records.measured.description.sections import MeasuredConfig
 from hydrofdi.records.measured.files import place_of
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.recording import Recording, read_recording, recording_of
@@ -193,7 +192,7 @@ class Forming:
 
     @cached_property
     def _ranges(self) -> Ranges:
-        pairs = ((name, plausible_range(name, column)) for name, column in self.config.channels.items())
+        pairs = ((name, column.plausible_range(name.unit)) for name, column in self.config.channels.items())
         return {channel: limits for channel, limits in pairs if limits is not None}
 
 

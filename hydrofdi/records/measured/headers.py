@@ -21,8 +21,7 @@ from hydrofdi.records.measured.columns import (
     titles_of_time,
     unit_by_name,
 )
-from hydrofdi.records.measured.description.configuration import MeasuredConfig
-from hydrofdi.records.measured.description.sections import ChannelConfig, TimeConfig
+from hydrofdi.records.measured.description.sections import ChannelConfig, MeasuredConfig, TimeConfig
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.recording import counts_samples

@@ -23,8 +23,7 @@ from hydrofdi.records.measured.columns import (
     titles_of_time,
     unknown_header_unit,
 )
-from hydrofdi.records.measured.description.configuration import MeasuredConfig
-from hydrofdi.records.measured.description.sections import TimeConfig
+from hydrofdi.records.measured.description.sections import MeasuredConfig, TimeConfig
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.rejection import RejectionError

@@ -9,9 +9,7 @@ from collections.abc import Iterator, Mapping
 from hydrofdi.errors import Issue
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.columns import is_counts, known_unit, unit_remedy
-from hydrofdi.records.measured.description.configuration import MeasuredConfig
-from hydrofdi.records.measured.description.ranges import plausible_range
-from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.records.measured.description.sections import ChannelConfig, MeasuredConfig
 from hydrofdi.records.measured.forming import OWN_NAMES, fields_of, path_pattern
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.yaml_source import Source
@@ -60,7 +58,7 @@ def channel_mistakes(channels: Mapping[Channel, ChannelConfig], source: Source) 
                 message = f"{column.unit} is not convertible to {channel.unit}"
                 yield source.mistake((*path, "unit"), message)
         try:
-            plausible_range(channel, column)
+            column.plausible_range(channel.unit)
         except ValueError as error:
             yield source.mistake((*path, "range"), str(error))
         if column.gain == 0.0:

@@ -1,10 +1,10 @@
-"""The parts of a description of measured files."""
+"""The description of measured files: a YAML file beside them."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from hydrofdi.records.channels import Channel
 from hydrofdi.settings.quantities import SI, Section
@@ -24,6 +24,9 @@ def one_or_more(kind: Any) -> BeforeValidator:
         json_schema_input_type=kind | list[kind],
     )
 
+
+COUNTS = {"counts", "count", "cts", "lsb"}
+"""Units that mean the counts of a converter."""
 
 Column = Annotated[str, BeforeValidator(_as_text, json_schema_input_type=str | int)]
 """Name of a column, or its number."""
@@ -93,6 +96,22 @@ class ChannelConfig(Section):
     @classmethod
     def _column_alone(cls, value: Any) -> Any:
         return {"column": value} if isinstance(value, str | int) and not isinstance(value, bool) else value
+
+    def plausible_range(self, si_unit: str) -> tuple[float, float] | None:
+        """Lowest and highest plausible value in SI, or in counts; None if none are given.
+
+        Raises
+        ------
+        ValueError
+            The values have another dimension, or the lowest is not below the highest.
+        """
+        if self.range is None:
+            return None
+        si = SI("1" if self.unit.lower() in COUNTS else si_unit)
+        low, high = (si.parse(value) if isinstance(value, str) else float(value) for value in self.range)
+        if not low < high:
+            raise ValueError(f"the first value must be below the second; found {low:g} and {high:g}")
+        return low, high
 
 
 class TimeConfig(Section):
@@ -185,3 +204,75 @@ class LimitsConfig(Section):
     """Distance of a stroke, or of the changes of a pressure from sample to sample, from the median of the
     group, in robust standard deviations, such as 5. All files are then read twice; groups of eight or more
     records are checked. Off by default."""
+
+
+Frequency = Annotated[float, SI("Hz", above=0.0)]
+
+
+class MeasuredConfig(Section):
+    """Measured files, what their columns are, and how they become records."""
+
+    files: Annotated[tuple[str, ...], one_or_more(str), Field(min_length=1)]
+    """Pattern of paths relative to the folder of this file, or a list of them, with ``*``, ``?``, ``[…]``,
+    ``**``. Spaces need no escaping. Leading parts that exist literally, including brackets, are taken
+    literally."""
+
+    channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
+    """Channel, by name or symbol such as ``P1`` → column. By default the header of the first file states
+    them, as in ``P1 [bar]``, and the column of time, as in ``time [s]``."""
+
+    sampling_frequency: Frequency | None = None
+    """Sampling frequency; either this or `time`."""
+
+    sampling_frequency_is: Literal["given", "inferred"] = "given"
+    """``inferred`` if it is undocumented; every record then carries a remark."""
+
+    time: TimeConfig | None = None
+    """Column of sampling instants; either this or `sampling_frequency`."""
+
+    resample: Frequency | None = None
+    """Sampling frequency to which records with a time column are interpolated linearly. Otherwise uneven
+    sampling only causes a remark."""
+
+    format: FormatConfig = FormatConfig()
+
+    trim: TrimConfig = TrimConfig()
+
+    cycles: CyclesConfig | None = None
+
+    segment: SegmentConfig | None = None
+
+    drive_period: Annotated[float, SI("s", above=0.0)] | None = None
+    """Period of the drive, if it has one."""
+
+    path: str = ""
+    """Names in the path of a file: a template such as ``{unit}/run {run}.csv``, or a regular expression with
+    ``(?P<unit>…)``. The end of the path must match; a name in braces matches as little as possible."""
+
+    columns: dict[str, str] = Field(default_factory=dict)
+    """Name → column with a single value per file, such as the day."""
+
+    group: str = ""
+    """Group of a record: a template with names in braces. Names are those of `path` and `columns`,
+    ``{folder}``, ``{file}`` and ``{direction}`` (``+``, ``-`` or ``0``: the sign of the last minus the first
+    piston position). Records with the same text form a group."""
+
+    label: str = ""
+    """Known condition of a record: a template like `group`. Only evaluations use it."""
+
+    healthy: Annotated[tuple[str, ...], one_or_more(str)] = ()
+    """Labels of healthy records; records with any other label are faulty. Only evaluations use it."""
+
+    severity: dict[str, Annotated[float, SI("m^3/s", above=0.0)]] = Field(default_factory=dict)
+    """Label → leakage flow of its records, if known. Only evaluations use it."""
+
+    normalize: Literal["none", "supply", "hold"] = "none"
+    """``supply``: pressures are divided by the mean of the supply pressure. ``hold``: by the mean of the
+    higher chamber pressure in the last fifth of the file or cycle. Pressures are then relative."""
+
+    limits: LimitsConfig = LimitsConfig()
+
+    @field_validator("format", mode="before")
+    @classmethod
+    def _kind_alone(cls, value: Any) -> Any:
+        return {"kind": value} if isinstance(value, str) else value

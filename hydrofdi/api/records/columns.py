@@ -18,9 +18,8 @@ from hydrofdi.records.dates import instant, is_dated
 from hydrofdi.records.measured.columns import (
     channel_named,
     factor_to_si,
+    named_time,
     split_title,
-    titles_of_dates,
-    titles_of_time,
     unit_by_name,
 )
 from hydrofdi.records.measured.recording import counts_samples
@@ -188,9 +187,7 @@ def known_text(given: Any) -> str:
 def _timed(kind: str, columns: Sequence[Column]) -> Held:
     """Columns, that of time set apart."""
     titles = [column.name for column in columns]
-    dated = [place for place, column in enumerate(columns) if column.is_dates]
-    named = titles_of_time(titles, [column.unit or "" for column in columns])
-    places = named or titles_of_dates(titles, dated)
+    places = named_time(titles, lambda n: columns[n].unit or "", lambda n: columns[n].is_dates)
     if len(places) > 1:
         raise DataError(f"{kind}: has more than one column of time")
     others = [column for place, column in enumerate(columns) if place not in places]

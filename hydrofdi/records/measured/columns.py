@@ -187,7 +187,7 @@ def time_column(
     """
     if configured is not None:
         found = [find_column(titles, configured.column, place)]
-    elif len(found := _named_time(titles, units, is_dated)) > 1:
+    elif len(found := named_time(titles, units, is_dated)) > 1:
         names = ", ".join(shortened(titles[n]) for n in found)
         raise DataError(f"{place}: has more than one column of time: {names}")
     if not found:
@@ -211,7 +211,7 @@ def time_column(
     return Column(position, title, plain, unit, factor_to_si(unit, "s", where))
 
 
-def _named_time(titles: Sequence[str], units: Units, is_dated: Callable[[int], bool]) -> list[int]:
+def named_time(titles: Sequence[str], units: Units, is_dated: Callable[[int], bool]) -> list[int]:
     """Columns with a name of time: numbers with a unit are preferred to dates."""
     candidates = [n for n, title in enumerate(titles) if short_name(title) in _DATES]
     dated = [n for n in candidates if is_dated(n)]
@@ -228,11 +228,6 @@ def titles_of_time(titles: Sequence[str], units: Sequence[str]) -> list[int]:
         if short_name(title) in named and (unit is None or unit.exponents == _SECOND.exponents):
             named[short_name(title)].append(position)
     return next((found for found in named.values() if found), [])
-
-
-def titles_of_dates(titles: Sequence[str], dated: Collection[int]) -> list[int]:
-    """Positions of the columns that contain dates and have a name of time."""
-    return [n for n, title in enumerate(titles) if n in dated and short_name(title) in _DATES]
 
 
 def channel_named(title: str, unit: str) -> Channel | None:

@@ -80,14 +80,11 @@ def _can_link() -> bool:
 
 
 def _type_of(value: Any) -> Any:
-    """Hashable type of an argument, as the compiler distinguishes it.
-
-    The fields of a record are not part of it: they are determined by the sources.
-    """
+    """Hashable type of an argument, as the compiler distinguishes it."""
     if isinstance(value, np.ndarray):
         flags = value.flags.num
         order = _C_ORDER if flags & _C_ORDER else flags & _FORTRAN_ORDER
-        return value.dtype.str, value.ndim, order | flags & (_ALIGNED | _WRITEABLE)
+        return value.dtype, value.ndim, order | flags & (_ALIGNED | _WRITEABLE)
     return tuple(map(_type_of, value)) if isinstance(value, tuple) else type(value).__name__
 
 

@@ -118,7 +118,7 @@ def account_rates(
 def held_energy(state: State, p: LaneParameters, options: ModelOptions) -> float:
     """Energy stored in the moving mass, the spring and the end stops [J]."""
     x, v = state.position, state.velocity
-    energy = 0.5 * (p.mass * v * v + p.stiffness * x * x)
+    energy: float = 0.5 * (p.mass * v * v + p.stiffness * x * x)
     if options.end_stops is not None:
         force = end_stop_force(x, p.stop_position, p.stop_stiffness)
         energy += 0.5 * force * force / p.stop_stiffness

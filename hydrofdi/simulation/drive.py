@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import Any
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,51 +13,39 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
-from hydrofdi.simulation.kernels.lanes import SPOOLS, WIDTH
+from hydrofdi.simulation.kernels.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH
 from hydrofdi.simulation.kernels.options import Chosen
 from hydrofdi.simulation.kernels.spool import advance_spools
 from hydrofdi.simulation.random_levels import random_levels
 
-SPOOL_PARAMETERS = {
-    "spool_frequency": "frequency",
-    "spool_damping_ratio": "damping_ratio",
-    "spool_gain": "spool_gain",
-    "spool_limit": "position_limit",
-    "spool_speed_limit": "speed_limit",
-    "hysteresis": "hysteresis",
-}
-"""Field of ``lanes.SPOOLS`` → attribute of a drive."""
+_spool_of = attrgetter(*SPOOL_PARAMETERS.values())
 
 _STEP_ROUNDING = 1e-6
 """Rounding tolerance in steps: a time this close before a step belongs to that step."""
 
 
-@dataclass(frozen=True)
-class Drive:
-    """Parameters that determine the motion of a spool; runs with equal drives share one spool."""
+class Drive(NamedTuple):
+    """What determines the motion of a spool; runs with equal drives share one spool.
+
+    Attributes
+    ----------
+    input : InputConfig
+    spool : tuple of float
+        `SPOOL_PARAMETERS` in SI.
+    choices : tuple of (True or None)
+        Whether position or speed of the spool saturates, and whether there is hysteresis.
+    """
 
     input: InputConfig
-    frequency: float
-    damping_ratio: float
-    spool_gain: float
-    position_limit: float
-    speed_limit: float
-    hysteresis: float
+    spool: tuple[float, ...]
+    choices: tuple[Chosen, Chosen]
 
     @classmethod
-    def of(cls, parameters: RunParameters) -> Drive:
+    def of(cls, run: RunParameters) -> Drive:
         """Drive of a run."""
-        valve = parameters.valve
         return cls(
-            parameters.input, valve.angular_frequency, valve.damping_ratio, valve.spool_gain,
-            valve.position_limit, valve.speed_limit, valve.hysteresis,
-        )  # fmt: skip
-
-    @property
-    def choices(self) -> tuple[Chosen, Chosen]:
-        """Whether position or speed of the spool saturates, and whether there is hysteresis."""
-        is_limited = min(self.position_limit, self.speed_limit) < math.inf
-        return is_limited or None, self.hysteresis > 0.0 or None
+            run.input, _spool_of(run), (run.valve.is_limited or None, run.valve.hysteresis > 0.0 or None)
+        )
 
 
 def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -168,8 +155,8 @@ class Spools:
         self._stages = np.empty((0, 4, len(order)))
         self._spools = np.zeros(len(self._groups), SPOOLS)
         for spool, group in zip(self._spools, self._groups, strict=True):
-            for field, name in SPOOL_PARAMETERS.items():
-                spool[field] = np.resize([getattr(drives[k], name) for k in group], WIDTH)
+            for place, field in enumerate(SPOOL_PARAMETERS):
+                spool[field] = np.resize([drives[k].spool[place] for k in group], WIDTH)
         self._choices = [drives[group[0]].choices for group in self._groups]
 
     def advance(self, first: int, n_step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

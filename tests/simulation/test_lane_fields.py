@@ -6,7 +6,7 @@ from operator import attrgetter
 import numpy as np
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, lane_parameters
+from hydrofdi.simulation.kernels.hydraulics import State
 from hydrofdi.simulation.kernels.kernel import keep_state, state_of, take_sample
 from hydrofdi.simulation.kernels.lanes import LANES, LEAKAGE, PARAMETERS, SAMPLED, STATES, pack_lanes
 from hydrofdi.simulation.kernels.options import ModelOptions
@@ -25,12 +25,6 @@ def distinct_lanes():
     return lanes["left"][0], dict(
         zip(LANES["left"].names, range(1, 1 + len(LANES["left"].names)), strict=True)
     )
-
-
-def test_a_parameter_of_the_equations_is_the_lane_field_of_its_name():
-    half, numbers = distinct_lanes()
-    parameters = lane_parameters(half.view(np.recarray), 3, 0.0, ModelOptions())
-    assert parameters._asdict() == {name: numbers[name] for name in LaneParameters._fields}
 
 
 def test_a_lane_field_holds_the_parameter_that_it_names():

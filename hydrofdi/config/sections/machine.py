@@ -86,18 +86,6 @@ class FluidConfig(Section):
     """Absolute pressure at which the pressures of the model are zero [Pa]."""
 
 
-class AppliedFriction(NamedTuple):
-    """Parameters of friction with the scale of the dry part applied, in SI."""
-
-    coulomb: float
-    breakaway: float
-    viscous: float
-    transition: float
-    velocity_threshold: float
-    bristle_stiffness: float
-    bristle_damping: float
-
-
 class FrictionConfig(Section):
     """Friction between the piston, its seals and the cylinder."""
 
@@ -132,13 +120,14 @@ class FrictionConfig(Section):
     """Damping σ_1 of the bristles of the LuGre law [N·s/m]. A choice."""
 
     @cached_property
-    def applied(self) -> AppliedFriction:
+    def applied(self) -> FrictionConfig:
         """What acts: dry friction scaled; no bristles where there is none."""
         bristles = self.scale if self.coulomb or self.breakaway else 0.0
-        return AppliedFriction(
-            self.scale * self.coulomb, self.scale * self.breakaway, self.viscous, self.transition,
-            self.velocity_threshold, bristles * self.bristle_stiffness, bristles * self.bristle_damping,
-        )  # fmt: skip
+        factors = {
+            "coulomb": self.scale, "breakaway": self.scale,
+            "bristle_stiffness": bristles, "bristle_damping": bristles,
+        }  # fmt: skip
+        return self.model_copy(update={name: by * self.__dict__[name] for name, by in factors.items()})
 
 
 _AT_ONCE = 1e-9

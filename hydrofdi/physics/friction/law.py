@@ -4,40 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, TypeAlias
 
-
-class FrictionParameters(Protocol):
-    """Friction parameters in SI; each law uses some of them."""
-
-    @property
-    def coulomb(self) -> float:
-        """F_c [N]."""
-
-    @property
-    def breakaway(self) -> float:
-        """F_brk [N]."""
-
-    @property
-    def viscous(self) -> float:
-        """Viscous coefficient f [N·s/m]."""
-
-    @property
-    def transition(self) -> float:
-        """Stribeck coefficient c_v [s/m]."""
-
-    @property
-    def velocity_threshold(self) -> float:
-        """v_th [m/s]."""
-
-    @property
-    def bristle_stiffness(self) -> float:
-        """σ_0 [N/m]."""
-
-    @property
-    def bristle_damping(self) -> float:
-        """σ_1 [N·s/m]."""
-
+FrictionParameters: TypeAlias = Any
+"""Fields of the section ``friction`` in SI, by their names there; each law uses some of them."""
 
 Friction = Callable[[float, float, FrictionParameters], tuple[float, float]]
 """Velocity [m/s], bristle deflection [m], parameters → force [N] and deflection rate [m/s]."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hydrofdi.physics.cylinder import (
     chamber_pressure_rates,
@@ -29,6 +30,7 @@ from hydrofdi.physics.valve import (
     edge_flow,
     null_position,
 )
+from hydrofdi.simulation.kernels.lanes import LEAKAGE, PARAMETERS
 from hydrofdi.simulation.kernels.options import ModelOptions
 
 
@@ -43,79 +45,22 @@ class State(NamedTuple):
     bristle: float
 
 
-class LaneParameters(NamedTuple):
-    """Parameters of one run at an instant, in SI; fields as in ``lanes.PARAMETERS``."""
+if TYPE_CHECKING:
+    LaneParameters = Any
+else:
+    LaneParameters = namedtuple("LaneParameters", (*PARAMETERS, LEAKAGE))
+    """Parameters of one run at an instant, in SI: the lane fields of the same names."""
 
-    mass: float
-    area: float
-    volume: float
-    stiffness: float
-    stop_position: float
-    stop_stiffness: float
-    rated_supply: float
-    ret: float
-    droop_resistance: float
-    droop_time: float
-    bulk_modulus: float
-    free_air: float
-    air_exponent: float
-    atmosphere: float
-    vapour_pressure: float
-    flow_gain: float
-    area_gradient: float
-    lap: float
-    lap_leakage: float
-    supply_1_lap: float
-    supply_1_leakage: float
-    supply_1_gain: float
-    return_1_lap: float
-    return_1_leakage: float
-    return_1_gain: float
-    supply_2_lap: float
-    supply_2_leakage: float
-    supply_2_gain: float
-    return_2_lap: float
-    return_2_leakage: float
-    return_2_gain: float
-    null_offset: float
-    coulomb: float
-    breakaway: float
-    viscous: float
-    transition: float
-    velocity_threshold: float
-    bristle_stiffness: float
-    bristle_damping: float
-    internal_leakage: float
-    external_leakage_1: float
-    external_leakage_2: float
-    laminar_reference: float
-    blending_pressure: float
+_AT_AN_INSTANT = {
+    "null_offset": "null_of(time, lanes.null_offset[k], lanes.null_drift[k], options)",
+    LEAKAGE: "open_leakage(time, lanes.internal_leakage[k], lanes.onset_time[k],"
+    " lanes.onset_duration[k], lanes.onset_duty[k], options)",
+}
+"""Lane field → its value where that changes over time."""
 
-
-@equation
-def lane_parameters(lanes: Any, k: Any, time: Quantity, options: ModelOptions) -> LaneParameters:
-    """Parameters of one lane at an instant."""
-    return LaneParameters(
-        lanes.mass[k], lanes.area[k], lanes.volume[k], lanes.stiffness[k],
-        lanes.stop_position[k], lanes.stop_stiffness[k],
-        lanes.rated_supply[k], lanes.ret[k], lanes.droop_resistance[k], lanes.droop_time[k],
-        lanes.bulk_modulus[k], lanes.free_air[k], lanes.air_exponent[k], lanes.atmosphere[k],
-        lanes.vapour_pressure[k],
-        lanes.flow_gain[k], lanes.area_gradient[k], lanes.lap[k], lanes.lap_leakage[k],
-        lanes.supply_1_lap[k], lanes.supply_1_leakage[k], lanes.supply_1_gain[k],
-        lanes.return_1_lap[k], lanes.return_1_leakage[k], lanes.return_1_gain[k],
-        lanes.supply_2_lap[k], lanes.supply_2_leakage[k], lanes.supply_2_gain[k],
-        lanes.return_2_lap[k], lanes.return_2_leakage[k], lanes.return_2_gain[k],
-        null_of(time, lanes.null_offset[k], lanes.null_drift[k], options),
-        lanes.coulomb[k], lanes.breakaway[k], lanes.viscous[k], lanes.transition[k],
-        lanes.velocity_threshold[k], lanes.bristle_stiffness[k], lanes.bristle_damping[k],
-        open_leakage(
-            time, lanes.internal_leakage[k], lanes.onset_time[k], lanes.onset_duration[k],
-            lanes.onset_duty[k], options,
-        ),
-        lanes.external_leakage_1[k], lanes.external_leakage_2[k],
-        lanes.laminar_reference[k], lanes.blending_pressure[k],
-    )  # fmt: skip
+_FIELDS = (_AT_AN_INSTANT.get(name, f"lanes.{name}[k]") for name in (*PARAMETERS, LEAKAGE))
+lane_parameters = equation(eval(f"lambda lanes, k, time, options: LaneParameters({', '.join(_FIELDS)})"))
+"""Record of lanes, lane, time [s] and options → `LaneParameters`."""
 
 
 class ValveFlows(NamedTuple):
@@ -233,12 +178,10 @@ def port_flows(state: State, spool_position: float, p: LaneParameters, options: 
 @equation
 def bulk_modulus_at(pressure: float, p: LaneParameters, options: ModelOptions) -> float:
     """β of the fluid in a chamber by the chosen law [Pa]."""
+    modulus: float = p.bulk_modulus
     if options.free_air is not None:
-        modulus: float = effective_bulk_modulus(
-            pressure, p.bulk_modulus, p.free_air, p.air_exponent, p.atmosphere
-        )
-        return modulus
-    return p.bulk_modulus
+        modulus = effective_bulk_modulus(pressure, modulus, p.free_air, p.air_exponent, p.atmosphere)
+    return modulus
 
 
 @equation

@@ -15,10 +15,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.request import EDGES
+from hydrofdi.config.sections.machine import FrictionConfig
 
 HALF_WIDTH = 16
 WIDTH = 2 * HALF_WIDTH
 """Number of lanes that the kernel advances together."""
+
+_OF_FRICTION = [name for name in FrictionConfig.model_fields if name not in ("law", "scale")]
+
+SPOOL_PARAMETERS = {
+    "spool_frequency": "valve.angular_frequency",
+    "spool_damping_ratio": "valve.damping_ratio",
+    "spool_gain": "valve.spool_gain",
+    "spool_limit": "valve.position_limit",
+    "spool_speed_limit": "valve.speed_limit",
+    "hysteresis": "valve.hysteresis",
+}
+_OF_EDGES = {"lap": "lap", "leakage": "lap_leakage", "gain": "flow_gain_ratio"}
 
 PARAMETERS = {
     "mass": "actuator.mass",
@@ -40,33 +54,8 @@ PARAMETERS = {
     "area_gradient": "valve.area_gradient",
     "lap": "valve.lap",
     "lap_leakage": "valve.lap_leakage",
-    "supply_1_lap": "supply_1_edge.lap",
-    "supply_1_leakage": "supply_1_edge.lap_leakage",
-    "supply_1_gain": "supply_1_edge.flow_gain_ratio",
-    "return_1_lap": "return_1_edge.lap",
-    "return_1_leakage": "return_1_edge.lap_leakage",
-    "return_1_gain": "return_1_edge.flow_gain_ratio",
-    "supply_2_lap": "supply_2_edge.lap",
-    "supply_2_leakage": "supply_2_edge.lap_leakage",
-    "supply_2_gain": "supply_2_edge.flow_gain_ratio",
-    "return_2_lap": "return_2_edge.lap",
-    "return_2_leakage": "return_2_edge.lap_leakage",
-    "return_2_gain": "return_2_edge.flow_gain_ratio",
     "null_offset": "valve.null_offset",
     "null_drift": "valve.null_drift",
-    "spool_frequency": "valve.angular_frequency",
-    "spool_damping_ratio": "valve.damping_ratio",
-    "spool_gain": "valve.spool_gain",
-    "spool_limit": "valve.position_limit",
-    "spool_speed_limit": "valve.speed_limit",
-    "hysteresis": "valve.hysteresis",
-    "coulomb": "friction.applied.coulomb",
-    "breakaway": "friction.applied.breakaway",
-    "viscous": "friction.applied.viscous",
-    "transition": "friction.applied.transition",
-    "velocity_threshold": "friction.applied.velocity_threshold",
-    "bristle_stiffness": "friction.applied.bristle_stiffness",
-    "bristle_damping": "friction.applied.bristle_damping",
     "external_leakage_1": "leakage.chamber_1_coefficient",
     "external_leakage_2": "leakage.chamber_2_coefficient",
     "laminar_reference": "leakage.laminar_reference",
@@ -82,6 +71,17 @@ PARAMETERS = {
     "lowest_reading": "position_sensor.lower_end",
     "highest_reading": "position_sensor.upper_end",
     "reading_resolution": "position_sensor.resolution",
+    **SPOOL_PARAMETERS,
+    **{
+        f"{edge.removesuffix('_edge')}_{name}": f"{edge}.{field}"
+        for edge in EDGES
+        for name, field in _OF_EDGES.items()
+    },
+    **{
+        name: f"friction.applied.{name}"
+        for name in FrictionConfig.model_fields
+        if name not in ("law", "scale")
+    },
 }
 """Lane field → the parameter that fills it, in SI."""
 
@@ -113,8 +113,7 @@ SINGLE = np.dtype([(name, "f8", (1,)) for name in (*PARAMETERS, LEAKAGE)])
 _values_of = attrgetter(*PARAMETERS.values())
 
 _SPOOL_FIELDS = (
-    "spool_position", "spool_velocity", "spool_frequency", "spool_damping_ratio", "spool_gain",
-    "spool_limit", "spool_speed_limit", "hysteresis", "voltage", "acting_voltage",
+    *SPOOL_PARAMETERS, "spool_position", "spool_velocity", "voltage", "acting_voltage",
     "spool_1", "spool_2", "spool_3", "spool_4",
 )  # fmt: skip
 SPOOLS = np.dtype([(name, "f8", (WIDTH,)) for name in _SPOOL_FIELDS])

@@ -6,9 +6,9 @@ import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.request import RunRequest, parameter_names
+from hydrofdi.config.run_table.identities import run_identity
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.simulation import run_identity
 
 LEAKAGE = "sweep.grid.leakage.internal_flow=[0 L/min, 0.12 L/min]"
 EBM = "sweep.grid.fluid.bulk_modulus=[551 MPa, 689 MPa]"

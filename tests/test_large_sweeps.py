@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config import expand_runs, load_experiment
+from hydrofdi.config.run_table.identities import run_identities, run_identity
 from hydrofdi.config.sweeps.points import count_points
 from hydrofdi.config.sweeps.sweep import distinct_rows
 from hydrofdi.errors import ConfigError
-from hydrofdi.simulation import run_identities, run_identity
 
 EBM = "sweep.grid.fluid.bulk_modulus={linspace: [500 MPa, 900 MPa, %d]}"
 VISCOUS = "sweep.grid.friction.viscous={linspace: [10, 100, %d]}"

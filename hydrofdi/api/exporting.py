@@ -14,12 +14,12 @@ from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.api.stored import rows_named
 from hydrofdi.config import expand_runs
+from hydrofdi.config.run_table.identities import record_identities, run_identities
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.writing import OWN, WRITERS, selection
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import Guessable, nearest
-from hydrofdi.simulation import record_identities, run_identities
 from hydrofdi.store.files import require_own, whole_file
 from hydrofdi.store.layout.names import RUN_ID, STATUS
 from hydrofdi.store.records import StoredRecords, distinct_records

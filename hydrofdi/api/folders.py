@@ -20,17 +20,17 @@ from hydrofdi.api.stored import changes_since, rows_named, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN
+from hydrofdi.config.run_table.identities import record_identity
 from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of, remedy
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import Guessable
-from hydrofdi.simulation import record_identity
 from hydrofdi.store import Columns, StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
-from hydrofdi.store.layout.names import MESSAGE, RUN, VERDICT, Variable, stored_variables
+from hydrofdi.store.layout.names import MESSAGE, RUN, STATUS, VERDICT, Variable, stored_variables
 from hydrofdi.store.layout.outputs import output_variables
-from hydrofdi.store.reading import read_statuses, read_verdicts
+from hydrofdi.store.reading import read_texts
 from hydrofdi.store.request import read_request
 from hydrofdi.store.results import MISSING, ShardResults
 from hydrofdi.store.shard import held_names, read_variables
@@ -184,7 +184,7 @@ def status(folder: Folder) -> SweepStatus:
     planned = len(plan.run_ids)
     earlier = plan.index.n_run_of_earlier_physics
     try:
-        verdicts = doubt_counts(read_verdicts(plan.file))
+        verdicts = doubt_counts(read_texts(plan.file, VERDICT).get(VERDICT, []))
     except StoreError:
         verdicts = {}
     return SweepStatus(
@@ -220,7 +220,7 @@ def verify(folder: Folder) -> Verification:
     file = plan.file
     if file.exists():
         try:
-            n_run = len(read_statuses(file))
+            n_run = len(read_texts(file, STATUS)[STATUS])
             if n_run != len(plan.run_ids):
                 faults.append(
                     f"{file}: holds {counted(n_run, 'run')} of {len(plan.run_ids)}; run 'hydrofdi collect'"

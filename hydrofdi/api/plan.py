@@ -23,6 +23,7 @@ from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
+from hydrofdi.config.run_table.identities import identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Issue
@@ -30,7 +31,6 @@ from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import Guessable
 from hydrofdi.settings.readable import shown_bytes, shown_seconds
-from hydrofdi.simulation import identities_of_analyses, record_identities, run_identity
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store import Failure, ShardIndex, StoredRun, holds_enough, read_failures, read_index
 from hydrofdi.store.experiment_file import computed_variables

@@ -8,6 +8,8 @@ from collections.abc import Collection, Iterator
 from dataclasses import replace
 from functools import cached_property
 from os import PathLike
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +20,7 @@ from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.notebook import shown
 from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
+from hydrofdi.config.run_table.identities import record_identity, run_identity
 from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.config.study.detection import DetectionConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
@@ -26,8 +29,7 @@ from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_co
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import Column, Table, library
 from hydrofdi.settings.messages import Guessable, nearest
-from hydrofdi.simulation import record_identity, run_identity
-from hydrofdi.store import Columns, HeldResults, write_experiment
+from hydrofdi.store import Columns, ShardResults, read_index, write_experiment, write_shard
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.outputs import output_variables
@@ -301,7 +303,10 @@ class Run(Guessable):
             for rows in (whole.fixed_baseline, whole.matched_baseline)
         )
         table = RunTable(whole.runs[:1], {}, 1, fixed, matched, np.array([names.NO_BASELINE]))
-        write_experiment(path_of(path), alone, table, HeldResults(self.columns), library_versions())
+        with TemporaryDirectory() as folder:
+            write_shard(Path(folder), self.columns, alone.store)
+            results = ShardResults([self.run_id], read_index(Path(folder)), {})
+            write_experiment(path_of(path), alone, table, results, library_versions())
 
     def __repr__(self) -> str:
         return repr(self._with_warnings())

@@ -13,16 +13,15 @@ from typing import Any
 
 import hydrofdi
 from hydrofdi.config import ExperimentConfig, expand_runs
+from hydrofdi.config.run_table.identities import run_identities
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.counting import counted
-from hydrofdi.simulation import run_identities
 from hydrofdi.store import (
     ExperimentData,
     ShardIndex,
     ShardResults,
-    join_results,
     read_experiment,
     read_failures,
     read_index,
@@ -139,12 +138,9 @@ def _read_requested(directory: Path) -> ExperimentData:
     if file.exists() and not index.runs:
         return read_experiment(file)
     physics_version = max(index.physics_versions, default=PHYSICS_VERSION)
-    if data is None or data.physics_version < physics_version:
-        return _read_shards(experiment, file, index, physics_version)
-    if data.is_whole:
+    if data is not None and data.is_whole and data.physics_version >= physics_version:
         return data
-    run_ids = [str(run_id) for run_id in data.columns[RUN_ID]]
-    return join_results(data, ShardResults(run_ids, index, read_failures(directory)))
+    return _read_shards(experiment, file, index, physics_version)
 
 
 def _read_same(file: Path, directory: Path) -> ExperimentData | None:

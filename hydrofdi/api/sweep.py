@@ -26,6 +26,7 @@ from hydrofdi.api.stored import (
 )
 from hydrofdi.compilation.compiling import cache_directory
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.config.run_table.identities import run_identities
 from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, StoreError, SweepInterrupted
@@ -48,7 +49,6 @@ from hydrofdi.execution.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.counting import counted
-from hydrofdi.simulation import run_identities
 from hydrofdi.store import (
     Failure,
     ShardResults,
@@ -63,7 +63,8 @@ from hydrofdi.store.folder.calibrations import read_calibrations, write_calibrat
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
 from hydrofdi.store.folder.log import RunLog
 from hydrofdi.store.folder.provenance import add_provenance, environment_record, now
-from hydrofdi.store.reading import is_current, read_obstacles, read_statuses, read_verdicts
+from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
+from hydrofdi.store.reading import is_current, read_texts
 from hydrofdi.store.request import REQUEST_FILE, read_request, require_same_experiment, write_request
 from hydrofdi.store.results import MISSING
 
@@ -456,7 +457,7 @@ def _interrupted(plan: SweepPlan, completed: int) -> SweepInterrupted:
 
 
 def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool) -> SweepSummary:
-    statuses = Counter(read_statuses(plan.file))
+    statuses = Counter(read_texts(plan.file, STATUS)[STATUS])
     return SweepSummary(
         planned=len(plan.run_ids),
         completed=completed,
@@ -468,7 +469,7 @@ def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool
         interrupted=interrupted,
         faults=_faults(plan.file),
         statuses={status: count for status, count in statuses.items() if status != "ok"},
-        verdicts=doubt_counts(read_verdicts(plan.file)),
+        verdicts=doubt_counts(read_texts(plan.file, VERDICT).get(VERDICT, [])),
         warnings=tuple(plan.warnings),
     )
 
@@ -476,8 +477,10 @@ def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool
 def _faults(file: Path) -> dict[str, str]:
     """Label → the most frequent fault of an indicator, with how many runs have one."""
     faults = {}
-    for label, obstacles in read_obstacles(file).items():
+    for name, obstacles in read_texts(file, OBSTACLE).items():
         if found := [obstacle for obstacle in obstacles if tells_fault(obstacle)]:
             ((sentence, _),) = Counter(found).most_common(1)
-            faults[label] = f"{sentence}, in {len(found)} of {counted(len(obstacles), 'run')}"
+            faults[name.removesuffix(OBSTACLE)] = (
+                f"{sentence}, in {len(found)} of {counted(len(obstacles), 'run')}"
+            )
     return faults

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from functools import cache
 from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
 
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, ExperimentConfig
-from hydrofdi.config.input_files import anchor_input_files, read_input_files
 from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
@@ -17,50 +17,56 @@ from hydrofdi.indicators.selection import chosen_options, make_chosen
 from hydrofdi.settings.counting import brief
 from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.ready import located
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
 from hydrofdi.units import parse_unit, stated_unit
 
 
 def note_written_units(source: Source) -> None:
-    """Add to ``units`` of a source the first unit that each parameter is written with; stated units win."""
+    """Add to ``units`` of a source the first unit that each parameter is written with; stated units win.
+
+    SI units are not noted, nor are those of leakage flows.
+    """
     if not isinstance(source.data, dict) or not isinstance(stated := source.data.get("units") or {}, dict):
         return
     units: dict[str, str] = {}
-    for name, value in _parameters(source.data, "", frozenset(parameter_names())):
-        if name not in units and (unit := _unit_of(name, value)):
-            units[name] = unit
+    for name, container, key in _written(source.data):
+        own = parameter_unit(name)
+        if own is not None and name not in INTERNAL_LEAKAGE_FORMS:
+            unit = stated_unit(container[key], own)
+            if unit and parse_unit(unit) != parse_unit(own):
+                units.setdefault(name, unit)
     if units or stated:
         source.data["units"] = units | stated
 
 
-def _parameters(data: Mapping[str, Any], section: str, known: Set[str]) -> Iterator[tuple[str, Any]]:
-    """Dotted names and what is written for them, in sections, axes, distributions and populations alike."""
-    for key, value in data.items():
-        name = key if key in known else f"{section}.{key}"
-        if name in known:
-            yield name, value
-            continue
-        for part in value if isinstance(value, list) else [value]:
-            if isinstance(part, Mapping):
-                yield from _parameters(part, key, known)
+def anchor_input_files(data: Any, folder: FilePath) -> None:
+    """Make the paths of input files start from the folder of the file that names them."""
+    for name, container, key in list(_written(data)):
+        if name == "input.file" and "\n" not in container[key]:
+            container[key] = str(located(FilePath(container[key]), folder))
 
 
-def _unit_of(name: str, value: Any) -> str | None:
-    """The first unit in which a value is written, other than the SI unit; none of leakage flows."""
-    own = parameter_unit(name)
-    if own is None or name in INTERNAL_LEAKAGE_FORMS:
-        return None
-    units = (stated_unit(text, own) for text in _texts(value))
-    return next((unit for unit in units if unit and parse_unit(unit) != parse_unit(own)), None)
+def _written(data: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Dotted parameter, container and key of each text that is written for a parameter.
+
+    They stand in sections, axes, distributions and populations alike.
+    """
+    known = _parameters()
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+        here = name
+        if isinstance(data, dict) and name not in known:
+            here = key if key in known else f"{name.rpartition('.')[2]}.{key}"
+        if isinstance(value, dict | list):
+            yield from _written(value, here)
+        elif isinstance(value, str) and here in known:
+            yield here, data, key
 
 
-def _texts(value: Any) -> Iterator[str]:
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, list | Mapping):
-        for part in value.values() if isinstance(value, Mapping) else value:
-            yield from _texts(part)
+@cache
+def _parameters() -> frozenset[str]:
+    return frozenset(parameter_names())
 
 
 def normalize_indicators(source: Source) -> bool:
@@ -180,7 +186,7 @@ def _prepare(own: Source, file: FilePath) -> None:
     """Prepare each file of an experiment before it extends others."""
     if not own.data:
         raise ConfigError([Issue(_NOTHING, origin=str(file))])
-    anchor_input_files(own, file.parent)
+    anchor_input_files(own.data, file.parent)
     note_written_units(own)
 
 
@@ -269,7 +275,6 @@ def _is_part(wanted: str | int, part: str) -> bool:
 
 
 def _validate(source: Source) -> ExperimentConfig:
-    read_input_files(source)
     normalize_baseline(source)
     normalize_sweep(source)
     normalize_replicates(source)

@@ -12,7 +12,7 @@ from hydrofdi.config.shown_values import shown_values, varied_parameters
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.execution.engine import Engine, TaskFailure
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.simulation import Calibration, solve_leakage_coefficients
+from hydrofdi.simulation.calibration import Calibration, solve_leakage_coefficients
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.units import convert
 

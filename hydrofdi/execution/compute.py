@@ -20,8 +20,9 @@ from hydrofdi.quality.doubts import how_records_settle
 from hydrofdi.quality.measures import hydraulic_mode, mean_external_leakage_flows
 from hydrofdi.quality.run_quality import assess_runs
 from hydrofdi.sensing import Measurement
-from hydrofdi.simulation import Outcome, Trajectory, simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.tap import Tap
+from hydrofdi.simulation.trajectory import Outcome, Trajectory
 from hydrofdi.store import write_shard
 from hydrofdi.store.layout import names
 from hydrofdi.store.shard import read_records

@@ -24,7 +24,7 @@ from hydrofdi.physics.hydraulic_mode import (
 from hydrofdi.physics.leakage import external_leakage_flow
 from hydrofdi.physics.valve import chamber_1_orifice_drop, null_position
 from hydrofdi.quality.doubts import samples_per_period, settled_start
-from hydrofdi.simulation import Trajectory
+from hydrofdi.simulation.trajectory import Trajectory
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.undecimated import (
     boundary_length,

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import parameter_names, parameter_quantity
 from hydrofdi.quality.doubts import DOUBTS, SOUND, Settling
-from hydrofdi.simulation import Trajectory
 from hydrofdi.simulation.balances import balance_residuals
+from hydrofdi.simulation.trajectory import Trajectory
 from hydrofdi.units import parse_quantity
 
 _MACHINE = ("actuator", "fluid", "supply", "valve", "friction")

@@ -16,7 +16,7 @@ from hydrofdi.sensing.feedback import feedback_noise
 from hydrofdi.sensing.lagging import LaggedRuns
 from hydrofdi.sensing.noise import gaussian_noise, noise_autocovariance
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
-from hydrofdi.simulation import Trajectory
+from hydrofdi.simulation.trajectory import Trajectory
 
 Signal = NDArray[np.float64]
 

@@ -6,7 +6,6 @@ import re
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -29,10 +28,6 @@ _LIMITS = {
     "greater_than_equal": ("at least", "ge"),
     "less_than_equal": ("at most", "le"),
 }
-_BEGINNINGS = {
-    b"\x89HDF\r\n\x1a\n": "an HDF5 file", b"\x89PNG": "a picture", b"\xff\xd8\xff": "a picture",
-    b"%PDF": "a PDF file", b"\xd0\xcf\x11\xe0": "a spreadsheet", b"PK": "a spreadsheet or an archive",
-}  # fmt: skip
 
 
 def nearest(name: str, known: Sequence[str], elsewhere: Sequence[str] = (), section: str = "") -> str:
@@ -164,16 +159,3 @@ def percent_hint(found: Any, most: float) -> str:
     except (TypeError, ValueError):
         return ""
     return f"; write '{number:g} %' if it is in percent" if most <= 1.0 <= number < 100.0 else ""
-
-
-def foreign_file(path: Path, wanted: str) -> str:
-    """What is wrong with a picture, a spreadsheet or an HDF5 file in the place of a text; else empty."""
-    if not path.is_file():
-        return ""
-    try:
-        with open(path, "rb") as file:
-            head = file.read(8)
-    except OSError:
-        return ""
-    kind = next((kind for start, kind in _BEGINNINGS.items() if head.startswith(start)), "")
-    return f"{path}: is {kind}, not {wanted}" if kind else ""

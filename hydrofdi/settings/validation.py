@@ -9,7 +9,7 @@ from typing import Any, TypeVar, get_origin
 from pydantic import BaseModel, ValidationError
 
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.settings.messages import describe_error, foreign_file
+from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.ready import ready_hint
 from hydrofdi.settings.yaml_source import Path, Source, dotted, parse_yaml
 
@@ -30,11 +30,9 @@ def read_yaml(file: FilePath, kind: str) -> Source:
     Raises
     ------
     ConfigError
-        The file cannot be read, is clearly of another kind, is not YAML, or contains no mapping.
+        The file cannot be read, is not YAML, or contains no mapping.
     """
-    if mistaken := foreign_file(file, kind):
-        raise ConfigError(mistaken)
-    source = parse_yaml(_read_text(file, kind), str(file))
+    source = parse_yaml(read_text(file, kind), str(file))
     if source.mistakes and source.data is None:
         raise ConfigError(source.mistakes)
     if source.data is not None and not isinstance(source.data, dict):
@@ -78,7 +76,14 @@ def _placed(source: Source, message: str) -> Issue:
     return Issue(f"{message} ({elsewhere})" if elsewhere else message, origin=places[first])
 
 
-def _read_text(file: FilePath, kind: str) -> str:
+def read_text(file: FilePath, kind: str) -> str:
+    """The text of a file, which should be `kind`.
+
+    Raises
+    ------
+    ConfigError
+        The file cannot be read.
+    """
     try:
         return file.read_text(encoding="utf-8")
     except IsADirectoryError:

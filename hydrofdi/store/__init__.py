@@ -4,23 +4,19 @@ from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.folder.failures import Failure, forget_failure, read_failures, write_failure
 from hydrofdi.store.index import ShardIndex, StoredRun, holds_enough, read_index
-from hydrofdi.store.reading import read_experiment
-from hydrofdi.store.results import HeldResults, Results, ShardResults
+from hydrofdi.store.reading import read_experiment, read_unfinished
+from hydrofdi.store.results import ShardResults
 from hydrofdi.store.shard import Columns, write_shard
-from hydrofdi.store.unfinished import join_results, read_unfinished
 
 __all__ = [
     "Columns",
     "ExperimentData",
     "Failure",
-    "HeldResults",
-    "Results",
     "ShardIndex",
     "ShardResults",
     "StoredRun",
     "forget_failure",
     "holds_enough",
-    "join_results",
     "read_experiment",
     "read_failures",
     "read_index",

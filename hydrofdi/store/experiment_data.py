@@ -5,11 +5,10 @@ Sweeps and defaults are not expanded again, so changes of defaults in later vers
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,22 +26,8 @@ from hydrofdi.store.layout.names import (
     STATUS,
     axis_variable,
 )
-from hydrofdi.store.results import MISSING
-
-
-class SignalSource(Protocol):
-    """Location of the signals of an experiment."""
-
-    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
-        ...
-
-    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
-        """Signals of some runs by name, each of shape (n_run, n_time).
-
-        A signal that no run has stored is omitted; rows of runs that lack it are NaN.
-        """
-        ...
+from hydrofdi.store.results import MISSING, ShardResults
+from hydrofdi.store.signals import FileSignals
 
 
 @dataclass(frozen=True)
@@ -59,7 +44,7 @@ class ExperimentData:
         Variable name → array with one row per run, without signals.
     versions : dict
         Library → version that computed the results.
-    signals : SignalSource
+    signals : FileSignals | ShardResults
         Location of the signals.
     configuration : dict or None
         The configuration as written in the file, in SI; None if there is no file.
@@ -73,7 +58,7 @@ class ExperimentData:
     experiment: ExperimentConfig
     columns: dict[str, NDArray[Any]]
     versions: dict[str, str]
-    signals: SignalSource
+    signals: FileSignals | ShardResults
     configuration: dict[str, Any] | None = None
     remarks: tuple[str, ...] = ()
     physics_version: int = PHYSICS_VERSION

@@ -49,12 +49,16 @@ from hydrofdi.store.layout.outputs import (
 )
 from hydrofdi.store.layout.variables import fit_to_dimensions
 from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
-from hydrofdi.store.results import Results
+from hydrofdi.store.results import ShardResults
 from hydrofdi.store.signals import create_signal, write_block
 
 
 def write_experiment(
-    path: Path, experiment: ExperimentConfig, table: RunTable, results: Results, versions: Mapping[str, str]
+    path: Path,
+    experiment: ExperimentConfig,
+    table: RunTable,
+    results: ShardResults,
+    versions: Mapping[str, str],
 ) -> None:
     """Write the experiment file atomically.
 
@@ -65,7 +69,7 @@ def write_experiment(
         Stored as the attribute ``configuration``.
     table : RunTable
         The runs in the order of the rows.
-    results : Results
+    results : ShardResults
         Results of the runs.
     versions : mapping
         Library versions, stored as attributes ``version_<name>``.
@@ -110,7 +114,7 @@ def computed_variables(table: RunTable) -> tuple[Variable, ...]:
     return (*stored_variables("none", phases=phases), *output_variables(measured))
 
 
-def computed_columns(results: Results, table: RunTable) -> dict[str, NDArray[Any]]:
+def computed_columns(results: ShardResults, table: RunTable) -> dict[str, NDArray[Any]]:
     """Computed results of the runs of a table, without signals; gaps for runs without results."""
     variables = computed_variables(table)
     columns = results.columns(variables)
@@ -180,7 +184,7 @@ def _write_column(file: h5py.File, variable: Variable, values: NDArray[Any]) -> 
     _label(file, dataset, variable, variable.dimensions)
 
 
-def _write_shared_input(file: h5py.File, variable: Variable, results: Results) -> None:
+def _write_shared_input(file: h5py.File, variable: Variable, results: ShardResults) -> None:
     signals = (results.signal(variable.name, position) for position in range(results.n_run))
     voltage = next((values for values in signals if values.size), None)
     if voltage is not None:
@@ -189,7 +193,7 @@ def _write_shared_input(file: h5py.File, variable: Variable, results: Results) -
 
 
 def _write_signal(
-    file: h5py.File, variable: Variable, results: Results, experiment: ExperimentConfig
+    file: h5py.File, variable: Variable, results: ShardResults, experiment: ExperimentConfig
 ) -> None:
     shape = (results.n_run, file[TIME].shape[0])
     still = None

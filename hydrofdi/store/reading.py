@@ -3,33 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
-import numpy as np
-from numpy.typing import NDArray
-from pydantic import ValidationError
 
-from hydrofdi.config import ExperimentConfig
+from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.settings.messages import describe_error
 from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.experiment_file import computed_columns, requested_columns
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.layout.names import (
     FORMAT_VERSION,
-    OBSTACLE,
     PHASE,
     REPLICATE_OF,
     REPLICATED,
     REQUESTED,
     RUN,
     STATUS,
-    TIME,
-    VERDICT,
     Variable,
     axis_variable,
     stored_variables,
@@ -38,33 +31,11 @@ from hydrofdi.store.layout.outputs import is_output
 from hydrofdi.store.layout.variables import held_values
 from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
 from hydrofdi.store.request import stored_experiment
-from hydrofdi.store.results import MISSING
-from hydrofdi.store.signals import signal_rows
+from hydrofdi.store.results import MISSING, ShardResults
+from hydrofdi.store.signals import FileSignals
 
 _VERSION = "version_"
 """Prefix of the attributes that contain library versions."""
-
-
-@dataclass(frozen=True)
-class FileSignals:
-    """Signals in an experiment file."""
-
-    path: Path
-
-    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
-        with open_for_reading(self.path) as file:
-            if name not in file:
-                raise StoreError(
-                    f"{self.path}: contains no {name}; set store: {{signals: all}} and sweep again"
-                )
-            values = file[name]
-            return np.asarray(file[TIME][:]), np.asarray(values[:] if values.ndim == 1 else values[position])
-
-    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
-        """Signals of some runs by name; signals that the file lacks are omitted."""
-        with open_for_reading(self.path) as file:
-            return {name: signal_rows(file[name], positions) for name in names if name in file}
 
 
 def read_experiment(path: Path) -> ExperimentData:
@@ -76,7 +47,10 @@ def read_experiment(path: Path) -> ExperimentData:
         The file is missing, damaged, or of another version.
     """
     with _experiment_file(path) as file:
-        experiment = _configuration(path, file)
+        writer = file.attrs.get(f"{_VERSION}hydrofdi", "an unknown version")
+        experiment = stored_experiment(
+            file.attrs["configuration"], f"{path}: its configuration (hydrofdi {writer} wrote it)"
+        )
         asked = (*REQUESTED, REPLICATED) if REPLICATE_OF in file else REQUESTED
         stored = (*asked, *stored_variables("none", phases=PHASE in file))
         axes = {axis_variable(name) for name in experiment.varied_names}
@@ -102,18 +76,6 @@ def read_experiment(path: Path) -> ExperimentData:
     )
 
 
-def _configuration(path: Path, file: h5py.File) -> ExperimentConfig:
-    try:
-        return stored_experiment(file.attrs["configuration"])
-    except ValidationError as error:
-        writer = file.attrs.get(f"{_VERSION}hydrofdi", "an unknown version")
-        first = error.errors()[0]
-        reason = ": ".join([".".join(map(str, first["loc"])), describe_error(first)]).removeprefix(": ")
-        raise StoreError(
-            f"{path}: its configuration is not readable (hydrofdi {writer} wrote it): {reason}"
-        ) from None
-
-
 def is_current(path: Path, experiment: ExperimentConfig) -> bool:
     """Whether an experiment file contains all runs of this exact configuration."""
     try:
@@ -125,8 +87,8 @@ def is_current(path: Path, experiment: ExperimentConfig) -> bool:
         return False
 
 
-def read_statuses(path: Path) -> list[str]:
-    """Status of each run of an experiment file.
+def read_texts(path: Path, name: str) -> dict[str, list[str]]:
+    """Name → text of each run, of a variable, or of all variables with a suffix such as ``.obstacle``.
 
     Raises
     ------
@@ -134,35 +96,8 @@ def read_statuses(path: Path) -> list[str]:
         The file is missing, damaged, or of another version.
     """
     with _experiment_file(path) as file:
-        return list(file[STATUS].asstr()[:])
-
-
-def read_verdicts(path: Path) -> list[str]:
-    """Quality verdict on each run of an experiment file; empty if the file has no verdicts.
-
-    Raises
-    ------
-    StoreError
-        The file is missing, damaged, or of another version.
-    """
-    with _experiment_file(path) as file:
-        return list(file[VERDICT].asstr()[:]) if VERDICT in file else []
-
-
-def read_obstacles(path: Path) -> dict[str, list[str]]:
-    """Label of an indicator → why it could not measure each run; empty text if it could.
-
-    Raises
-    ------
-    StoreError
-        The file is missing, damaged, or of another version.
-    """
-    with _experiment_file(path) as file:
-        return {
-            name.removesuffix(OBSTACLE): list(file[name].asstr()[:])
-            for name in file
-            if name.endswith(OBSTACLE)
-        }
+        found = [each for each in file if each == name or (name.startswith(".") and each.endswith(name))]
+        return {each: list(file[each].asstr()[:]) for each in found}
 
 
 @contextmanager
@@ -178,3 +113,29 @@ def _experiment_file(path: Path) -> Iterator[h5py.File]:
                 f" (it reads {FORMAT_VERSION}); sweep again into another folder"
             )
         yield file
+
+
+def read_unfinished(
+    path: Path,
+    experiment: ExperimentConfig,
+    table: RunTable,
+    results: ShardResults,
+    versions: Mapping[str, str],
+) -> ExperimentData:
+    """Read an experiment from its shards; runs without a result contain the reason.
+
+    Parameters
+    ----------
+    path : Path
+        Future path of the experiment file.
+    experiment : ExperimentConfig
+    table : RunTable
+        Runs of the experiment.
+    results : ShardResults
+        Stored results of the runs.
+    versions : mapping
+        Library versions.
+    """
+    columns = computed_columns(results, table) | requested_columns(table)
+    columns |= wavelet_numbers(columns)
+    return ExperimentData(path, experiment, columns, dict(versions), results)

@@ -12,7 +12,7 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import STORED
 from hydrofdi.errors import StoreError
 from hydrofdi.settings.messages import describe_error
-from hydrofdi.store.files import write_whole_text
+from hydrofdi.store.files import reason, write_whole_text
 
 REQUEST_FILE = "experiment.json"
 """Name of the request file in an experiment's folder."""
@@ -75,28 +75,28 @@ def read_request(directory: Path) -> ExperimentConfig:
     """
     path = directory / REQUEST_FILE
     try:
-        return stored_experiment(path.read_text(encoding="utf-8"))
+        return stored_experiment(path.read_text(encoding="utf-8"), str(path))
     except FileNotFoundError:
         raise StoreError(
             f"{directory}: is not the folder of an experiment (it has no {REQUEST_FILE})"
         ) from None
-    except (OSError, ValidationError, ValueError) as error:
-        raise StoreError(f"{path}: cannot be read: {_reason(error)}") from None
+    except StoreError:
+        raise
+    except (OSError, ValueError) as error:
+        raise StoreError(f"{path}: cannot be read: {reason(error)}") from None
 
 
-def _reason(error: Exception) -> str:
-    if not isinstance(error, ValidationError):
-        return str(error).splitlines()[0]
-    first = error.errors()[0]
-    return ": ".join(filter(None, (".".join(map(str, first["loc"])), describe_error(first))))
-
-
-def stored_experiment(text: str) -> ExperimentConfig:
+def stored_experiment(text: str, place: str) -> ExperimentConfig:
     """Parse a resolved configuration.
 
     Raises
     ------
-    ValueError
-        The text is not a resolved configuration.
+    StoreError
+        The text is not a resolved configuration; the message begins with the place.
     """
-    return ExperimentConfig.model_validate_json(text, context=STORED)
+    try:
+        return ExperimentConfig.model_validate_json(text, context=STORED)
+    except ValidationError as error:
+        first = error.errors()[0]
+        why = ": ".join(filter(None, (".".join(map(str, first["loc"])), describe_error(first))))
+        raise StoreError(f"{place}: cannot be read: {why}") from None

@@ -5,80 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.errors import StoreError
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.folder.failures import Failure
 from hydrofdi.store.index import ShardIndex
 from hydrofdi.store.layout.names import MESSAGE, OBSTACLE, RUN_ID, STATUS, TIME, Variable
-from hydrofdi.store.shard import Columns, read_variables
+from hydrofdi.store.shard import read_variables
 from hydrofdi.store.signals import Block, lacking_blocks, read_blocks, signal_rows
 
 MISSING = "missing"
 """Status of a run that has not been computed."""
-
-
-class Results(Protocol):
-    """Computed variables of all runs."""
-
-    @property
-    def n_run(self) -> int:
-        """Number of runs."""
-        ...
-
-    def columns(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
-        """Variables other than signals, by name, one row per run."""
-        ...
-
-    def signal(self, name: str, position: int) -> NDArray[Any]:
-        """A signal of one run, shape (n_time,); empty if it is not stored."""
-        ...
-
-    def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
-        """All rows of a signal in order, in blocks to be written to a target."""
-        ...
-
-    def time(self) -> NDArray[np.float64] | None:
-        """Sampling instants [s]; None if there are no signals."""
-        ...
-
-
-class HeldResults:
-    """Results in memory.
-
-    Parameters
-    ----------
-    columns : mapping
-        All computed variables.
-    """
-
-    def __init__(self, columns: Columns) -> None:
-        self._columns = columns
-
-    @property
-    def n_run(self) -> int:
-        """Number of runs."""
-        return len(self._columns[RUN_ID])
-
-    def columns(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
-        """Variables other than signals, by name, one row per run."""
-        return {variable.name: self._columns[variable.name] for variable in variables}
-
-    def signal(self, name: str, position: int) -> NDArray[Any]:
-        """A signal of one run, shape (n_time,)."""
-        return np.asarray(self._columns[name][position])
-
-    def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
-        """All rows of a signal at once."""
-        yield self._columns[name]
-
-    def time(self) -> NDArray[np.float64] | None:
-        """Sampling instants [s]."""
-        return self._columns[TIME]
 
 
 class _Stretch(NamedTuple):
@@ -142,7 +84,7 @@ class ShardResults:
         with open_for_reading(located.shard) as file:
             return np.asarray(file[name][located.row]) if name in file else np.empty(0)
 
-    def signal_rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
         """Signals of some runs by name; a signal that no run has is omitted, missing rows are NaN."""
         held: dict[str, NDArray[np.float64]] = {}
         places: dict[Path, list[int]] = {}
@@ -156,6 +98,13 @@ class ShardResults:
                     read = signal_rows(file[name], rows)
                     held.setdefault(name, np.full((len(positions), read.shape[1]), np.nan))[inside] = read
         return held
+
+    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
+        time, values = self.time(), self.signal(name, position)
+        if time is None or values.size == 0:
+            raise StoreError(f"the shards contain no {name}; set store: {{signals: all}} and sweep again")
+        return time, values
 
     def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
         """All rows of a signal in order; NaN if it is not stored."""

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -33,25 +33,14 @@ from hydrofdi.store.layout.outputs import is_needless, is_output
 from hydrofdi.store.layout.variables import held_values, is_optional
 from hydrofdi.store.signals import create_signal, write_block
 
+if TYPE_CHECKING:
+    from hydrofdi.store.index import StoredRun
+
 Columns = Mapping[str, NDArray[Any]]
 """Variable name → array with one row per run; ``time`` → sampling instants [s]."""
 
 SHARDS = "shards"
 """Folder of the shards within an experiment's folder."""
-
-
-class StoredPlace(Protocol):
-    """Location of a stored run."""
-
-    @property
-    def shard(self) -> Path:
-        """Path of the shard."""
-        ...
-
-    @property
-    def row(self) -> int:
-        """Row in the shard."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -203,7 +192,7 @@ def _read_rows(file: h5py.File, variable: Variable, rows: NDArray[np.int64]) -> 
     return np.full((len(rows), *[0] * (len(variable.dimensions) - 1)), blank, kind)
 
 
-def read_records(places: Sequence[StoredPlace], signals: Collection[str], n_time: int) -> Columns:
+def read_records(places: Sequence[StoredRun], signals: Collection[str], n_time: int) -> Columns:
     """Read stored records: the requested signals and their metadata.
 
     Parameters

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import h5py
@@ -11,6 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import StoreConfig
+from hydrofdi.errors import StoreError
+from hydrofdi.store.files import open_for_reading
+from hydrofdi.store.layout.names import TIME
 
 _BLOCK_BYTES = 1_000_000
 """Approximate size of a block in memory, so that it fits the processor cache [bytes]."""
@@ -124,3 +129,25 @@ def _drop_from_page_cache(source: h5py.Dataset, row: int, n_row: int) -> None:
         size = source.dtype.itemsize * source.shape[1]
         handle = source.file.id.get_vfd_handle()
         os.posix_fadvise(handle, offset + row * size, n_row * size, os.POSIX_FADV_DONTNEED)
+
+
+@dataclass(frozen=True)
+class FileSignals:
+    """Signals in an experiment file."""
+
+    path: Path
+
+    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
+        with open_for_reading(self.path) as file:
+            if name not in file:
+                raise StoreError(
+                    f"{self.path}: contains no {name}; set store: {{signals: all}} and sweep again"
+                )
+            values = file[name]
+            return np.asarray(file[TIME][:]), np.asarray(values[:] if values.ndim == 1 else values[position])
+
+    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+        """Signals of some runs by name; signals that the file lacks are omitted."""
+        with open_for_reading(self.path) as file:
+            return {name: signal_rows(file[name], positions) for name in names if name in file}

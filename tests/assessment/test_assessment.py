@@ -14,7 +14,7 @@ from hydrofdi.api.selection import calibrate_flows, computed_rows, converge, sel
 from hydrofdi.api.warnings import place_in_bands
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.leakage import internal_leakage_flow
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import boundary_shares
 from tests.commands import run, run_hydrofdi

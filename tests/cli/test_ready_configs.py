@@ -5,7 +5,7 @@ import json
 import pytest
 
 from hydrofdi.config import load_experiment
-from hydrofdi.config.input_files import anchor_input_files, read_input_files
+from hydrofdi.config.loading import anchor_input_files
 from hydrofdi.indicators import indicator_names, load_indicators
 from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names
@@ -13,9 +13,11 @@ from tests.commands import run, run_json
 
 
 def contents(file):
-    source = read_extended(file, "a file", lambda own, named: anchor_input_files(own, named.parent))
-    read_input_files(source)
-    return source.data
+
+    data = read_extended(file, "a file", lambda own, named: anchor_input_files(own.data, named.parent)).data
+    if name := data.get("input", {}).get("file"):
+        data["input"]["file"] = Path(name).resolve()
+    return data
 
 
 def test_the_list_has_every_configuration_and_what_it_is_for():

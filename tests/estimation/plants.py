@@ -6,7 +6,7 @@ from hydrofdi.config import load_experiment
 from hydrofdi.estimation.plant import N_MOVING, N_STATE, Plant
 from hydrofdi.estimation.prediction import TANGENT_SHAPE, predict
 from hydrofdi.estimation.spool_path import follow_command, spool_transition
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 
 NOMINAL = Plant(
     mass=0.0123, area_1=633.0, area_2=633.0, volume_1=280e3, volume_2=280e3, stiffness=150.0,

@@ -5,7 +5,12 @@ import pytest
 from hydrofdi.config import RunSpec, expand_runs, load_experiment
 from hydrofdi.config.experiment import Analysis, IndicatorChoice
 from hydrofdi.config.request import RECORD_SECTIONS, RunParameters, RunRequest, parameter_names
-from hydrofdi.simulation import record_identities, record_identity, run_identities, run_identity
+from hydrofdi.config.run_table.identities import (
+    record_identities,
+    record_identity,
+    run_identities,
+    run_identity,
+)
 from hydrofdi.transforms.configuration import WaveletConfig
 
 

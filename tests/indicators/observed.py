@@ -4,7 +4,7 @@ import numpy as np
 
 from hydrofdi.config import load_experiment
 from hydrofdi.records import Channel
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from indicators.signals import P1, P2, U, batch
 
 X, XV = Channel.PISTON_POSITION, Channel.SPOOL_POSITION

@@ -7,7 +7,7 @@ import pytest
 
 from hydrofdi.config import load_experiment
 from hydrofdi.records import Channel
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from indicators.signals import P1, P2, U, batch, measured
 
 MODULUS, VOLUME = 551e6, 280e-6

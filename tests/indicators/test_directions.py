@@ -6,7 +6,7 @@ import pytest
 from hydrofdi.config import load_experiment
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import RecordBatch
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 
 LEAKS = [0.0, 1e-9, 5e-9, 1.3e-8]

@@ -5,7 +5,7 @@ import pytest
 
 from hydrofdi.config import load_experiment
 from hydrofdi.physics.hydraulic_mode import mode_frequency
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from indicators.signals import P1, P2, U, batch, measured, ringing_pressure
 from indicators.signals import square_wave as square
 

@@ -9,7 +9,8 @@ import pytest
 
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import pid_step
-from hydrofdi.simulation import Trajectory, simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.trajectory import Trajectory
 
 LOOP = RunParameters().with_values(
     {

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
+from hydrofdi.config.run_table.identities import run_identity
 from hydrofdi.config.sections.csv_input import MOST_ROWS, held_text
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
-from hydrofdi.simulation import run_identity, simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.drive import input_voltage, largest_voltage
 from tests.conftest import Command
 

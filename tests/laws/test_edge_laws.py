@@ -11,7 +11,7 @@ from free_motion import free_motion
 from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import EDGES
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.no_load import largest_opening
 
 SHORT = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5})

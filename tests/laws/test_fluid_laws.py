@@ -16,8 +16,8 @@ from hydrofdi.physics.hydraulic_mode import mode_frequency
 from hydrofdi.quality.doubts import how_records_settle
 from hydrofdi.quality.measures import hydraulic_mode
 from hydrofdi.quality.run_quality import assess_runs
-from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
+from hydrofdi.simulation.batch import simulate_batch
 
 LIQUID, AIR, EXPONENT, ATMOSPHERE = 1.4e9, 0.01, 1.4, 101325.0
 pressures = st.floats(min_value=-0.9e5, max_value=40e6)

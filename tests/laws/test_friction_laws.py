@@ -17,7 +17,7 @@ from hydrofdi.physics.friction.lugre import bristle_friction_force, bristle_rate
 from hydrofdi.physics.friction.smooth import smooth_friction_force
 from hydrofdi.physics.friction.stribeck import decaying_exponential
 from hydrofdi.physics.friction.threshold import friction_force
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 
 PARAMETERS = (200.0, 250.0, 50.0, 40.0, 1e-3)
 speeds = st.floats(min_value=-2.0, max_value=2.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.drive import Drive, Spools
 
 WIDTH, AMPLITUDE = 0.2, 1.0

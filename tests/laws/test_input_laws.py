@@ -11,7 +11,7 @@ from hydrofdi.config.request import RunRequest
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.drive import input_voltage
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.second_solver import simulate_with_solver

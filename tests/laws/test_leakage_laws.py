@@ -16,7 +16,7 @@ from hydrofdi.physics.leakage import (
     internal_leakage_flow,
     laminar_leakage_flow,
 )
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 
 HELD = {"actuator.mass": 1e18}
 """A piston so heavy that it does not move."""

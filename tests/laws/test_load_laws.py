@@ -7,7 +7,7 @@ import pytest
 from free_motion import FRICTIONLESS, free_motion
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 
 AREA = RunParameters().actuator.piston_area
 AT_REST = RunParameters().with_values(

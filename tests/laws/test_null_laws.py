@@ -10,7 +10,7 @@ from free_motion import free_motion
 
 from hydrofdi.config import RunParameters
 from hydrofdi.quality.measures import hydraulic_mode
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 
 NULL = 0.8e-6
 GAIN = RunParameters().valve.spool_gain

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation import simulate_batch
 from hydrofdi.simulation.balances import balance_residuals
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
 
 SHORT = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, "record.step": 2e-5})

@@ -15,7 +15,8 @@ from test_option_combinations import CHOICES
 
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.settled import NEGLIGIBLE, settled
-from hydrofdi.simulation import batch, drive, simulate_batch
+from hydrofdi.simulation import batch, drive
+from hydrofdi.simulation.batch import simulate_batch
 
 LEAST_NORMAL = np.finfo(float).tiny
 UNDERFLOW = {"x86_64": 0x10, "aarch64": 0x08}.get(platform.machine(), 0) if sys.platform == "linux" else 0

@@ -11,8 +11,9 @@ import pytest
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import PAPER
 from hydrofdi.physics.friction import FRICTION_LAWS
-from hydrofdi.simulation import Trajectory, simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.trajectory import Trajectory
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.second_solver import simulate_with_solver
 

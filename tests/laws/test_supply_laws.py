@@ -9,7 +9,7 @@ from free_motion import free_motion
 
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.valve import control_flow
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 
 RESISTANCE, TIME_CONSTANT, OPENING = 4e10, 0.02, 44e-6
 DROOP = {

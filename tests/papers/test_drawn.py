@@ -17,7 +17,7 @@ from hydrofdi.report import runs
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
-from hydrofdi.store.reading import FileSignals
+from hydrofdi.store.signals import FileSignals
 from hydrofdi.transforms.change import percentage_change
 from tests.conftest import run_hydrofdi, sweep_in
 

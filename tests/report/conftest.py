@@ -14,7 +14,7 @@ from hydrofdi.papers.maddahi2015.study import study_experiment
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
-from hydrofdi.store.reading import FileSignals
+from hydrofdi.store.signals import FileSignals
 
 MADE_UP = """\
 name: made_up

@@ -11,8 +11,9 @@ from hydrofdi.config import RunParameters
 from hydrofdi.sensing import Measurement
 from hydrofdi.sensing.conversion import quantised, saturated
 from hydrofdi.sensing.feedback import feedback_noise
-from hydrofdi.simulation import Trajectory, simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
+from hydrofdi.simulation.trajectory import Trajectory
 from tests.second_solver import simulate_with_solver
 
 LOOP = RunParameters().with_values(

@@ -15,7 +15,8 @@ from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import CHANNELS
 from hydrofdi.sensing.channels import CLOCK, random_generator
 from hydrofdi.sensing.sampling import Clocks, sampling_instants
-from hydrofdi.simulation import batch, simulate_batch
+from hydrofdi.simulation import batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.second_solver import simulate_with_solver
 

@@ -15,7 +15,7 @@ from hydrofdi.sensing import CHANNELS, Measurement
 from hydrofdi.sensing.channels import CLOCK, random_generator
 from hydrofdi.sensing.measurement import sensor_reading
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import stored_variables
 from hydrofdi.transforms.wavelet import detail_rms
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import load_experiment
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.simulation import reference
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 
 SIGNALS = (
     "input_voltage", "spool_position", "piston_position", "piston_velocity",

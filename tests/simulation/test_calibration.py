@@ -2,7 +2,8 @@ import math
 
 import pytest
 
-from hydrofdi.simulation import simulate_batch, solve_leakage_coefficients
+from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.calibration import solve_leakage_coefficients
 
 FLOWS = {"0.12 L/min": 2e-6, "0.89 L/min": 0.89e-3 / 60, "2 L/min": 2e-3 / 60}
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hydrofdi.compilation import compiling, object_code
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 
 
 class Choices(NamedTuple):
@@ -188,7 +188,7 @@ def test_without_a_folder_of_its_own_nothing_is_kept_or_left_behind(
 LATER = """
 import sys
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 run = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, **%r})
 print(simulate_batch([run], [1e-9]).chamber_1_pressure[0, -1].hex())
 print("numba" in sys.modules)

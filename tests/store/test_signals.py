@@ -6,9 +6,9 @@ import pytest
 
 from hydrofdi.api.sweep import collect
 from hydrofdi.config import expand_runs, load_experiment
+from hydrofdi.config.run_table.identities import run_identity
 from hydrofdi.execution import Batch, Job, compute_columns
 from hydrofdi.execution.compute import compute_shard
-from hydrofdi.simulation import run_identity
 from hydrofdi.store.request import write_request
 
 EXPERIMENT = """\

@@ -169,7 +169,7 @@ def test_the_stored_configuration_says_the_same():
     from hydrofdi.store.request import stored_experiment
 
     experiment = load_experiment(settings=[*STUDY, "study.shifts={thin: {friction.scale: {uniform: ±9 %}}}"])
-    again = stored_experiment(experiment.model_dump_json())
+    again = stored_experiment(experiment.model_dump_json(), "a file")
     assert again == experiment
     assert (
         by_population(expand_runs(again), MODULUS)[0].tolist()

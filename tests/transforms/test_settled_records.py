@@ -13,7 +13,7 @@ from hydrofdi.execution import Job, compute_columns
 from hydrofdi.execution import compute as compute_module
 from hydrofdi.quality.doubts import SETTLED_CHANGE, how_records_settle
 from hydrofdi.quality.measures import pressure_features
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms.wavelet import coefficient_rms
 
 RUN = RunRequest().with_values({"record.duration": 10.0, "input.period": 1.0})

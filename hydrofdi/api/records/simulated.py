@@ -9,14 +9,16 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
+from hydrofdi.config.run_table.identities import record_identities
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.sensing import Measurement
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import shown_seconds
-from hydrofdi.simulation import Outcome, record_identities, simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.simulation.trajectory import Outcome
 from hydrofdi.store.records import (
     SIGNAL_OF_CHANNEL,
     batch_length,

@@ -26,47 +26,11 @@ from hydrofdi.settings.quantities import Section
 _MOST_NAMED = 4
 
 
-def impossible_point(
-    nominal: RunRequest, values: Mapping[str, Any], error: ValueError, key: str, where: str = ""
-) -> ConfigError:
-    """The error of a point that is impossible, with the values that make it so.
-
-    Parameters
-    ----------
-    nominal : RunRequest
-        What the point changes.
-    values : mapping
-        Dotted parameter → value in SI.
-    error : ValueError
-        What is wrong.
-    key : str
-        Key of the file that asks for the point.
-    where : str
-        What the point belongs to, such as a population.
-    """
+def _impossible(error: ValueError, values: Mapping[str, Any], key: str, where: str = "") -> ConfigError:
+    """The error of a point that is impossible, with the values [SI] of the sections that do not fit."""
     reason = describe_error(error.errors()[0]) if isinstance(error, ValidationError) else error
-    blamed = {name: values[name] for name in _blamed(nominal, values) or values}
-    named = dict(list(blamed.items())[:_MOST_NAMED])
-    more = f" and {len(blamed) - len(named)} more" if len(blamed) > len(named) else ""
-    place = f"in {where}, " if where else ""
-    return ConfigError([Issue(f"{place}at {shown_values(named)}{more}: {reason}", key)])
-
-
-def _blamed(nominal: RunRequest, values: Mapping[str, Any]) -> list[str]:
-    """The parameters each of which makes the point possible by keeping its nominal value."""
-    return [
-        name
-        for name in values
-        if _is_possible(nominal, {other: value for other, value in values.items() if other != name})
-    ]
-
-
-def _is_possible(nominal: RunRequest, values: Mapping[str, Any]) -> bool:
-    try:
-        nominal.with_values(values)
-    except ValueError:
-        return False
-    return True
+    named = dict(list(values.items())[-_MOST_NAMED:])
+    return ConfigError([Issue(f"{where}at {shown_values(named)}: {reason}", key)])
 
 
 Numbers = NDArray[np.int32]
@@ -166,7 +130,7 @@ class Expansion:
                     try:
                         changed = replace_fields(pool.sections[numbers[k, place]], fields)
                     except ValueError as error:
-                        raise impossible_point(self._nominal, draw, error, "replicates.over") from None
+                        raise _impossible(error, draw, "replicates.over") from None
                     numbers[k, place] = pool.number(changed)
         names = (*self._replicates.over, "measurement.seed")
         self._require_fit(numbers, names, lambda k: draws[k])
@@ -190,15 +154,15 @@ class Expansion:
         try:
             return pool.number(replace_fields(pool.sections[0], fields)) if fields else 0
         except ValueError as error:
-            raise self._impossible(error, values, point) from None
+            raise self._impossible_at(error, values, point) from None
 
-    def _impossible(self, error: ValueError, values: Mapping[str, Any], point: int | None) -> ConfigError:
+    def _impossible_at(self, error: ValueError, values: Mapping[str, Any], point: int | None) -> ConfigError:
         """The error of a point that is impossible, or of changes of many points."""
         study = self._study
         if study is None or point is None:
-            return impossible_point(self._nominal, values, error, "sweep" if study is None else "study")
-        where = f"the population {study.populations[study.of_run[point]].title!r}"
-        return impossible_point(self._nominal, values, error, "study", where)
+            return _impossible(error, values, "sweep" if study is None else "study")
+        where = f"in the population {study.populations[study.of_run[point]].title!r}, "
+        return _impossible(error, values, "study", where)
 
     def _require_fit(
         self,
@@ -224,7 +188,7 @@ class Expansion:
                     own = {
                         name: value for name, value in changes.items() if name.partition(".")[0] in fitting
                     }
-                    raise self._impossible(error, own, row if values is None else None) from None
+                    raise self._impossible_at(error, own, row if values is None else None) from None
 
     def _changed(self, numbers: Numbers, changes: Mapping[str, Any]) -> Numbers:
         """Rows with dotted values replaced."""

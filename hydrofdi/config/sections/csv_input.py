@@ -13,10 +13,7 @@ The first line is a name for people; everything else is the input's identity.
 from __future__ import annotations
 
 import hashlib
-import math
-import re
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -24,20 +21,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.records.measured.description.sections import FormatConfig
+from hydrofdi.records.measured.formats.table import split_title
+from hydrofdi.records.measured.formats.text_cells import CellError, Cells, column_numbers
 from hydrofdi.settings.counting import counted
-from hydrofdi.units import Unit, parse_unit
+from hydrofdi.settings.validation import read_text
+from hydrofdi.units import parse_quantity, parse_unit
 
 MOST_ROWS = 100_000
 """Rows that a file may have."""
 
 _MOST_BYTES = 100 * MOST_ROWS
-_SHOWN_MISTAKES = 5
 _UNITS = {"voltage": "V", "position": "m"}
-_TITLE = re.compile(r"\s*([^\[\]()]*?)\s*(?:\[([^\[\]]*)\])?\s*")
-_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
-_DIGITS = re.compile(r"\s*[-+]?\d+\s*")
-_POINT = "decimals take a point, not a comma"
-_ONE = Fraction(1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,35 +54,33 @@ class HeldRows:
     values: NDArray[np.float64]
 
 
-class CsvError(ValueError):
-    """A CSV text that is not an input, with its mistakes as pairs of line (0: the whole file) and text."""
-
-    def __init__(self, mistakes: list[tuple[int, str]]) -> None:
-        self.mistakes = mistakes
-        line, message = mistakes[0]
-        super().__init__(f"line {line}: {message}" if line else message)
-
-
-def read_csv_input(path: Path) -> str:
-    """The contents of a CSV file as a configuration holds them.
+def input_contents(given: str) -> str:
+    """The contents of a CSV file, or of a text of more than one line, as a configuration holds them.
 
     Raises
     ------
-    CsvError
+    ValueError
         The file cannot be read, or is not an input.
     """
-    return held_text(path.name, _file_text(path))
+    if "\n" in given:
+        first = given.partition("\n")[0]
+        return held_text(first.removeprefix("# ") if first.startswith("# ") else "text", given)
+    path, kind = Path(given), "an input of times and values"
+    if path.exists() and not path.is_dir() and (not path.is_file() or path.stat().st_size > _MOST_BYTES):
+        raise ValueError(f"{path}: is no file, or larger than the {_MOST_BYTES / 1e6:g} MB of an input")
+    return held_text(path.name, read_text(path, kind).removeprefix("\ufeff"), given)
 
 
-def held_text(name: str, text: str) -> str:
-    """A CSV text in the form that a configuration holds, with a name for people.
+@lru_cache(maxsize=64)
+def held_text(name: str, text: str, place: str = "text") -> str:
+    """A CSV text in the form that a configuration holds, with a name for people, and a place for messages.
 
     Raises
     ------
-    CsvError
+    ValueError
         The text is not an input.
     """
-    rows = parse_rows(text)
+    rows = parse_rows(text, place)
     pairs = zip(rows.times.tolist(), rows.values.tolist(), strict=True)
     lines = [f"# {' '.join(name.split())}", f"time [s],{rows.quantity} [{_UNITS[rows.quantity]}]"]
     lines += [f"{time!r},{value!r}" for time, value in pairs]
@@ -95,45 +88,34 @@ def held_text(name: str, text: str) -> str:
 
 
 @lru_cache(maxsize=64)
-def require_held_text(text: str) -> str:
-    """The text itself, if it is one that a configuration may hold.
-
-    Raises
-    ------
-    ValueError
-        The text is not in this form.
-    """
-    if "\n" not in text:
-        readers = "an experiment file or settings"
-        raise ValueError(f"{text!r} is a path; a file is only read if {readers} names it")
-    name = text.partition("\n")[0].removeprefix("#") if text.startswith("#") else "text"
-    return held_text(name, text)
-
-
-@lru_cache(maxsize=64)
-def parse_rows(text: str) -> HeldRows:
+def parse_rows(text: str, place: str = "text") -> HeldRows:
     """The rows of a CSV text.
 
     Raises
     ------
-    CsvError
-        The text is not an input.
+    ValueError
+        The text is not an input; the message says in which line.
     """
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()[:1] not in ("", "#")]
-    if not lines:
-        raise CsvError([(0, "contains no rows of time and voltage")])
-    separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
-    cells = [(n, [_unquoted(cell) for cell in line.split(separator)]) for n, line in lines]
-    quantity, units = "voltage", (parse_unit("s"), parse_unit("V"))
-    if not _is_number(first := cells[0][1][0]) and not _DECIMAL_COMMA.fullmatch(first):
-        quantity, units = _header(*cells.pop(0))
-    if not 1 <= len(cells) <= MOST_ROWS:
-        raise CsvError([(0, f"contains {counted(len(cells), 'row')}; needs 1 to {MOST_ROWS}")])
-    table, mistakes = _numbers(cells, units)
-    mistakes += [] if mistakes else _order_mistakes(cells, table[:, 0])
-    if mistakes:
-        raise CsvError(_first(mistakes))
-    return HeldRows(quantity, np.ascontiguousarray(table[:, 0]), np.ascontiguousarray(table[:, 1]))
+    cells = Cells(place, text, FormatConfig())
+    for row in range(cells.n_row):
+        if len(cells.row(row)) != 2:
+            message = f"expected two columns, time and voltage; found {len(cells.row(row))}"
+            raise ValueError(f"{cells.place(row)}: {message}")
+    first = int(cells.n_row > 0 and cells.row(0)[0].lstrip(" '")[:1].isalpha())
+    if not 1 <= cells.n_row - first <= MOST_ROWS:
+        raise ValueError(f"{place}: contains {counted(cells.n_row - first, 'row')}; needs 1 to {MOST_ROWS}")
+    quantity, units = _header(cells) if first else ("voltage", ("s", "V"))
+    times, values = (
+        _numbers(cells, column, first, units[column], own)
+        for column, own in enumerate(("s", _UNITS[quantity]))
+    )
+    falling = np.flatnonzero(np.diff(times, prepend=min(times[0], 0.0) - 1.0) <= 0.0)
+    if times[0] > 0.0 or falling.size:
+        row = falling[0] if times[0] <= 0.0 else 0
+        raise ValueError(
+            f"{cells.place(first + row)}: times rise strictly, from zero or less; found {times[row]:g} s"
+        )
+    return HeldRows(quantity, times, values)
 
 
 @lru_cache(maxsize=64)
@@ -156,110 +138,33 @@ def without_contents(data: Any) -> Any:
     return data
 
 
-def _file_text(path: Path) -> str:
-    try:
-        if not path.is_file():
-            what = "is a folder" if path.is_dir() else "is not a file" if path.exists() else "no such file"
-            raise CsvError([(0, what)])
-        if path.stat().st_size > _MOST_BYTES:
-            raise CsvError([(0, f"is larger than the {_MOST_BYTES / 1e6:g} MB that an input may have")])
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise CsvError([(0, "is not a text file in UTF-8")]) from None
-    except (OSError, ValueError) as error:
-        if isinstance(error, CsvError):
-            raise
-        raise CsvError([(0, getattr(error, "strerror", None) or str(error))]) from None
-    if "\0" in text:
-        raise CsvError([(0, "is not a text file in UTF-8")])
-    return text
-
-
-def _header(line: int, titles: list[str]) -> tuple[str, tuple[Unit, Unit]]:
+def _header(cells: Cells) -> tuple[str, tuple[str, str]]:
     """Quantity of the second column, and the units of both."""
-    _require_two(line, titles)
-    parsed = [_TITLE.fullmatch(title) for title in titles]
-    if parsed[0] is None or parsed[1] is None:
-        raise CsvError([(line, "a header is like 'time [s], voltage [V]', units in square brackets")])
+    (_, time), (name, unit) = map(split_title, cells.row(0))
+    unit = unit or ("m" if name.strip().lower() == "position" else "V")
+    for quantity, own in _UNITS.items():
+        try:
+            parse_quantity(f"0 {time or 's'}", "s")
+            if parse_unit(unit).exponents == parse_unit(own).exponents:
+                return quantity, (time or "s", unit)
+        except ValueError as error:
+            raise ValueError(f"{cells.place(0)}: {error}") from None
+    raise ValueError(f"{cells.place(0)}: the second column is a voltage or a position, not in {unit}")
+
+
+def _numbers(cells: Cells, column: int, first: int, unit: str, own: str) -> NDArray[np.float64]:
+    """Finite numbers of a column in SI."""
+    texts = cells.column(column, first)
     try:
-        time = parse_unit(parsed[0][2] or "s")
-        named = "m" if parsed[1][1].lower() == "position" else "V"
-        value = parse_unit(parsed[1][2] or named)
-    except ValueError as error:
-        raise CsvError([(line, str(error))]) from None
-    if time.exponents != parse_unit("s").exponents:
-        raise CsvError([(line, f"the first column is a time; found the unit {parsed[0][2]!r}")])
-    for quantity, unit in _UNITS.items():
-        if value.exponents == parse_unit(unit).exponents:
-            return quantity, (time, value)
-    message = f"the second column is a voltage (or a position); found the unit {parsed[1][2]!r}"
-    raise CsvError([(line, message)])
-
-
-def _unquoted(cell: str) -> str:
-    inner = cell.strip()
-    return inner[1:-1] if len(inner) > 1 and inner[0] == inner[-1] and inner[0] in "\"'" else cell
-
-
-def _require_two(line: int, cells: list[str]) -> None:
-    if len(cells) != 2:
-        raise CsvError([(line, _columns_message(cells))])
-
-
-def _columns_message(cells: list[str]) -> str:
-    hint = f"; {_POINT}" if len(cells) in (3, 4) and all(map(_DIGITS.fullmatch, cells)) else ""
-    return f"expected two columns, time and voltage; found {len(cells)}{hint}"
-
-
-def _numbers(
-    cells: list[tuple[int, list[str]]], units: tuple[Unit, Unit]
-) -> tuple[NDArray[np.float64], list[tuple[int, str]]]:
-    table, mistakes = np.full((len(cells), 2), np.nan), []
-    for row, (line, texts) in enumerate(cells):
-        if len(texts) != 2:
-            mistakes.append((line, _columns_message(texts)))
-            continue
-        for column, text in enumerate(texts):
-            try:
-                table[row, column] = _number(text, units[column].factor)
-            except ValueError as error:
-                mistakes.append((line, str(error)))
-    return table, mistakes
-
-
-def _number(text: str, factor: Fraction) -> float:
-    """A finite number in SI."""
-    if not _is_number(text):
-        hint = f"; {_POINT}" if _DECIMAL_COMMA.fullmatch(text) else ""
-        raise ValueError(f"{text.strip()[:40]!r} is not a number{hint}")
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError(f"{text.strip()[:40]!r} is not a finite number")
-    if value == 0.0:
-        return 0.0
-    return value if factor == _ONE else float(Fraction(text.strip()) * factor)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return "_" not in text
-
-
-def _order_mistakes(cells: list[tuple[int, list[str]]], times: NDArray[np.float64]) -> list[tuple[int, str]]:
-    mistakes = []
-    if times[0] > 0.0:
-        mistakes.append((cells[0][0], f"the first time must be zero or less; found {times[0]:g} s"))
-    for row in (np.flatnonzero(np.diff(times) <= 0.0) + 1).tolist():
-        message = f"time {times[row]:g} s does not come after {times[row - 1]:g} s of the row before"
-        mistakes.append((cells[row][0], message))
-    return mistakes
-
-
-def _first(mistakes: list[tuple[int, str]]) -> list[tuple[int, str]]:
-    """The mistakes that are worth telling."""
-    more = len(mistakes) - _SHOWN_MISTAKES
-    shown = mistakes[:_SHOWN_MISTAKES]
-    return [*shown, (0, f"and {more} more mistakes like these")] if more > 0 else shown
+        numbers = column_numbers(texts)
+    except CellError as error:
+        raise ValueError(f"{cells.place(first + error.row)}: {error.message}") from None
+    if not np.isfinite(numbers).all():
+        row = int(np.argmin(np.isfinite(numbers)))
+        raise ValueError(f"{cells.place(first + row)}: {texts[row].strip()[:40]!r} is not a finite number")
+    own = next(
+        own for own in ("s", *_UNITS.values()) if parse_unit(own).exponents == parse_unit(unit).exponents
+    )
+    if parse_unit(unit) != parse_unit(own):
+        numbers = np.array([parse_quantity(f"{text} {unit}", own) for text in texts])
+    return numbers + 0.0  # no zero is negative

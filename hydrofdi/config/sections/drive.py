@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from hydrofdi.config.sections.csv_input import digest, require_held_text
+from hydrofdi.config.sections.csv_input import digest, input_contents
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
 
@@ -38,7 +38,7 @@ class InputConfig(Section):
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """Seed of the pseudo-random steps."""
 
-    file: Annotated[str, AfterValidator(require_held_text)] | None = None
+    file: Annotated[str, AfterValidator(input_contents)] | None = None
     """CSV file of the shape ``csv``: two columns, time and voltage (in closed loop: position), with a
     header such as ``time [ms], voltage [V]`` (without one: s and V). Each value holds until the next row's
     time, the last to the end of the record; a time between two Runge-Kutta steps takes effect at the next

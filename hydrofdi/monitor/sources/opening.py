@@ -9,7 +9,7 @@ from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import StreamSource
-from hydrofdi.settings.messages import foreign_file, similar
+from hydrofdi.settings.messages import similar
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/")
 _KINDS = "'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or opc.tcp://HOST:PORT"
@@ -98,8 +98,6 @@ def _text(
         raise ConfigError(
             f"{text}: is not a text stream; 'hydrofdi detect' judges it, 'hydrofdi replay' streams it"
         )
-    if text != "-" and (mistaken := foreign_file(path, "a text stream")):
-        raise ConfigError(mistaken)
     if without_credentials(text) != text and not path.exists():
         raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
     if sampling_frequency is not None:

@@ -14,7 +14,7 @@ from hydrofdi.records.measured.formats.reading_apart import table_read_apart
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.formats.text import TextTable
 from hydrofdi.records.measured.rejection import damage_named
-from hydrofdi.settings.messages import foreign_file, nearest
+from hydrofdi.settings.messages import nearest
 
 
 def parquet_table(place: str, content: Content) -> ArrayTable:
@@ -100,8 +100,6 @@ def kind_of(path: Path, place: str) -> str:
     suffix = Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix
     if suffix.lower() in _KINDS:
         return _KINDS[suffix.lower()]
-    if mistaken := foreign_file(path, "a data file"):
-        raise DataError(mistaken)
     hint = nearest(suffix, list(_KINDS)) if suffix else ""
     raise DataError(
         f"{place}: unknown suffix {suffix!r}{hint}; hydrofdi reads {', '.join(_KINDS)} (or write"

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 
-from hydrofdi.config import RunSpec
-from hydrofdi.config.run_table.runs import Runs
+from hydrofdi.config.run_table.runs import Runs, RunSpec
 from hydrofdi.physics import PHYSICS_VERSION
 
 

@@ -15,7 +15,7 @@ from jobs import AT_REST, Job, lane_jobs
 
 from hydrofdi.indicators import Indicator, indicator_names, make_indicators, measure
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 
 RECORD = 20.0
 """Duration of the measured record [s]."""

@@ -28,7 +28,7 @@ from options import measure_options
 from sensors import measure_sensors, tell_sensors
 
 from hydrofdi.execution import available_cores
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
 
 KERNEL_RECORD = 4.0

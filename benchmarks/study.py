@@ -17,7 +17,7 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.execution import InProcessEngine, compute
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.studies.reading import read_study
 
 STUDY = """\

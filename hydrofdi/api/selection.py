@@ -71,7 +71,7 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
     required = "none" if experiment.has_scenarios else "any"
     coefficients = leakage_coefficients(runs, InProcessEngine(), {}, required=required)  # type: ignore[arg-type]
     jobs = [
-        Job(str(position), run.request.with_ideal_sensors().parameters, coefficient, run.analysis)
+        Job(str(position), run.request.with_defaults(SENSING).parameters, coefficient, run.analysis)
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
     ]
     return Selection(jobs, labels, len(distinct) - len(chosen), table.runs.distinct)

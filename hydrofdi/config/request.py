@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
+from itertools import chain
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import TypeAdapter, model_validator
@@ -92,15 +93,17 @@ class RunParameters(Section):
     voltage_sensor: VoltageSensorConfig = VoltageSensorConfig()
     """Sensor of the input voltage."""
 
-    fitting_sections: ClassVar[tuple[tuple[str, ...], ...]] = (
-        ("fluid", "supply"),
-        ("input", "control", "load", "record", "measurement"),
-    )
-    # sections that have to fit each other; in what else they hold, they are free
+    fits: ClassVar[Mapping[tuple[str, ...], Callable[..., None]]] = {
+        ("fluid", "supply"): require_fluid_fits,
+        ("input", "control", "record"): require_input_fits,
+        ("load", "record"): require_load_fits,
+        ("measurement", "record"): require_jitter_fits,
+    }
+    # sections that have to fit each other, and their check; in what else they hold, they are free
 
     @model_validator(mode="after")
     def _sections_fit_each_other(self) -> Self:
-        for fitting in self.fitting_sections:
+        for fitting in self.fits:
             self.require_fit(fitting)
         return self
 
@@ -139,7 +142,7 @@ class RunParameters(Section):
             The sections do not fit each other.
         """
         moved = self.with_valid_sections(sections)
-        for fitting in self.fitting_sections:
+        for fitting in self.fits:
             if not sections.keys().isdisjoint(fitting):
                 moved.require_fit(fitting)
         return moved
@@ -154,19 +157,14 @@ class RunParameters(Section):
         return moved
 
     def require_fit(self, sections: tuple[str, ...]) -> None:
-        """Check that the sections of one of `fitting_sections` fit each other.
+        """Check that the sections of one of `fits` fit each other.
 
         Raises
         ------
         ValueError
             They do not fit.
         """
-        if "fluid" in sections:
-            require_fluid_fits(self.fluid, self.supply)
-            return
-        require_input_fits(self.input, self.control, self.record)
-        require_load_fits(self.load, self.record)
-        require_jitter_fits(self.measurement, self.record)
+        self.fits[sections](*(self.__dict__[name] for name in sections))
 
     @property
     def is_periodic(self) -> bool:
@@ -273,24 +271,11 @@ class RunRequest(RunParameters):
     wavelet: WaveletConfig = WaveletConfig()
     """Wavelet transform."""
 
-    fitting_sections: ClassVar[tuple[tuple[str, ...], ...]] = (
-        *RunParameters.fitting_sections,
-        ("input", "record", "analysis", "wavelet"),
-    )
-
-    def require_fit(self, sections: tuple[str, ...]) -> None:
-        """Check that the sections of one of `fitting_sections` fit each other.
-
-        Raises
-        ------
-        ValueError
-            They do not fit.
-        """
-        if "wavelet" not in sections:
-            super().require_fit(sections)
-            return
-        require_discard_fits(self.analysis, self.input, self.record)
-        require_record_fits(self.record, self.analysis, self.input.period, self.wavelet)
+    fits: ClassVar[Mapping[tuple[str, ...], Callable[..., None]]] = {
+        **RunParameters.fits,
+        ("analysis", "input", "record"): require_discard_fits,
+        ("record", "analysis", "input", "wavelet"): require_record_fits,
+    }
 
     @property
     def parameters(self) -> RunParameters:
@@ -307,15 +292,8 @@ class RunRequest(RunParameters):
         """Number of samples that are analysed."""
         return self.record.n_sample - self.n_discarded
 
-    def with_ideal_sensors(self) -> RunRequest:
-        """The same with every signal shown as it is."""
-        return self._with_defaults(SENSING)
-
-    def plainly_observed(self) -> RunRequest:
-        """The same plant and drive, with every signal shown as it is and the default analysis."""
-        return self._with_defaults(OBSERVATION)
-
-    def _with_defaults(self, sections: Mapping[str, type[Section]]) -> RunRequest:
+    def with_defaults(self, sections: Mapping[str, type[Section]]) -> RunRequest:
+        """The same with some sections by default: `SENSING`, or all of `OBSERVATION`."""
         plain = {name: kind() for name, kind in sections.items() if not self.__dict__[name].is_default}
         return self.with_valid_sections(plain) if plain else self
 
@@ -359,12 +337,8 @@ def parameter_quantity(name: str) -> SI | None:
 
 def field_quantity(field: FieldInfo) -> SI | None:
     """Unit and limits of a field of a section; None if it is not a quantity."""
-    return next((part for part in _flattened_metadata(field) if isinstance(part, SI)), None)
-
-
-def _flattened_metadata(field: FieldInfo) -> list[Any]:
     nested = [getattr(part, "__metadata__", ()) for part in getattr(field.annotation, "__args__", ())]
-    return [*field.metadata, *(item for metadata in nested for item in metadata)]
+    return next((part for part in chain(field.metadata, *nested) if isinstance(part, SI)), None)
 
 
 def _field(name: str) -> FieldInfo:

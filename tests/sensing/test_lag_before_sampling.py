@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import signal as scipy_signal
 
 from hydrofdi.config import RunParameters, RunSpec, load_experiment
+from hydrofdi.config.request import SENSING
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import CHANNELS
 from hydrofdi.sensing.channels import CLOCK, random_generator
@@ -35,7 +36,7 @@ def columns_of(*runs: RunParameters, **more: Any) -> dict[str, NDArray[Any]]:
 
 def test_detail_rms_are_those_of_a_record_that_is_filtered_before_it_is_sampled() -> None:
     run, omega, zeta = run_with("pressure_1_sensor={order: second, bandwidth: 200 Hz}"), 400.0 * np.pi, 0.7
-    fine = run_with("record.sampling_frequency=10 kHz").with_ideal_sensors()
+    fine = run_with("record.sampling_frequency=10 kHz").with_defaults(SENSING)
     pressure = simulate_batch([fine], [2e-9]).chamber_1_pressure[0]
     lag = scipy_signal.TransferFunction([omega**2], [1.0, 2.0 * zeta * omega, omega**2])
     _, shown, _ = scipy_signal.lsim(lag, pressure - pressure[0], 1e-4 * np.arange(pressure.size))

@@ -10,6 +10,7 @@ import pytest
 
 from hydrofdi.config import RunParameters, RunSpec, load_experiment
 from hydrofdi.config.experiment import PAPER
+from hydrofdi.config.request import SENSING
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import CHANNELS, Measurement
 from hydrofdi.sensing.channels import CLOCK, random_generator
@@ -58,7 +59,7 @@ def varied() -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def ideal() -> dict[str, Any]:
-    return columns_of([run.with_ideal_sensors() for run in VARIED], VARIED_LEAKS)
+    return columns_of([run.with_defaults(SENSING) for run in VARIED], VARIED_LEAKS)
 
 
 def test_every_measurable_signal_has_a_channel_and_every_channel_a_section() -> None:

@@ -83,7 +83,7 @@ class Expansion:
 
     def runs(self, rows: Rows) -> Runs:
         """The runs of rows."""
-        plain = self._nominal.plainly_observed()
+        plain = self._nominal.with_defaults(OBSERVATION)
         return Runs(
             Frame(self._nominal, self._pools, rows.numbers),
             Frame(plain, self._pools, rows.calibrations),
@@ -176,7 +176,7 @@ class Expansion:
         """
         sections = {name.partition(".")[0] for name in changed}
         frame = Frame(self._nominal, self._pools, numbers)
-        for fitting in RunRequest.fitting_sections:
+        for fitting in RunRequest.fits:
             if sections.isdisjoint(fitting):
                 continue
             first, _ = distinct_rows([frame.column(name) for name in fitting], len(numbers))

@@ -163,20 +163,20 @@ def require_discard_fits(analysis: AnalysisConfig, drive: InputConfig, record: R
 
 @lru_cache(maxsize=1024)
 def require_record_fits(
-    record: RecordConfig, analysis: AnalysisConfig, period: float, wavelet: WaveletConfig
+    record: RecordConfig, analysis: AnalysisConfig, drive: InputConfig, wavelet: WaveletConfig
 ) -> None:
     """What is analysed of a record supports the levels of the wavelet; else, which key takes what value."""
     from pywt import Wavelet, dwt_max_level
 
     length = Wavelet(wavelet.name).dec_len
-    n_left_out = round(analysis.discarded_time(period) * record.sampling_frequency)
+    n_left_out = round(analysis.discarded_time(drive.period) * record.sampling_frequency)
     n_kept = record.n_sample - n_left_out
     deepest = dwt_max_level(max(n_kept - wavelet.latest_start, 0), length)
     if wavelet.levels <= deepest:
         return
     n_needed = (length - 1) * 2**wavelet.levels + wavelet.latest_start
     least = (n_left_out + n_needed) / record.sampling_frequency
-    left = f" after analysis.discard = {analysis.shown_discard(period)}" if n_left_out else ""
+    left = f" after analysis.discard = {analysis.shown_discard(drive.period)}" if n_left_out else ""
     lower = f", or wavelet.levels to {deepest}" if deepest > 0 else ""
     raise ValueError(
         f"record.duration = {record.duration:g} s leaves {counted(max(n_kept, 0), 'sample')}{left}, but"

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_quantity
 from hydrofdi.config.sections.csv_input import parse_rows
-from hydrofdi.config.sections.sensor import SensorConfig
+from hydrofdi.config.sections.drive import ControlConfig
 from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.config.study.study import study_values
 from hydrofdi.config.sweeps.distributions import argument_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.quantities import SI
+from hydrofdi.settings.readable import typeset
 from hydrofdi.units import parse_quantity
 
 
@@ -73,34 +72,24 @@ def _sentences(name: str, stated: Iterable[Any], unit: str | None = None) -> Ite
     if quantity is None or quantity.usual is None:
         return
     low, high = (parse_quantity(bound, quantity.unit) for bound in quantity.usual)
-    values = [value for value in stated if isinstance(value, float) and value != 0.0]
-    below = sorted((value for value in values if abs(value) < low), key=abs)
-    above = sorted((value for value in values if abs(value) > high), key=abs, reverse=True)
-    for side, found in (("below", below), ("above", above)):
+    values = sorted((value for value in stated if isinstance(value, float) and value), key=abs)
+    for side, found in (
+        ("below", [value for value in values if abs(value) < low]),
+        ("above", [value for value in values[::-1] if abs(value) > high]),
+    ):
         if found:
             number = found[0] / parse_quantity(f"1 {unit}", quantity.unit) if unit else 0.0
-            has_unit = _is_usual_number(number)
-            may_group = has_unit and abs(number) >= 1.0 and low <= abs(found[0]) * 1000.0 <= high
-            hint = "; is the point in it a thousands separator? Leave it out" if may_group else ""
-            yield _sentence(name, quantity, side, found, has_unit=has_unit) + hint
+            is_written = _LEAST_WRITTEN <= abs(number) < _MOST_WRITTEN
+            value = f"{found[0]:g} {typeset(quantity.unit)}".removesuffix(" 1")
+            others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+            reason = "" if is_written or quantity.unit == "1" else "; a number without a unit is in SI"
+            usual = " … ".join(map(typeset, quantity.usual))
+            shown = shown_value(name, found[0]) if is_written else value
+            yield f"{name} = {shown}{others} is far {side} the usual {usual}{reason}"
 
 
-def _is_usual_number(number: float) -> bool:
-    """Whether people write a number of this size before a unit, so that it hardly is a number in SI."""
-    return 0.01 <= abs(number) < 1e6
-
-
-def _sentence(name: str, quantity: SI, side: str, found: list[float], *, has_unit: bool) -> str:
-    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-    value, reason = f"{found[0]:g}", ""
-    if has_unit:
-        value = shown_value(name, found[0])
-    elif quantity.unit != "1":
-        value = f"{value} {quantity.unit.replace('*', '·')}"
-        reason = "; a number without a unit is in SI"
-    low, high = (bound.replace("*", "·") for bound in quantity.usual or ())
-    place = side if found[0] > 0.0 else {"above": "beyond", "below": "short of"}[side]
-    return f"{name} = {value}{others} is far {place} the usual {low} … {high}{reason}"
+_LEAST_WRITTEN, _MOST_WRITTEN = 0.01, 1e6
+"""Numbers that people write before a unit; others are hardly meant in SI."""
 
 
 def _friction_sentences(breakaway: float, coulomb: float) -> Iterator[str]:
@@ -128,89 +117,76 @@ def _file_sentences(text: str, duration: float) -> Iterator[str]:
         yield f"input.file = {file}: the largest {rows.quantity}{sentence.removeprefix(amplitude)}"
 
 
-@dataclass(frozen=True)
-class _Needs:
-    """The values of an option with which a parameter has an effect: some alone, or all but some."""
+SENSORS = [name for name in SENSING if name != "measurement"]
 
-    option: str
-    only: tuple[Any, ...] = ()
-    but: tuple[Any, ...] = ()
-
-    def are_met_by(self, value: Any) -> bool:
-        return value in self.only if self.only else value not in self.but
+Rule = tuple[str, Callable[[Any], bool], Sequence[str]]
+"""Option, whether a value of it lets the parameters have an effect, and the parameters."""
 
 
-_OPEN_LOOP = _Needs("control.law", only=("open",))
-_CLOSED_LOOP = _Needs("control.law", but=("open",))
-_NO_FILE = _Needs("input.shape", but=("csv",))
-_FREE_AIR = _Needs("fluid.law", only=("free_air",))
-_END_STOPS = _Needs("actuator.end_stops", only=("elastic",))
-_DROOP = _Needs("supply.droop", only=("first_order",))
-_ONSET = _Needs("leakage.onset", but=("constant",))
-_RANDOM_FORCE = _Needs("load.random_force", but=(0.0,))
+def _is(*values: Any) -> Callable[[Any], bool]:
+    return lambda value: value in values
 
-_NEEDS: dict[str, tuple[_Needs, ...]] = (
-    {
-        "actuator.end_stop_position": (_END_STOPS,),
-        "actuator.end_stop_stiffness": (_END_STOPS,),
-        "supply.droop_resistance": (_DROOP,),
-        "supply.droop_time_constant": (_DROOP,),
-        "fluid.free_air": (_FREE_AIR,),
-        "fluid.polytropic_exponent": (_FREE_AIR,),
-        "fluid.atmospheric_pressure": (_FREE_AIR,),
-        "leakage.laminar_reference": (_Needs("leakage.law", only=("laminar",)),),
-        "leakage.blending_pressure": (_Needs("leakage.law", only=("blended",)),),
-        "leakage.onset_time": (_ONSET,),
-        "leakage.onset_duration": (_Needs("leakage.onset", only=("ramp", "intermittent")),),
-        "leakage.onset_duty": (_Needs("leakage.onset", only=("intermittent",)),),
-        "input.amplitude": (_OPEN_LOOP, _NO_FILE),
-        "input.period": (_NO_FILE,),
-        "input.end_frequency": (_Needs("input.shape", only=("sweep",)),),
-        "input.harmonics": (_Needs("input.shape", only=("multisine",)),),
-        "input.seed": (_Needs("input.shape", only=("steps",)),),
-        "control.amplitude": (_CLOSED_LOOP, _NO_FILE),
-        "control.proportional_gain": (_CLOSED_LOOP,),
-        "control.integral_gain": (_Needs("control.law", only=("pi", "pid")),),
-        "control.derivative_gain": (_Needs("control.law", only=("pid",)),),
-        "control.sample_time": (_CLOSED_LOOP,),
-        "control.feedback": (_CLOSED_LOOP,),
-        "control.voltage_limit": (_CLOSED_LOOP,),
-        "measurement.anti_alias_order": (_Needs("measurement.anti_alias", but=(None,)),),
-        "load.random_period": (_RANDOM_FORCE,),
-        "load.seed": (_RANDOM_FORCE,),
-    }
-    | {f"friction.{name}": (_Needs("friction.law", only=laws_that_use(name)),) for name in LIMITED_PARAMETERS}
-    | {
-        f"{section}.{name}": (_Needs(f"{section}.{option}", **values),)
-        for section, info in RunRequest.model_fields.items()
-        if isinstance(info.default, SensorConfig)
-        for name, option, values in (
-            ("damping_ratio", "order", {"only": ("second",)}),
-            ("noise_bandwidth", "noise", {"but": (0.0,)}),
-        )
-    }
+
+def _is_not(*values: Any) -> Callable[[Any], bool]:
+    return lambda value: value not in values
+
+
+RULES: tuple[Rule, ...] = (
+    ("actuator.end_stops", _is("elastic"), ("actuator.end_stop_position", "actuator.end_stop_stiffness")),
+    ("supply.droop", _is("first_order"), ("supply.droop_resistance", "supply.droop_time_constant")),
+    (
+        "fluid.law",
+        _is("free_air"),
+        ("fluid.free_air", "fluid.polytropic_exponent", "fluid.atmospheric_pressure"),
+    ),
+    ("leakage.law", _is("laminar"), ("leakage.laminar_reference",)),
+    ("leakage.law", _is("blended"), ("leakage.blending_pressure",)),
+    ("leakage.onset", _is_not("constant"), ("leakage.onset_time",)),
+    ("leakage.onset", _is("ramp", "intermittent"), ("leakage.onset_duration",)),
+    ("leakage.onset", _is("intermittent"), ("leakage.onset_duty",)),
+    ("control.law", _is("open"), ("input.amplitude",)),
+    (
+        "control.law",
+        _is_not("open"),
+        [f"control.{name}" for name in ControlConfig.model_fields if name != "law"],
+    ),
+    ("control.law", _is("pi", "pid"), ("control.integral_gain",)),
+    ("control.law", _is("pid"), ("control.derivative_gain",)),
+    ("input.shape", _is_not("csv"), ("input.amplitude", "input.period", "control.amplitude")),
+    ("input.shape", _is("sweep"), ("input.end_frequency",)),
+    ("input.shape", _is("multisine"), ("input.harmonics",)),
+    ("input.shape", _is("steps"), ("input.seed",)),
+    ("measurement.anti_alias", _is_not(None), ("measurement.anti_alias_order",)),
+    ("load.random_force", _is_not(0.0), ("load.random_period", "load.seed")),
+    *(("friction.law", _is(*laws_that_use(name)), (f"friction.{name}",)) for name in LIMITED_PARAMETERS),
+    *((f"{name}.order", _is("second"), (f"{name}.damping_ratio",)) for name in SENSORS),
+    *((f"{name}.noise", _is_not(0.0), (f"{name}.noise_bandwidth",)) for name in SENSORS),
 )
-"""Parameter → what it needs for an effect, all of it; parameters that always have one are left out."""
+"""All of a parameter's rules have to be met for an effect; parameters without one always have an effect."""
 
 
 def idle_parameters(experiment: ExperimentConfig) -> list[str]:
     """A sentence on each parameter that is stated, or varies, but has no effect in any run."""
-    stated = _stated_parameters(experiment)
-    return [
-        sentence
-        for name, needs in _NEEDS.items()
-        if name in stated and (sentence := _idle_sentence(name, needs, experiment))
-    ]
+    sentences = _idle_sentences(experiment, _stated_parameters(experiment))
+    return [sentences[name] for name in parameter_names() if name in sentences]
 
 
 def idle_draws(experiment: ExperimentConfig, names: Iterable[str]) -> set[str]:
     """Those of some parameters that have no effect in any run of a study, whatever they are."""
-    needs = _NEEDS | ({} if _has_chance(experiment) else {"measurement.seed": ()})
-    return {
-        name
-        for name in names
-        if name in needs and (not needs[name] or _idle_sentence(name, needs[name], experiment))
-    }
+    idle = {*_idle_sentences(experiment, names)}
+    return idle if _has_chance(experiment) else idle | {"measurement.seed"}.intersection(names)
+
+
+def _idle_sentences(experiment: ExperimentConfig, names: Iterable[str]) -> dict[str, str]:
+    """Parameter → why it has no effect in any run."""
+    sentences: dict[str, str] = {}
+    for option, is_met, parameters in RULES:
+        if found := [name for name in parameters if name in names and name not in sentences]:
+            values = list(dict.fromkeys(_occurring_values(option, experiment)))
+            if not any(map(is_met, values)):
+                choices = " or ".join(map(_shown, values))
+                sentences |= dict.fromkeys(found, f"has no effect: {option} is {choices} in every run")
+    return {name: f"{name} {sentence}" for name, sentence in sentences.items()}
 
 
 def _has_chance(experiment: ExperimentConfig) -> bool:
@@ -226,15 +202,6 @@ def _stated_parameters(experiment: ExperimentConfig) -> set[str]:
     nominal = {name for name in parameter_names() if experiment.value(name) != default.value(name)}
     baseline = {name for name, value in experiment.baseline.items() if value != default.value(name)}
     return nominal | baseline | {*experiment.ensemble.names, *experiment.sweep.names}
-
-
-def _idle_sentence(name: str, needs: tuple[_Needs, ...], experiment: ExperimentConfig) -> str:
-    for need in needs:
-        values = list(dict.fromkeys(_occurring_values(need.option, experiment)))
-        if not any(need.are_met_by(value) for value in values):
-            choices = " or ".join(_shown(value) for value in values)
-            return f"{name} has no effect: {need.option} is {choices} in every run"
-    return ""
 
 
 def _shown(value: Any) -> str:

@@ -46,9 +46,8 @@ from hydrofdi.store.layout.outputs import (
     is_needless,
     is_output,
     output_variables,
+    wavelet_numbers,
 )
-from hydrofdi.store.layout.variables import fit_to_dimensions
-from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
 from hydrofdi.store.results import ShardResults
 from hydrofdi.store.signals import create_signal, write_block
 
@@ -117,8 +116,7 @@ def computed_variables(table: RunTable) -> tuple[Variable, ...]:
 def computed_columns(results: ShardResults, table: RunTable) -> dict[str, NDArray[Any]]:
     """Computed results of the runs of a table, without signals; gaps for runs without results."""
     variables = computed_variables(table)
-    columns = results.columns(variables)
-    fit_to_dimensions(columns, variables, dimensions(table.runs))
+    columns = results.columns(variables, dimensions(table.runs))
     fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
     return columns
 

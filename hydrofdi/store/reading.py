@@ -27,11 +27,10 @@ from hydrofdi.store.layout.names import (
     axis_variable,
     stored_variables,
 )
-from hydrofdi.store.layout.outputs import is_output
-from hydrofdi.store.layout.variables import held_values
-from hydrofdi.store.layout.wavelet_numbers import wavelet_numbers
+from hydrofdi.store.layout.outputs import is_output, wavelet_numbers
 from hydrofdi.store.request import stored_experiment
 from hydrofdi.store.results import MISSING, ShardResults
+from hydrofdi.store.shard import held_values
 from hydrofdi.store.signals import FileSignals
 
 _VERSION = "version_"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -55,13 +55,13 @@ class ShardResults:
         """Number of runs."""
         return len(self._run_ids)
 
-    def columns(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
-        """Variables other than signals; NaN, or the reason, if a run has no result."""
+    def columns(self, variables: Sequence[Variable], sizes: Mapping[str, int]) -> dict[str, NDArray[Any]]:
+        """Variables other than signals of these dimensions; NaN, or the reason, without a result."""
         known = {
             RUN_ID: np.array(self._run_ids, dtype=object),
             STATUS: np.array(self.statuses(), dtype=object),
         }
-        columns = known | self._gathered([variable for variable in variables if variable.name not in known])
+        columns = known | self._gathered([each for each in variables if each.name not in known], sizes)
         told = [name for name in columns if name == MESSAGE or name.endswith(OBSTACLE)]
         for position, located in enumerate(self._located):
             if located is None:
@@ -144,7 +144,7 @@ class ShardResults:
         failure = self._failures.get(self._run_ids[position])
         return (failure.status, failure.message) if failure else (MISSING, "not computed yet")
 
-    def _gathered(self, variables: Sequence[Variable]) -> dict[str, NDArray[Any]]:
+    def _gathered(self, variables: Sequence[Variable], sizes: Mapping[str, int]) -> dict[str, NDArray[Any]]:
         """Variables read from the shards, each of which is opened once."""
         positions_in: dict[Path, list[int]] = {}
         rows_in: dict[Path, list[int]] = {}
@@ -156,21 +156,12 @@ class ShardResults:
             (np.array(positions), read_variables(shard, variables, np.array(rows_in[shard])))
             for shard, positions in positions_in.items()
         ]
-        return {
-            variable.name: _joined(variable, [(where, of[variable.name]) for where, of in pieces], self.n_run)
-            for variable in variables
-        }
-
-
-def _joined(
-    variable: Variable, pieces: Sequence[tuple[NDArray[np.int64], NDArray[Any]]], n_run: int
-) -> NDArray[Any]:
-    """One array from the rows of some runs, in the largest shape; NaN or empty text for the other runs."""
-    axes = range(1, len(variable.dimensions))
-    sizes = [max((values.shape[axis] for _, values in pieces), default=0) for axis in axes]
-    blank, kind = ("", object) if variable.is_text else (np.nan, float)
-    joined = np.full((n_run, *sizes), blank, kind)
-    for positions, values in pieces:
-        inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
-        joined[tuple(inside)] = values
-    return joined
+        columns = {}
+        for variable in variables:
+            shape = self.n_run, *(sizes[dimension] for dimension in variable.dimensions[1:])
+            joined = columns[variable.name] = variable.blank(*shape)
+            for positions, of in pieces:
+                values = of[variable.name]
+                inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
+                joined[tuple(inside)] = values
+        return columns

@@ -30,7 +30,6 @@ from hydrofdi.store.layout.names import (
     stored_variables,
 )
 from hydrofdi.store.layout.outputs import is_needless, is_output
-from hydrofdi.store.layout.variables import held_values, is_optional
 from hydrofdi.store.signals import create_signal, write_block
 
 if TYPE_CHECKING:
@@ -176,6 +175,21 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
         )
 
 
+def held_values(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any]:
+    """Rows of a variable.
+
+    Raises
+    ------
+    KeyError
+        The file lacks it.
+    """
+    dataset = file[variable.name]
+    if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
+        raise KeyError(f"{dataset.name} is not a variable with one row per run")
+    is_text = h5py.check_string_dtype(dataset.dtype)
+    return np.asarray(dataset.asstr()[rows] if is_text else dataset[rows])
+
+
 def read_variables(
     path: Path, variables: Collection[Variable], rows: NDArray[np.int64]
 ) -> dict[str, NDArray[Any]]:
@@ -186,10 +200,9 @@ def read_variables(
 
 def _read_rows(file: h5py.File, variable: Variable, rows: NDArray[np.int64]) -> NDArray[Any]:
     first, last = int(rows.min()), int(rows.max())
-    if not is_optional(variable) or variable.name in file:
+    if not variable.is_optional or variable.name in file:
         return held_values(file, variable, slice(first, last + 1))[rows - first]
-    blank, kind = ("", object) if variable.is_text else (np.nan, float)
-    return np.full((len(rows), *[0] * (len(variable.dimensions) - 1)), blank, kind)
+    return variable.blank(len(rows), *[0] * (len(variable.dimensions) - 1))
 
 
 def read_records(places: Sequence[StoredRun], signals: Collection[str], n_time: int) -> Columns:
@@ -216,8 +229,7 @@ def read_records(places: Sequence[StoredRun], signals: Collection[str], n_time: 
         held = read_variables(shard, variables, np.array([places[k].row for k in positions]))
         for variable in variables:
             size = [n_time] if variable.is_signal else []
-            blank, kind = ("", object) if variable.is_text else (np.nan, float)
-            whole = columns.setdefault(variable.name, np.full((len(places), *size), blank, kind))
+            whole = columns.setdefault(variable.name, variable.blank(len(places), *size))
             if held[variable.name].shape[1:] == whole.shape[1:]:
                 whole[positions] = held[variable.name]
     return columns

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import NAMED
 
@@ -39,6 +43,15 @@ class Variable:
         return self.name in {RUN_ID, RECORD_ID, STATUS, MESSAGE, VERDICT} or self.name.endswith(
             (ANALYSIS_ID, OBSTACLE)
         )
+
+    @property
+    def is_optional(self) -> bool:
+        """Whether only some shards contain it: signals, features over phases, outputs of indicators."""
+        return self.is_signal or PHASE in self.dimensions or "." in self.name
+
+    def blank(self, *shape: int) -> NDArray[Any]:
+        """Values of runs without a result: NaN, or empty text."""
+        return np.full(shape, "", object) if self.is_text else np.full(shape, np.nan)
 
     @property
     def is_signal(self) -> bool:

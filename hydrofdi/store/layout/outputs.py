@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.experiment import Indicators
+from hydrofdi.config.experiment import DWT, Indicators
 from hydrofdi.config.run_table.runs import Runs
-from hydrofdi.store.layout.names import ANALYSIS_ID, LEVEL, OBSTACLE, PHASE, RUN, Variable
+from hydrofdi.store.layout.names import (
+    ANALYSIS_ID,
+    APPROXIMATION_RMS,
+    DETAIL_RMS,
+    LEVEL,
+    OBSTACLE,
+    PHASE,
+    PHASE_DETAIL_RMS,
+    RUN,
+    SETTLED_DETAIL_RMS,
+    Variable,
+)
 from hydrofdi.transforms.wavelet import n_phase
 
 
@@ -78,3 +90,31 @@ def output_dimensions(measured: Iterable[Indicators]) -> dict[str, int]:
                     name = f"{label}.{dimension}"
                     lengths[name] = max(length, lengths.get(name, 0))
     return lengths
+
+
+_OUTPUT = {DETAIL_RMS: "d{}", APPROXIMATION_RMS: "a{}", PHASE_DETAIL_RMS: "d{}_phases"}
+"""Variable → name pattern of the indicator outputs that it contains, by level."""
+
+
+def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """``detail_rms``, ``approximation_rms`` and, if measured, ``phase_detail_rms`` of runs.
+
+    Parameters
+    ----------
+    columns : mapping
+        Variable name → array with one row per run.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n_run, n_level) or (n_run, n_phase, n_level)
+        NaN if ``dwt`` was not among the indicators.
+    """
+    numbers = {}
+    for name, output in _OUTPUT.items():
+        levels = range(1, 1 + sum(f"{DWT}.{output.format(level)}" in columns for level in range(1, 21)))
+        if levels:
+            arrays = [columns[f"{DWT}.{output.format(level)}"] for level in levels]
+            numbers[name] = np.stack(arrays, axis=-1)
+        elif name != PHASE_DETAIL_RMS:
+            numbers[name] = np.full(columns[SETTLED_DETAIL_RMS].shape, np.nan)
+    return numbers

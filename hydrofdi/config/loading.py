@@ -9,7 +9,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, ExperimentConfig
-from hydrofdi.config.request import parameter_names, parameter_unit
+from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
 from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Issue
@@ -112,13 +112,8 @@ def _moved_to_wavelet(source: Source, options: dict[str, Any]) -> dict[str, Any]
     return {}
 
 
-_DOTTED_MAPPINGS: tuple[Path, ...] = (
-    ("baseline",), ("sweep", "grid"), ("sweep", "zip"), ("sweep", "sample", "over"),
-    ("ensemble", "grid"), ("ensemble", "zip"), ("ensemble", "sample", "over"), ("replicates", "over"),
-    ("study", "population", "over"), ("study", "population", "per_record"), ("study", "faults", "over"),
-    ("study", "faults"), ("study", "shifts", "*"), ("study", "confusions", "*"),
-)  # fmt: skip
-"""Mappings whose keys are dotted parameter names; ``*`` is a name of the user."""
+_OF_PARAMETERS = ("baseline", "grid", "zip", "over", "per_record", "faults")
+"""Mappings whose keys are dotted parameters, as are those of the user's own names below ``study``."""
 
 _EXCLUSIVE = (("internal_coefficient", "internal_flow"), INTERNAL_LEAKAGE_FORMS)
 """Pairs of keys of which a later one replaces an earlier other."""
@@ -264,14 +259,10 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
         source.mistakes.append(Issue(message, key, origin))
         return ()
     parts = tuple(full.split("."))
-    for mapping in _DOTTED_MAPPINGS:
-        if len(parts) > len(mapping) and all(map(_is_part, mapping, parts)):
-            return (*parts[: len(mapping)], ".".join(parts[len(mapping) :]))
+    is_below = parts[0] in ("baseline", "sweep", "ensemble", "replicates", "study") and len(parts) > 2
+    if is_below and (parts[-3] in _OF_PARAMETERS or parts[-2] in RunRequest.model_fields):
+        return (*parts[:-2], ".".join(parts[-2:]))
     return parts
-
-
-def _is_part(wanted: str | int, part: str) -> bool:
-    return wanted in ("*", part)
 
 
 def _validate(source: Source) -> ExperimentConfig:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.sensing.channels import random_generator
 from hydrofdi.sensing.noise import gaussian_noise, noise_autocovariance
-from hydrofdi.simulation.feedback import steps_per_control
+from hydrofdi.simulation.inputs import steps_per_control
 
 LOOP = "position_feedback"
 """Random source of the noise in the loop at instants that are not sampled."""

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.simulation.inputs import Chunk, Inputs
+from hydrofdi.simulation.kernels.hydraulics import lane_parameters, leakage_of
 from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes
-from hydrofdi.simulation.kernels.options import ModelOptions, group_by_kernel
+from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes, pack_singles
+from hydrofdi.simulation.kernels.options import ModelOptions, group_by_kernel, group_by_options
 from hydrofdi.simulation.kernels.tap import Reader, Tap
-from hydrofdi.simulation.leakage_signal import leakage_signal
 from hydrofdi.simulation.trajectory import Outcome, Signal, Trajectory
 
 _CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 5000, 64_000
@@ -261,3 +261,35 @@ def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcom
             f" at t = {time:g} s",
         )
     return Outcome()
+
+
+def leakage_signal(
+    runs: Sequence[RunParameters],
+    leakage_coefficients: Sequence[float],
+    time: NDArray[np.float64],
+    pressure_difference: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Internal leakage flow of runs, each with its own law and onset.
+
+    Parameters
+    ----------
+    runs : sequence of RunParameters
+    leakage_coefficients : sequence of float
+        K_i of each run [m^3.5/kg^0.5].
+    time : ndarray, shape (n_time,)
+        Sampling instants [s].
+    pressure_difference : ndarray, shape (n_run, n_time)
+        P_1 − P_2 [Pa].
+
+    Returns
+    -------
+    ndarray, shape (n_run, n_time)
+        q_il from chamber 1 to chamber 2 [m³/s].
+    """
+    singles = pack_singles(runs, leakage_coefficients)
+    flow = np.empty_like(pressure_difference)
+    for options, members in group_by_options(runs):
+        columns = singles[members].view(np.recarray)
+        parameters = lane_parameters(columns, ..., time, options)
+        flow[members] = leakage_of(pressure_difference[members], parameters, options)
+    return flow

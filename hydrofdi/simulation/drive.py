@@ -16,7 +16,6 @@ from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.simulation.kernels.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH
 from hydrofdi.simulation.kernels.options import Chosen
 from hydrofdi.simulation.kernels.spool import advance_spools
-from hydrofdi.simulation.random_levels import random_levels
 
 _spool_of = attrgetter(*SPOOL_PARAMETERS.values())
 
@@ -192,3 +191,27 @@ def _groups_of_spools(drives: Sequence[Drive]) -> Iterator[list[int]]:
         members = [k for k, drive in enumerate(drives) if drive.choices == choices]
         for first in range(0, len(members), WIDTH):
             yield members[first : first + WIDTH]
+
+
+def random_levels(
+    seed: int | Sequence[int], period: float, record: RecordConfig, steps: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Levels at the given steps.
+
+    Parameters
+    ----------
+    seed : int or sequence of int
+    period : float
+        Holding time of a level, a multiple of the step [s].
+    record : RecordConfig
+    steps : ndarray of int, shape (n,)
+        Step numbers, counted from the start of the record.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Levels, uniformly distributed in −1 … 1 [-].
+    """
+    hold = round(period / record.step)
+    levels = np.random.default_rng(seed).uniform(-1.0, 1.0, -(-record.n_step // hold))
+    return levels[steps // hold]

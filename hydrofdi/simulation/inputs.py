@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
-from hydrofdi.simulation.drive import Drive, Spools, position_reference
-from hydrofdi.simulation.feedback import reading_errors
+from hydrofdi.config.sections.machine import LoadConfig
+from hydrofdi.simulation.drive import Drive, Spools, position_reference, random_levels
 from hydrofdi.simulation.kernels.tap import Tap
-from hydrofdi.simulation.load import load_force
 
 Array = NDArray[np.float64]
 
@@ -108,3 +107,59 @@ def _reference_of(parameters: RunParameters, position: int) -> tuple[InputConfig
 def _places(values: Iterable[_Value]) -> dict[_Value, int]:
     """Distinct values, each with its index."""
     return {value: place for place, value in enumerate(dict.fromkeys(values))}
+
+
+_STREAM = 1
+"""Random stream of the load, independent of an input with the same seed."""
+
+
+def load_force(load: LoadConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Force against positive motion, held over the given steps.
+
+    Parameters
+    ----------
+    load : LoadConfig
+    record : RecordConfig
+        Its step divides the period of a pseudo-random force.
+    steps : ndarray of int, shape (n,)
+        Step numbers, counted from the start of the record.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        F_L [N].
+    """
+    if not load.random_force:
+        return np.full(steps.shape, load.constant_force)
+    levels = random_levels((load.seed, _STREAM), load.random_period, record, steps)
+    return load.constant_force + load.random_force * levels
+
+
+def steps_per_control(run: RunParameters) -> int:
+    """Number of steps per sample of the controller."""
+    return round(run.control.sample_time / run.record.step)
+
+
+def reading_errors(
+    run: RunParameters, steps: NDArray[np.int64], noise: NDArray[np.float64] | None
+) -> NDArray[np.float64]:
+    """Error of the position before the converter, at the given steps.
+
+    Parameters
+    ----------
+    run : RunParameters
+    steps : ndarray of int, shape (n,)
+        Step numbers, counted from the start of the record.
+    noise : ndarray, shape (n_control,), optional
+        Noise at each sample of the controller [m]; by default none.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Bias, drift and noise [m]; zero if the controller reads the true position.
+    """
+    if not run.control.is_measured:
+        return np.zeros(steps.shape)
+    sensor = run.position_sensor
+    errors = np.asarray(sensor.bias + sensor.drift * run.record.step * steps, dtype=float)
+    return errors if noise is None else errors + noise[steps // steps_per_control(run)]

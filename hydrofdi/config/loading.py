@@ -112,8 +112,8 @@ def _moved_to_wavelet(source: Source, options: dict[str, Any]) -> dict[str, Any]
     return {}
 
 
-_OF_PARAMETERS = ("baseline", "grid", "zip", "over", "per_record", "faults")
-"""Mappings whose keys are dotted parameters, as are those of the user's own names below ``study``."""
+PARAMETER_MAPPINGS = ("baseline", "grid", "zip", "over", "per_record")
+"""Mappings whose keys are dotted parameters; others are those of faults, shifts and confusions."""
 
 _EXCLUSIVE = (("internal_coefficient", "internal_flow"), INTERNAL_LEAKAGE_FORMS)
 """Pairs of keys of which a later one replaces an earlier other."""
@@ -260,7 +260,7 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
         return ()
     parts = tuple(full.split("."))
     is_below = parts[0] in ("baseline", "sweep", "ensemble", "replicates", "study") and len(parts) > 2
-    if is_below and (parts[-3] in _OF_PARAMETERS or parts[-2] in RunRequest.model_fields):
+    if is_below and (parts[-3] in (*PARAMETER_MAPPINGS, "faults") or parts[-2] in RunRequest.model_fields):
         return (*parts[:-2], ".".join(parts[-2:]))
     return parts
 

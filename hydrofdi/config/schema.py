@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
+from hydrofdi.config.loading import PARAMETER_MAPPINGS
 from hydrofdi.config.request import parameter_names
 from hydrofdi.detectors.charts import chart_kind, chart_names
 from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
@@ -31,21 +32,11 @@ def experiment_schema() -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of an experiment file, field texts and units included."""
     schema = described_schema(ExperimentConfig, "hydrofdi experiment")
     names = {"enum": list(parameter_names())}
-    sweep = schema["$defs"]["SweepConfig"]["properties"]
-    sample = schema["$defs"]["SampleConfig"]["properties"]
-    replicates = schema["$defs"]["ReplicatesConfig"]["properties"]
-    population = schema["$defs"]["PopulationConfig"]["properties"]
-    for mapping in (
-        schema["properties"]["baseline"],
-        sweep["grid"],
-        sweep["zip"],
-        sample["over"],
-        replicates["over"],
-        population["over"],
-        population["per_record"],
-    ):
-        mapping["propertyNames"] = names
-        mapping.pop("default", None)
+    for section in (schema, *schema["$defs"].values()):
+        for mapping in (section.get("properties", {}).get(name) for name in PARAMETER_MAPPINGS):
+            if mapping is not None:
+                mapping["propertyNames"] = names
+                mapping.pop("default", None)
     _allow_short_faults(schema["$defs"]["FaultsConfig"])
     _allow_short_options(schema["$defs"], "ScoreConfig", map(score_kind, score_names()))
     _allow_short_options(schema["$defs"], "ChartConfig", map(chart_kind, chart_names()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pydantic import ValidationError
@@ -12,7 +12,7 @@ from hydrofdi.config.study.detection import normalize_charts, normalize_scores
 from hydrofdi.config.study.table import changed_value
 from hydrofdi.config.sweeps.distributions import distribution_in_si
 from hydrofdi.config.sweeps.dotted_values import axis_in_si
-from hydrofdi.config.sweeps.values import nominal_value
+from hydrofdi.config.sweeps.values import is_stated, nominal_value
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import chosen_options
 from hydrofdi.settings.messages import nearest
@@ -168,29 +168,20 @@ def _draw_per_record(source: Source, population: dict[str, Any]) -> None:
         usual["input.seed"] = _SEEDS
     if nominal_value(source, "load.random_force"):
         usual["load.seed"] = _SEEDS
-    swept = _swept(source.data.get("sweep"))
+    swept = set(_keys(source.data.get("sweep")))
     for name, ends in usual.items():
-        is_named = _is_stated(source, name) and name != "measurement.seed"
+        is_named = is_stated(source, name) and name != "measurement.seed"
         if not (is_named or name in drawn or name in over or name in swept):
             drawn[name] = {"integers": ends}
     population["per_record"] = drawn
 
 
-def _is_stated(source: Source, name: str) -> bool:
-    section, field = name.split(".")
-    given = source.data.get(section)
-    return isinstance(given, dict) and field in given
-
-
-def _swept(block: Any) -> set[str]:
-    """Names that a block of a sweep varies, as far as it is well formed."""
-    if not isinstance(block, dict):
-        return set()
-    sample = block.get("sample")
-    parts = [block.get("grid"), block.get("zip"), sample.get("over") if isinstance(sample, dict) else None]
-    names = {name for part in parts if isinstance(part, dict) for name in part}
-    union = block.get("union")
-    return names.union(*(_swept(part) for part in union)) if isinstance(union, list) else names
+def _keys(data: Any) -> Iterator[str]:
+    """Keys of mappings, and of those within."""
+    for key in data if isinstance(data, dict) else ():
+        yield from (key, *_keys(data[key]))
+    for part in data if isinstance(data, list) else ():
+        yield from _keys(part)
 
 
 def _prefer(source: Source, section: str, field: str, value: Any) -> None:

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrofdi.api.stored import read_results
-from hydrofdi.store.layout import names
 from tests.conftest import run_hydrofdi
 
 MUSEUM = Path(__file__).parent.parent / "museum"
@@ -60,16 +58,6 @@ def test_shards_without_a_file_are_found_by_the_identities_of_their_own_physics(
     (folder / "kept.h5").unlink()
     rows = json.loads(reported(folder, "--json"))["rows"]
     assert_same_rows(rows, then("format_4_physics_3", "kept"))
-
-
-@pytest.mark.parametrize("version", READABLE)
-def test_a_leaky_run_by_itself_is_no_longer_its_own_baseline(version):
-    file = MUSEUM / version / "run.h5"
-    record = json.loads(reported(file, "--json"))
-    (row,) = record["rows"]
-    assert row["detail_rms_Pa"] == read_results(file).columns[names.DETAIL_RMS][0].tolist()
-    assert row["delta_fixed_percent"] == row["delta_matched_percent"] == [None] * 5
-    assert "single run" in record["delta_not_known"]
 
 
 @pytest.mark.parametrize("version", READABLE)

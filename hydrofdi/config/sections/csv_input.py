@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationInfo
 
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats.table import split_title
@@ -54,8 +55,10 @@ class HeldRows:
     values: NDArray[np.float64]
 
 
-def input_contents(given: str) -> str:
+def input_contents(given: str, info: ValidationInfo) -> str:
     """The contents of a CSV file, or of a text of more than one line, as a configuration holds them.
+
+    A stored experiment (a validation with a context) names no file.
 
     Raises
     ------
@@ -65,6 +68,8 @@ def input_contents(given: str) -> str:
     if "\n" in given:
         first = given.partition("\n")[0]
         return held_text(first.removeprefix("# ") if first.startswith("# ") else "text", given)
+    if info.context is not None:
+        raise ValueError(f"{given!r} is a path; only experiment files and settings name files")
     path, kind = Path(given), "an input of times and values"
     if path.exists() and not path.is_dir() and (not path.is_file() or path.stat().st_size > _MOST_BYTES):
         raise ValueError(f"{path}: is no file, or larger than the {_MOST_BYTES / 1e6:g} MB of an input")

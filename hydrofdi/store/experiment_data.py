@@ -15,17 +15,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store.layout.names import (
-    FIXED_BASELINE,
-    LEAKAGE_COEFFICIENT,
-    LEAKAGE_LEVEL,
-    MATCHED_BASELINE,
-    NO_BASELINE,
-    REPLICATE_OF,
-    RUN_ID,
-    STATUS,
-    axis_variable,
-)
+from hydrofdi.store.layout import names
+from hydrofdi.store.layout.names import axis_variable
 from hydrofdi.store.results import MISSING, ShardResults
 from hydrofdi.store.signals import FileSignals
 
@@ -66,12 +57,12 @@ class ExperimentData:
     @property
     def n_run(self) -> int:
         """Number of runs."""
-        return len(self.columns[RUN_ID])
+        return len(self.columns[names.RUN_ID])
 
     @property
     def is_whole(self) -> bool:
         """Whether every run has been computed or has failed."""
-        return MISSING not in self.columns[STATUS]
+        return MISSING not in self.columns[names.STATUS]
 
     @property
     def swept_names(self) -> list[str]:
@@ -81,33 +72,35 @@ class ExperimentData:
     @cached_property
     def leakage_requests(self) -> NDArray[np.float64]:
         """Requested leakage of each run: mean flow [m³/s] or K_i [m^3.5/kg^0.5]; 0 if sealed."""
-        level = self.columns[LEAKAGE_LEVEL]
-        requests: NDArray[np.float64] = np.where(np.isnan(level), self.columns[LEAKAGE_COEFFICIENT], level)
+        level = self.columns[names.LEAKAGE_LEVEL]
+        requests: NDArray[np.float64] = np.where(
+            np.isnan(level), self.columns[names.LEAKAGE_COEFFICIENT], level
+        )
         return requests
 
     @cached_property
     def fixed_baseline(self) -> NDArray[np.int64]:
         """Row of each run's sealed run under the baseline's conditions; `NO_BASELINE` if there is none."""
-        return self._sealed(self.columns[FIXED_BASELINE])
+        return self._sealed(self.columns[names.FIXED_BASELINE])
 
     @cached_property
     def matched_baseline(self) -> NDArray[np.int64]:
         """Row of each run's sealed run under its own conditions; `NO_BASELINE` if there is none."""
-        return self._sealed(self.columns[MATCHED_BASELINE])
+        return self._sealed(self.columns[names.MATCHED_BASELINE])
 
     @cached_property
     def replicate_of(self) -> NDArray[np.int64]:
         """Row of the healthy run that each run replicates; `NO_BASELINE` if it is not a replicate."""
-        return self.columns.get(REPLICATE_OF, np.full(self.n_run, NO_BASELINE))
+        return self.columns.get(names.REPLICATE_OF, np.full(self.n_run, names.NO_BASELINE))
 
     @property
     def has_replicates(self) -> bool:
         """Whether any run is a replicate."""
-        return bool((self.replicate_of != NO_BASELINE).any())
+        return bool((self.replicate_of != names.NO_BASELINE).any())
 
     def _sealed(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Baseline rows, without those of leaking runs."""
-        return np.where((rows >= 0) & (self.leakage_requests[rows] == 0.0), rows, NO_BASELINE)
+        return np.where((rows >= 0) & (self.leakage_requests[rows] == 0.0), rows, names.NO_BASELINE)
 
     def values(self, name: str) -> list[Any]:
         """Value of a dotted parameter in SI, for each run; None if it is not set."""
@@ -117,7 +110,7 @@ class ExperimentData:
             return [None if value != value or value == "" else value for value in stored]
         values = np.full(self.n_run, self.experiment.nominal_parameters.shown_value(name), dtype=object)
         if name in self.experiment.baseline:
-            of_baseline = [FIXED_BASELINE] + [MATCHED_BASELINE] * name.startswith("leakage.")
+            of_baseline = [names.FIXED_BASELINE] + [names.MATCHED_BASELINE] * name.startswith("leakage.")
             for rows in (self.columns[kind] for kind in of_baseline):
                 values[rows[rows >= 0]] = self.experiment.baseline[name]
         return list(values)

@@ -19,27 +19,8 @@ from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
-from hydrofdi.store.layout.names import (
-    ANALYSIS_ID,
-    BULK_MODULUS,
-    BY_LEVEL,
-    FIXED_BASELINE,
-    FORMAT_VERSION,
-    INPUT_VOLTAGE,
-    LEAKAGE_COEFFICIENT,
-    LEAKAGE_LEVEL,
-    LEVEL,
-    MATCHED_BASELINE,
-    PHASE,
-    REPLICATE_OF,
-    REPLICATED,
-    REQUESTED,
-    RUN,
-    TIME,
-    Variable,
-    axis_variable,
-    stored_variables,
-)
+from hydrofdi.store.layout import names
+from hydrofdi.store.layout.names import Variable, axis_variable, stored_variables
 from hydrofdi.store.layout.outputs import (
     dimensions,
     indicators_of,
@@ -85,9 +66,9 @@ def write_experiment(
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         _write_attributes(file, experiment, versions)
         _write_coordinates(file, time, sizes)
-        replicated = (REPLICATED,) if experiment.replicates.count else ()
+        replicated = (names.REPLICATED,) if experiment.replicates.count else ()
         requested = requested_columns(table)
-        for variable in (*REQUESTED, *replicated):
+        for variable in (*names.REQUESTED, *replicated):
             _write_column(file, variable, requested[variable.name])
         for name in _plain_axes(table):
             _write_column(file, *_axis(name, requested[axis_variable(name)]))
@@ -95,12 +76,12 @@ def write_experiment(
             if not is_needless(variable.name, columns[variable.name]):
                 _write_column(file, variable, columns[variable.name])
         by_level = wavelet_numbers(columns)
-        for variable in BY_LEVEL:
+        for variable in names.BY_LEVEL:
             if variable.name in by_level:
                 _write_column(file, variable, by_level[variable.name])
         _describe_indicators(file, experiment)
         for variable in signals if time is not None else ():
-            if variable.name == INPUT_VOLTAGE and _share_input(table):
+            if variable.name == names.INPUT_VOLTAGE and _share_input(table):
                 _write_shared_input(file, variable, results)
             else:
                 _write_signal(file, variable, results, experiment)
@@ -117,14 +98,14 @@ def computed_columns(results: ShardResults, table: RunTable) -> dict[str, NDArra
     """Computed results of the runs of a table, without signals; gaps for runs without results."""
     variables = computed_variables(table)
     columns = results.columns(variables, dimensions(table.runs))
-    fill_given_coefficients(columns[LEAKAGE_COEFFICIENT], table)
+    fill_given_coefficients(columns[names.LEAKAGE_COEFFICIENT], table)
     return columns
 
 
 def _describe_indicators(file: h5py.File, experiment: ExperimentConfig) -> None:
     """Write the definition of each indicator label; a wavelet that varies is stored as a swept parameter."""
     for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
-        attributes = file[f"{label}{ANALYSIS_ID}"].attrs
+        attributes = file[f"{label}{names.ANALYSIS_ID}"].attrs
         attributes["indicator"], attributes["version"] = indicator.name, indicator.version
         attributes["options"] = indicator.options.model_dump_json()
 
@@ -146,7 +127,7 @@ def fill_given_coefficients(coefficients: NDArray[np.float64], table: RunTable) 
 
 def _write_attributes(file: h5py.File, experiment: ExperimentConfig, versions: Mapping[str, str]) -> None:
     file.attrs["title"] = f"hydrofdi experiment {experiment.name}"
-    file.attrs["format_version"] = FORMAT_VERSION
+    file.attrs["format_version"] = names.FORMAT_VERSION
     file.attrs["physics_version"] = PHYSICS_VERSION
     file.attrs["configuration"] = experiment.model_dump_json()
     for name, version in sorted(versions.items()):
@@ -155,18 +136,20 @@ def _write_attributes(file: h5py.File, experiment: ExperimentConfig, versions: M
 
 def _write_coordinates(file: h5py.File, time: NDArray[np.float64] | None, sizes: Mapping[str, int]) -> None:
     coordinates: list[tuple[str, NDArray[Any], str, str]] = [
-        (RUN, np.arange(sizes[RUN]), "", "position of the run in the experiment"),
-        (LEVEL, np.arange(1, sizes[LEVEL] + 1), "", "level of the wavelet transform"),
+        (names.RUN, np.arange(sizes[names.RUN]), "", "position of the run in the experiment"),
+        (names.LEVEL, np.arange(1, sizes[names.LEVEL] + 1), "", "level of the wavelet transform"),
     ]
-    if sizes[PHASE]:
-        coordinates.append((PHASE, np.arange(sizes[PHASE]), "", "sample that the analysed record starts at"))
+    if sizes[names.PHASE]:
+        coordinates.append(
+            (names.PHASE, np.arange(sizes[names.PHASE]), "", "sample that the analysed record starts at")
+        )
     coordinates += [
         (name, np.arange(length), "", f"{name.partition('.')[2]} of {name.partition('.')[0]}")
         for name, length in sizes.items()
         if is_output(name)
     ]
     if time is not None:
-        coordinates.append((TIME, time, "s", "time"))
+        coordinates.append((names.TIME, time, "s", "time"))
     for name, values, units, long_name in coordinates:
         dataset = file.create_dataset(name, data=values)
         dataset.make_scale(name)
@@ -193,7 +176,7 @@ def _write_shared_input(file: h5py.File, variable: Variable, results: ShardResul
 def _write_signal(
     file: h5py.File, variable: Variable, results: ShardResults, experiment: ExperimentConfig
 ) -> None:
-    shape = (results.n_run, file[TIME].shape[0])
+    shape = (results.n_run, file[names.TIME].shape[0])
     still = None
     if variable.is_mostly_still:
         first = results.signal(variable.name, 0)
@@ -226,11 +209,11 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
         for flow, coefficient in zip(flows, coefficients, strict=True)
     ]
     columns = {
-        BULK_MODULUS: np.array(table.runs.values("fluid.bulk_modulus")),
-        LEAKAGE_LEVEL: np.array(levels, dtype=float),
-        FIXED_BASELINE: np.array(table.fixed_baseline),
-        MATCHED_BASELINE: np.array(table.matched_baseline),
-        REPLICATE_OF: np.array(table.replicate_of),
+        names.BULK_MODULUS: np.array(table.runs.values("fluid.bulk_modulus")),
+        names.LEAKAGE_LEVEL: np.array(levels, dtype=float),
+        names.FIXED_BASELINE: np.array(table.fixed_baseline),
+        names.MATCHED_BASELINE: np.array(table.matched_baseline),
+        names.REPLICATE_OF: np.array(table.replicate_of),
     }
     return columns | {axis_variable(name): _axis_values(table, name) for name in _plain_axes(table)}
 
@@ -261,4 +244,4 @@ def _plain_axes(table: RunTable) -> list[str]:
 def _axis(parameter: str, values: NDArray[Any]) -> tuple[Variable, NDArray[Any]]:
     """Variable of a swept parameter, and its values."""
     units = "" if values.dtype == object else parameter_unit(parameter) or ""
-    return Variable(axis_variable(parameter), (RUN,), units, f"swept parameter {parameter}"), values
+    return Variable(axis_variable(parameter), (names.RUN,), units, f"swept parameter {parameter}"), values

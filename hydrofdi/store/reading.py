@@ -15,18 +15,8 @@ from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import computed_columns, requested_columns
 from hydrofdi.store.files import open_for_reading
-from hydrofdi.store.layout.names import (
-    FORMAT_VERSION,
-    PHASE,
-    REPLICATE_OF,
-    REPLICATED,
-    REQUESTED,
-    RUN,
-    STATUS,
-    Variable,
-    axis_variable,
-    stored_variables,
-)
+from hydrofdi.store.layout import names
+from hydrofdi.store.layout.names import Variable, axis_variable, stored_variables
 from hydrofdi.store.layout.outputs import is_output, wavelet_numbers
 from hydrofdi.store.request import stored_experiment
 from hydrofdi.store.results import MISSING, ShardResults
@@ -50,11 +40,11 @@ def read_experiment(path: Path) -> ExperimentData:
         experiment = stored_experiment(
             file.attrs["configuration"], f"{path}: its configuration (hydrofdi {writer} wrote it)"
         )
-        asked = (*REQUESTED, REPLICATED) if REPLICATE_OF in file else REQUESTED
-        stored = (*asked, *stored_variables("none", phases=PHASE in file))
+        asked = (*names.REQUESTED, names.REPLICATED) if names.REPLICATE_OF in file else names.REQUESTED
+        stored = (*asked, *stored_variables("none", phases=names.PHASE in file))
         axes = {axis_variable(name) for name in experiment.varied_names}
         held = [name for name in file if name in axes or (is_output(name) and not file[name].is_scale)]
-        variables = (*stored, *(Variable(name, (RUN,), "", "") for name in held))
+        variables = (*stored, *(Variable(name, (names.RUN,), "", "") for name in held))
         columns = {each.name: held_values(file, each, slice(None)) for each in variables}
         columns |= wavelet_numbers(columns)
         if len({len(values) for values in columns.values()}) != 1:
@@ -81,7 +71,7 @@ def is_current(path: Path, experiment: ExperimentConfig) -> bool:
         with _experiment_file(path) as file:
             same = file.attrs["configuration"] == experiment.model_dump_json()
             current = file.attrs["physics_version"] == PHYSICS_VERSION
-            return bool(same and current and MISSING not in file[STATUS].asstr()[:])
+            return bool(same and current and MISSING not in file[names.STATUS].asstr()[:])
     except StoreError:
         return False
 
@@ -105,11 +95,11 @@ def _experiment_file(path: Path) -> Iterator[h5py.File]:
         version = file.attrs.get("format_version")
         if version is None or "configuration" not in file.attrs:
             raise StoreError(f"{path}: is not an experiment file of hydrofdi")
-        if version != FORMAT_VERSION:
-            can = "no longer reads" if version < FORMAT_VERSION else "does not read yet"
+        if version != names.FORMAT_VERSION:
+            can = "no longer reads" if version < names.FORMAT_VERSION else "does not read yet"
             raise StoreError(
                 f"{path}: has format version {version}, which this hydrofdi {can}"
-                f" (it reads {FORMAT_VERSION}); sweep again into another folder"
+                f" (it reads {names.FORMAT_VERSION}); sweep again into another folder"
             )
         yield file
 

@@ -17,18 +17,8 @@ from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder
-from hydrofdi.store.layout.names import (
-    FEATURES,
-    FORMAT_VERSION,
-    RECORD_ID,
-    RUN,
-    RUN_ID,
-    SETTLED_PHASE_DETAIL_RMS,
-    STATUS,
-    TIME,
-    Variable,
-    stored_variables,
-)
+from hydrofdi.store.layout import names
+from hydrofdi.store.layout.names import Variable, stored_variables
 from hydrofdi.store.layout.outputs import is_needless, is_output
 from hydrofdi.store.signals import create_signal, write_block
 
@@ -115,7 +105,7 @@ def _place_shard(directory: Path, write: Callable[[Path], None]) -> Path:
 
 def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
     with h5py.File(path, "w", libver=LIBRARY_VERSIONS) as file:
-        file.attrs["format_version"] = FORMAT_VERSION
+        file.attrs["format_version"] = names.FORMAT_VERSION
         file.attrs["physics_version"] = PHYSICS_VERSION
         file.attrs["signals"] = store.signals
         file.attrs["dtype"] = store.dtype
@@ -130,17 +120,17 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
             else:
                 file.create_dataset(variable.name, data=values)
         if store.signals != "none":
-            file.create_dataset(TIME, data=columns[TIME])
+            file.create_dataset(names.TIME, data=columns[names.TIME])
 
 
 def _has_phases(columns: Columns) -> bool:
-    return SETTLED_PHASE_DETAIL_RMS in columns
+    return names.SETTLED_PHASE_DETAIL_RMS in columns
 
 
 def _outputs(columns: Columns) -> list[Variable]:
     """Variables of indicator outputs among the columns."""
     return [
-        Variable(name, (RUN,), "", "")
+        Variable(name, (names.RUN,), "", "")
         for name, values in columns.items()
         if is_output(name) and not is_needless(name, values)
     ]
@@ -163,12 +153,12 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
     if check and content_digest(path) != path.stem:
         raise StoreError(f"{path}: is damaged: its content does not match its name")
     with open_for_reading(path) as file:
-        if file.attrs["format_version"] != FORMAT_VERSION:
+        if file.attrs["format_version"] != names.FORMAT_VERSION:
             raise StoreError(f"{path}: has format version {file.attrs['format_version']}")
         return ShardContent(
-            run_ids=tuple(file[RUN_ID].asstr()[:]),
-            record_ids=tuple(file[RECORD_ID].asstr()[:]),
-            statuses=tuple(file[STATUS].asstr()[:]),
+            run_ids=tuple(file[names.RUN_ID].asstr()[:]),
+            record_ids=tuple(file[names.RECORD_ID].asstr()[:]),
+            statuses=tuple(file[names.STATUS].asstr()[:]),
             signals=str(file.attrs["signals"]),
             dtype=str(file.attrs["dtype"]),
             physics_version=int(file.attrs["physics_version"]),
@@ -219,7 +209,7 @@ def read_records(places: Sequence[StoredRun], signals: Collection[str], n_time: 
     variables = [
         variable
         for variable in stored_variables("all")
-        if (variable.name in signals if variable.is_signal else variable.name not in FEATURES)
+        if (variable.name in signals if variable.is_signal else variable.name not in names.FEATURES)
     ]
     columns: dict[str, NDArray[Any]] = {}
     rows_in: dict[Path, list[int]] = {}

@@ -10,18 +10,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import DWT, Indicators
 from hydrofdi.config.run_table.runs import Runs
-from hydrofdi.store.layout.names import (
-    ANALYSIS_ID,
-    APPROXIMATION_RMS,
-    DETAIL_RMS,
-    LEVEL,
-    OBSTACLE,
-    PHASE,
-    PHASE_DETAIL_RMS,
-    RUN,
-    SETTLED_DETAIL_RMS,
-    Variable,
-)
+from hydrofdi.store.layout import names
+from hydrofdi.store.layout.names import Variable
 from hydrofdi.transforms.wavelet import n_phase
 
 
@@ -37,7 +27,7 @@ def indicators_of(runs: Runs) -> list[Indicators]:
 
 def is_needless(name: str, values: NDArray[Any]) -> bool:
     """Whether a variable can be omitted: obstacles, if no record has one."""
-    return name.endswith(OBSTACLE) and not any(values)
+    return name.endswith(names.OBSTACLE) and not any(values)
 
 
 def cf_unit(unit: str) -> str:
@@ -58,15 +48,15 @@ def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
     variables: dict[str, Variable] = {}
     for indicators in measured:
         for label, indicator in indicators.items():
-            name = f"{label}{ANALYSIS_ID}"
+            name = f"{label}{names.ANALYSIS_ID}"
             text = f"identity of the analysis {label}: hash of the record, the indicator and its options"
-            variables[name] = Variable(name, (RUN,), "", text)
-            name = f"{label}{OBSTACLE}"
+            variables[name] = Variable(name, (names.RUN,), "", text)
+            name = f"{label}{names.OBSTACLE}"
             variables[name] = Variable(
-                name, (RUN,), "", f"why {label} could not be measured; empty if it was"
+                name, (names.RUN,), "", f"why {label} could not be measured; empty if it was"
             )
             for output in indicator.outputs:
-                dimensions = (RUN, *(f"{label}.{dimension}" for dimension in output.dims))
+                dimensions = (names.RUN, *(f"{label}.{dimension}" for dimension in output.dims))
                 name = f"{label}.{output.name}"
                 variables[name] = Variable(name, dimensions, cf_unit(output.unit), output.long_name)
     return tuple(variables.values())
@@ -77,7 +67,9 @@ def dimensions(runs: Runs) -> dict[str, int]:
     wavelets = [request.wavelet for request in runs.distinct("wavelet")]
     levels = max((wavelet.levels for wavelet in wavelets), default=0)
     phases = max((n_phase(wavelet.levels) for wavelet in wavelets if wavelet.phase == "all"), default=0)
-    return {RUN: len(runs), LEVEL: levels, PHASE: phases} | output_dimensions(indicators_of(runs))
+    return {names.RUN: len(runs), names.LEVEL: levels, names.PHASE: phases} | output_dimensions(
+        indicators_of(runs)
+    )
 
 
 def output_dimensions(measured: Iterable[Indicators]) -> dict[str, int]:
@@ -92,7 +84,7 @@ def output_dimensions(measured: Iterable[Indicators]) -> dict[str, int]:
     return lengths
 
 
-_OUTPUT = {DETAIL_RMS: "d{}", APPROXIMATION_RMS: "a{}", PHASE_DETAIL_RMS: "d{}_phases"}
+_OUTPUT = {names.DETAIL_RMS: "d{}", names.APPROXIMATION_RMS: "a{}", names.PHASE_DETAIL_RMS: "d{}_phases"}
 """Variable → name pattern of the indicator outputs that it contains, by level."""
 
 
@@ -115,6 +107,6 @@ def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[An
         if levels:
             arrays = [columns[f"{DWT}.{output.format(level)}"] for level in levels]
             numbers[name] = np.stack(arrays, axis=-1)
-        elif name != PHASE_DETAIL_RMS:
-            numbers[name] = np.full(columns[SETTLED_DETAIL_RMS].shape, np.nan)
+        elif name != names.PHASE_DETAIL_RMS:
+            numbers[name] = np.full(columns[names.SETTLED_DETAIL_RMS].shape, np.nan)
     return numbers

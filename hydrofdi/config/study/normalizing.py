@@ -12,7 +12,7 @@ from hydrofdi.config.study.detection import normalize_charts, normalize_scores
 from hydrofdi.config.study.table import changed_value
 from hydrofdi.config.sweeps.distributions import distribution_in_si
 from hydrofdi.config.sweeps.dotted_values import axis_in_si
-from hydrofdi.config.sweeps.values import is_stated, nominal_value
+from hydrofdi.config.sweeps.values import convert_mapping, is_stated, nominal_value
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import chosen_options
 from hydrofdi.settings.messages import nearest
@@ -46,11 +46,8 @@ def normalize_study(source: Source) -> None:
     if isinstance(population, dict):
         _leave_out_nothing(population)
         for kind in ("over", "per_record"):
-            if isinstance(over := population.get(kind, {}), dict):
-                path = (*STUDY, "population", kind)
-                population[kind] = {
-                    name: distribution_in_si(source, (*path, name), name, over[name]) for name in over
-                }
+            population.setdefault(kind, {})
+            convert_mapping(source, population, kind, (*STUDY, "population"), distribution_in_si)
         _draw_per_record(source, population)
     _prefer(source, "calibration", "at", "nominal")
     _prefer(source, "store", "signals", "none")

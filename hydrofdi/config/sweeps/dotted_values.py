@@ -15,7 +15,7 @@ from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.config.sweeps.distributions import distribution_in_si
 from hydrofdi.config.sweeps.sweep import SweepConfig
-from hydrofdi.config.sweeps.values import difference, parameter_value, require_numbers
+from hydrofdi.config.sweeps.values import convert_mapping, difference, parameter_value, require_numbers
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.yaml_source import Path, Source, dotted
 from hydrofdi.units import parse_quantity
@@ -26,21 +26,12 @@ _GENERATORS = ("linspace", "logspace", "arange")
 
 def normalize_baseline(source: Source) -> None:
     """Convert the ``baseline`` of a source to SI."""
-    baseline = source.data.get("baseline")
-    if baseline is None:
+    if source.data.get("baseline") is None:
         source.data.pop("baseline", None)
-    if not isinstance(baseline, dict):
-        return
-    source.data["baseline"] = {
-        name: parameter_value(source, ("baseline", name), name, value) for name, value in baseline.items()
-    }
-    _refuse_both_forms(source, ("baseline",), baseline)
-    _refuse_leaky_baseline(source)
-
-
-def _refuse_leaky_baseline(source: Source) -> None:
-    for name in INTERNAL_LEAKAGE_FORMS:
-        value = source.data["baseline"].get(name)
+    names = convert_mapping(source, source.data, "baseline", (), parameter_value)
+    _refuse_both_forms(source, ("baseline",), names)
+    for name in set(INTERNAL_LEAKAGE_FORMS).intersection(names):
+        value = source.data["baseline"][name]
         if isinstance(value, float) and value > 0.0:
             message = "a leaking baseline is not a healthy actuator; remove it, or set 0"
             source.mistakes.append(source.mistake(("baseline", name), message))
@@ -48,11 +39,7 @@ def _refuse_leaky_baseline(source: Source) -> None:
 
 def normalize_replicates(source: Source) -> None:
     """Convert the distributions of ``replicates`` to SI."""
-    replicates = source.data.get("replicates")
-    if isinstance(replicates, dict) and isinstance(over := replicates.get("over"), dict):
-        replicates["over"] = {
-            name: distribution_in_si(source, ("replicates", "over", name), name, over[name]) for name in over
-        }
+    convert_mapping(source, source.data.get("replicates"), "over", ("replicates",), distribution_in_si)
 
 
 def normalize_sweep(source: Source) -> None:
@@ -68,21 +55,14 @@ def _normalize_block(source: Source, path: Path, block: Any) -> None:
     if not isinstance(block, dict):
         return
     _refuse_outside_grid(source, path, block)
-    varied: list[str] = []
     for kind in ("grid", "zip"):
-        axes = block.get(kind)
-        if isinstance(axes, dict):
-            if not axes:
-                source.mistakes.append(source.mistake((*path, kind), "names no parameter to vary"))
-            varied += axes
-            block[kind] = {name: axis_in_si(source, (*path, kind, name), name, axes[name]) for name in axes}
-    sample = block.get("sample")
-    if isinstance(sample, dict) and isinstance(over := sample.get("over"), dict):
-        varied += over
-        sample["over"] = {
-            name: distribution_in_si(source, (*path, "sample", "over", name), name, over[name])
-            for name in over
-        }
+        if block.get(kind) == {}:
+            source.mistakes.append(source.mistake((*path, kind), "names no parameter to vary"))
+    varied = [
+        *convert_mapping(source, block, "grid", path, axis_in_si),
+        *convert_mapping(source, block, "zip", path, axis_in_si),
+        *convert_mapping(source, block.get("sample"), "over", (*path, "sample"), distribution_in_si),
+    ]
     _refuse_both_forms(source, path, varied)
     _check_condition(source, (*path, "where"), block.get("where"))
     union = block.get("union")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from pydantic import ValidationError
@@ -28,6 +29,22 @@ def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
         for error in errors.errors():
             source.mistakes.append(source.mistake(path, describe_error(error)))
         return value
+
+
+Conversion = Callable[[Source, Path, str, Any], Any]
+"""Source, path, dotted parameter, and what is written for it → the same in SI."""
+
+
+def convert_mapping(source: Source, section: Any, key: str, path: Path, in_si: Conversion) -> list[str]:
+    """Convert what a mapping of a section says of dotted parameters to SI, and return their names.
+
+    What is no mapping is left to the validation of the model.
+    """
+    mapping = section.get(key) if isinstance(section, dict) else None
+    if not isinstance(mapping, dict):
+        return []
+    section[key] = {name: in_si(source, (*path, key, name), name, value) for name, value in mapping.items()}
+    return list(mapping)
 
 
 def nominal_value(source: Source, name: str) -> Any:

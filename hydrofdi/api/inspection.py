@@ -26,7 +26,7 @@ from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import RecordBatch
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.counting import counted
-from hydrofdi.simulation import simulate_batch
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import OBSTACLE
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms

@@ -1,6 +1,7 @@
 """The ready configurations, by name and in any folder."""
 
 import json
+from pathlib import Path
 
 import pytest
 

@@ -13,6 +13,7 @@ The first line is a name for people; everything else is the input's identity.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -22,12 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationInfo
 
+from hydrofdi.records.measured.columns import split_title
 from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats.table import split_title
-from hydrofdi.records.measured.formats.text_cells import CellError, Cells, column_numbers
+from hydrofdi.records.measured.rows import RowReader, runs
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.validation import read_text
-from hydrofdi.units import parse_quantity, parse_unit
+from hydrofdi.units import parse_quantity, parse_si, parse_unit
 
 MOST_ROWS = 100_000
 """Rows that a file may have."""
@@ -101,25 +102,29 @@ def parse_rows(text: str, place: str = "text") -> HeldRows:
     ValueError
         The text is not an input; the message says in which line.
     """
-    cells = Cells(place, text, FormatConfig())
-    for row in range(cells.n_row):
-        if len(cells.row(row)) != 2:
-            message = f"expected two columns, time and voltage; found {len(cells.row(row))}"
-            raise ValueError(f"{cells.place(row)}: {message}")
-    first = int(cells.n_row > 0 and cells.row(0)[0].lstrip(" '")[:1].isalpha())
-    if not 1 <= cells.n_row - first <= MOST_ROWS:
-        raise ValueError(f"{place}: contains {counted(cells.n_row - first, 'row')}; needs 1 to {MOST_ROWS}")
-    quantity, units = _header(cells) if first else ("voltage", ("s", "V"))
+    is_empty = RowReader(FormatConfig(), []).is_empty
+    kept = [(number, line) for number, line in enumerate(text.splitlines(), 1) if not is_empty(line)]
+    places, lines = [f"{place}:{number}" for number, _ in kept], [line for _, line in kept]
+    first = int(bool(lines) and lines[0].lstrip(" '")[:1].isalpha())
+    if not 1 <= len(lines) - first <= MOST_ROWS:
+        raise ValueError(f"{place}: contains {counted(len(lines) - first, 'row')}; needs 1 to {MOST_ROWS}")
+    reader = RowReader(FormatConfig(), lines[:2])
+    reader.titles = reader.header(lines[0]) if first else ["time [s]", "voltage [V]"]
+    quantity, units = _header(reader.titles, places[0])
+    columns: list[list[NDArray[np.float64]]] = []
+    for row, found in runs(lines[first:], lambda rows: _columns(reader, rows, units)):
+        if isinstance(found, ValueError):
+            message = str(found).partition(";")[0]  # the rest tells of descriptions of measured files
+            raise ValueError(f"{places[first + row]}: {message}")
+        columns.append(found)
     times, values = (
-        _numbers(cells, column, first, units[column], own)
-        for column, own in enumerate(("s", _UNITS[quantity]))
-    )
+        np.concatenate(parts) + 0.0 for parts in zip(*columns, strict=True)
+    )  # no zero is negative
     falling = np.flatnonzero(np.diff(times, prepend=min(times[0], 0.0) - 1.0) <= 0.0)
     if times[0] > 0.0 or falling.size:
-        row = falling[0] if times[0] <= 0.0 else 0
-        raise ValueError(
-            f"{cells.place(first + row)}: times rise strictly, from zero or less; found {times[row]:g} s"
-        )
+        row = 0 if times[0] > 0.0 else int(falling[0])
+        message = f"times rise strictly, from zero or less; found {times[row]:g} s"
+        raise ValueError(f"{places[first + row]}: {message}")
     return HeldRows(quantity, times, values)
 
 
@@ -143,33 +148,30 @@ def without_contents(data: Any) -> Any:
     return data
 
 
-def _header(cells: Cells) -> tuple[str, tuple[str, str]]:
+def _header(titles: Sequence[str], place: str) -> tuple[str, tuple[str, str]]:
     """Quantity of the second column, and the units of both."""
-    (_, time), (name, unit) = map(split_title, cells.row(0))
-    unit = unit or ("m" if name.strip().lower() == "position" else "V")
-    for quantity, own in _UNITS.items():
-        try:
-            parse_quantity(f"0 {time or 's'}", "s")
-            if parse_unit(unit).exponents == parse_unit(own).exponents:
-                return quantity, (time or "s", unit)
-        except ValueError as error:
-            raise ValueError(f"{cells.place(0)}: {error}") from None
-    raise ValueError(f"{cells.place(0)}: the second column is a voltage or a position, not in {unit}")
-
-
-def _numbers(cells: Cells, column: int, first: int, unit: str, own: str) -> NDArray[np.float64]:
-    """Finite numbers of a column in SI."""
-    texts = cells.column(column, first)
+    (_, time), (name, unit), *_ = (*map(split_title, titles), ("", ""), ("", ""))
+    time, unit = time or "s", unit or ("m" if name.lower() == "position" else "V")
     try:
-        numbers = column_numbers(texts)
-    except CellError as error:
-        raise ValueError(f"{cells.place(first + error.row)}: {error.message}") from None
-    if not np.isfinite(numbers).all():
-        row = int(np.argmin(np.isfinite(numbers)))
-        raise ValueError(f"{cells.place(first + row)}: {texts[row].strip()[:40]!r} is not a finite number")
-    own = next(
-        own for own in ("s", *_UNITS.values()) if parse_unit(own).exponents == parse_unit(unit).exponents
-    )
-    if parse_unit(unit) != parse_unit(own):
-        numbers = np.array([parse_quantity(f"{text} {unit}", own) for text in texts])
-    return numbers + 0.0  # no zero is negative
+        parse_quantity(f"0 {time}", "s")
+        exponents = parse_unit(unit).exponents
+    except ValueError as error:
+        raise ValueError(f"{place}: {error}") from None
+    for quantity, own in _UNITS.items():
+        if exponents == parse_unit(own).exponents:
+            return quantity, (time, unit)
+    raise ValueError(f"{place}: the second column is a voltage or a position, not in {unit}")
+
+
+def _columns(reader: RowReader, rows: Sequence[str], units: Sequence[str]) -> list[NDArray[np.float64]]:
+    """Finite numbers of both columns in SI."""
+    if (width := reader.width(rows)) != len(units):
+        raise ValueError(f"expected two columns, time and voltage; found {width}")
+    columns = reader.numbers(rows, range(len(units)))
+    if not np.isfinite(columns).all():
+        raise ValueError("needs finite numbers")
+    for column, unit in enumerate(units):
+        if parse_unit(unit).factor != 1:
+            texts = reader.texts(rows, [column])[0]
+            columns[column] = np.array([parse_si(f"{text} {unit}") for text in texts])
+    return columns

@@ -250,10 +250,8 @@ def _failures(modes: Sequence[ModeOfRun]) -> Iterator[str]:
         condition = f"EBM {modulus} with K_i {mode.leakage_coefficient:.3g}"
         failed.setdefault(mode.status, []).append(condition)
     for status, conditions in failed.items():
-        different = list(dict.fromkeys(conditions))
-        more = f" and {len(different) - _FEW:,} more" if len(different) > _FEW else ""
-        of = f"{len(conditions)} of {counted(len(modes), 'run')}"
-        yield f"{status}: {of}, at {', '.join(different[:_FEW])}{more}"
+        different = ", ".join([*dict.fromkeys(conditions)][:_FEW])
+        yield f"{status}: {len(conditions)} of {counted(len(modes), 'run')}, such as at {different}"
 
 
 def _unmeasured(jobs: Sequence[Job], rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:

@@ -93,7 +93,10 @@ class HealthyRecords:
         self.left_out, found, seen = LeftOut(), set[str](), dict[bytes, str]()
         for source in self.sources:
             for batch in self._of_source(source, found):
-                self._count_rejected(batch)
+                self.left_out.n_rejected += len(batch.rejected)
+                for each in batch.rejected[:1]:
+                    first = f"{each.record_id}: {each.remark.message}"
+                    self.left_out.first_rejection = self.left_out.first_rejection or first
                 distinct = self._distinct(batch, seen)
                 if distinct.n_record:
                     yield distinct if labels else replace(distinct, labels=None)
@@ -123,12 +126,6 @@ class HealthyRecords:
         self.left_out.n_unlabelled += n_unlabelled
         self.left_out.n_leaking += batch.n_record - len(rows) - n_unlabelled
         return replace(batch.rows(rows), rejected=batch.rejected)
-
-    def _count_rejected(self, batch: RecordBatch) -> None:
-        left = self.left_out
-        left.n_rejected += len(batch.rejected)
-        for each in batch.rejected:
-            left.first_rejection = left.first_rejection or f"{each.record_id}: {each.remark.message}"
 
     def _distinct(self, batch: RecordBatch, seen: dict[bytes, str]) -> RecordBatch:
         rows, left = [], self.left_out

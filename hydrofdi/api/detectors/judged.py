@@ -24,46 +24,40 @@ _ROWS = 1_000
 
 def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
     """A row for each window, or record without any; people see alarms and scores beyond a limit in bold."""
-    limits, unit = file.limits, file.unit
-    rows = [_fields(window, unit) for window in windows]
-
-    def column(name: str, unit: str = "", **more: Any) -> Column:
-        return Column(name, [row.get(name) for row in rows], unit, **more)
-
-    def words(name: str, *, is_shown: bool = False, **more: Any) -> Column:
-        values = [row.get(name) or "" for row in rows]
-        return Column(name, values, is_text=True, is_shown=is_shown, **more)
-
-    low, high = (Column(name, [end] * len(rows), is_shown=False) for name, end in
-                 (("low", limits.low), ("high", limits.high)))  # fmt: skip
-    chart = f"chart, of {number_text(file.chart.limit, 3)}" if file.chart else ""
-    alarms, texts = [window.alarm for window in windows], [_verdict(window) for window in windows]
-    verdicts = Column("alarm", np.array(alarms, dtype=object), title="verdict", text=texts, is_text=True)
+    rows = [_fields(window, file) for window in windows]
     beyond = [row for row, window in enumerate(windows) if window.is_beyond or window.alarm]
-    numbers = quantity("score", [row.get("score") for row in rows], unit, sizes=[limits.low, limits.high])
+
+    def column(name: str, unit: str = "", *, is_shown: bool = False, **more: Any) -> Column:
+        return Column(name, [row.get(name) for row in rows], unit, is_shown=is_shown, **more)
+
+    def words(*names: str) -> list[Column]:
+        return [column(name, is_text=True) for name in names]
+
+    alarms = np.array([window.alarm for window in windows], dtype=object)
+    scores = [row.get("score") for row in rows]
+    numbers = quantity("score", scores, file.unit, sizes=[file.limits.low, file.limits.high])
+    chart = f"chart, of {number_text(file.chart.limit, 3)}" if file.chart else ""
     return Table(
         (
-            words("record_id", title="record", is_shown=True),
-            words("source"),
-            words("group"),
-            column("number", is_shown=False),
-            column("start", "s", text=lambda at: HOLE if at is None else f"{at:.12g}"),
-            column("end", "s", is_shown=False),
+            column("record_id", title="record", is_text=True, is_shown=True),
+            *words("source", "group"),
+            column("number"),
+            column("start", "s", text=lambda at: HOLE if at is None else f"{at:.12g}", is_shown=True),
+            column("end", "s"),
             replace(numbers, strong=beyond),
-            Column("unit", [unit] * len(rows), is_text=True, is_shown=False),
-            low,
-            high,
+            *words("unit"),
+            column("low"),
+            column("high"),
             column(
                 "margin",
                 title="margin [spreads]",
                 text=lambda at: HOLE if at is None else f"{at:+.2f}".replace("-", "−"),
+                is_shown=True,
             ),
-            column("beyond_limit", is_shown=False),
+            column("beyond_limit"),
             column("chart_statistic", title=chart, is_shown=file.chart is not None),
-            verdicts,
-            words("fault"),
-            words("reason"),
-            words("doubt"),
+            Column("alarm", alarms, title="verdict", text=[*map(_verdict, windows)], is_text=True),
+            *words("fault", "reason", "doubt"),
         ),
         title=f"{file.score_name}, {feature_of(file.config).described.long_name}: alarm {file.limits_text}",
         notes=(*_not_judged(rows), *_doubtful(rows)),
@@ -134,9 +128,13 @@ def _record(window: JudgedWindow, unit: str) -> dict[str, Any]:
     return {**named, "line": "record", "fault": fault and {"kind": fault.kind, "text": fault.message}}
 
 
-def _fields(window: JudgedWindow, unit: str) -> dict[str, Any]:
-    record, fault = _record(window, unit), window.fault
+def _fields(window: JudgedWindow, file: DetectorFile) -> dict[str, Any]:
+    record, fault = _record(window, file.unit), window.fault
     return record | {
+        "group": window.group,
+        "unit": file.unit,
+        "low": file.limits.low,
+        "high": file.limits.high,
         "alarm": window.alarm,
         "chart_statistic": (record.get("chart") or {}).get("statistic"),
         "fault": "" if fault is None else fault.kind,

@@ -97,27 +97,24 @@ def held(data: Any, number: int | None = None) -> Held:
     DataError
         It contains something other than real numbers, or has too many dimensions.
     """
+
+    def kind(noun: str) -> str:
+        return f"the {noun}" if number is None else f"{noun} {number}"
+
     xarray, pandas = sys.modules.get("xarray"), sys.modules.get("pandas")
     if xarray is not None and isinstance(data, xarray.DataArray):
-        return _of_dataset(_kind("DataArray", number), {str(data.name or ""): data})
+        return _of_dataset(kind("DataArray"), {str(data.name or ""): data})
     if xarray is not None and isinstance(data, xarray.Dataset):
-        return _of_dataset(
-            _kind("Dataset", number), {str(name): each for name, each in data.data_vars.items()}
-        )
+        return _of_dataset(kind("Dataset"), {str(name): each for name, each in data.data_vars.items()})
     if pandas is not None and isinstance(data, pandas.Series | pandas.DataFrame):
         frame = data.to_frame() if isinstance(data, pandas.Series) else data
-        return _of_frame(_kind("DataFrame", number), frame)
+        return _of_frame(kind("DataFrame"), frame)
     if hasattr(data, "to_pandas"):
-        return _of_frame(_kind("DataFrame", number), data.to_pandas())
+        return _of_frame(kind("DataFrame"), data.to_pandas())
     if isinstance(data, Mapping):
-        kind = _kind("mapping", number)
-        return _timed(kind, [_column(kind, str(title), values, None) for title, values in data.items()])
-    kind = _kind("array", number)
-    return Held(kind, [_column(kind, "", data, None)])
-
-
-def _kind(noun: str, number: int | None) -> str:
-    return f"the {noun}" if number is None else f"{noun} {number}"
+        columns = [_column(kind("mapping"), str(title), values, None) for title, values in data.items()]
+        return _timed(kind("mapping"), columns)
+    return Held(kind("array"), [_column(kind("array"), "", data, None)])
 
 
 def _of_frame(kind: str, frame: Any) -> Held:

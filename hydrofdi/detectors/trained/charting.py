@@ -109,8 +109,8 @@ def chart_limit(
     )
     return ChartLimit(
         limit=alarms.value,
-        mean_time=_known(alarms.mean_time),
-        interval=(alarms.low, _known(alarms.high)),
+        mean_time=finite(alarms.mean_time),
+        interval=(alarms.low, finite(alarms.high)),
         hours=alarms.duration / _HOUR,
         rests_on=rests_on,
     )
@@ -130,5 +130,6 @@ def _side_by_side(lines: Sequence[Array]) -> Array:
     return streams
 
 
-def _known(time: float) -> float | None:
-    return time if math.isfinite(time) else None
+def finite(value: float) -> float | None:
+    """The value; None if it is infinite."""
+    return value if math.isfinite(value) else None

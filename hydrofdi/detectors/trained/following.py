@@ -145,7 +145,10 @@ class Estimator:
             channel: np.ascontiguousarray(piece.channels[channel][None, first:stop], dtype=float)
             for channel in self._channels
         }
-        followed, trace = indicator.step(_indicator_state(state), self._records(n_before, samples))
+        own = {
+            key.removeprefix(_INDICATOR): part for key, part in state.items() if key.startswith(_INDICATOR)
+        }
+        followed, trace = indicator.step(own, self._records(n_before, samples))
         due = instants(n_before, stop - first, indicator.samples_per_estimate(self.sampling_frequency))
         is_settled = (n_before + due) / self.sampling_frequency >= indicator.options.transient - 1e-9
         values = {name: rows[0, is_settled] for name, rows in trace.values.items()}
@@ -158,9 +161,9 @@ class Estimator:
             n_lost, had_score = 0 if has_score else n_lost + 1, had_score or has_score
             is_given_up = n_lost == self._patience(had_score)
             fault = None if has_score else self._lost(n_lost, is_given_up)
-            own = {name: float(values[name][row]) for name in fits}
+            explained = {name: float(values[name][row]) for name in fits}
             time = float(piece.time[place])
-            found.append(Estimate(int(place), time, float(score), fault, doubts[row], own))
+            found.append(Estimate(int(place), time, float(score), fault, doubts[row], explained))
             if is_given_up:
                 return self.start(), int(place) + 1, found
         after: dict[str, NDArray[Any]] = {
@@ -194,10 +197,6 @@ class Estimator:
         return RecordBatch(
             samples, self.sampling_frequency, ("stream",), start_time=n_before / self.sampling_frequency
         )
-
-
-def _indicator_state(state: State) -> dict[str, NDArray[Any]]:
-    return {key.removeprefix(_INDICATOR): array for key, array in state.items() if key.startswith(_INDICATOR)}
 
 
 def _runs(is_missing: NDArray[np.bool_]) -> Iterator[tuple[int, int, bool]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 from functools import partial
@@ -12,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from hydrofdi.detectors.healthy_scale import healthy_scale
-from hydrofdi.detectors.trained.charting import chart_in_full, chart_limit
+from hydrofdi.detectors.trained.charting import chart_in_full, chart_limit, finite
 from hydrofdi.detectors.trained.configuration import (
     ChartConfig,
     DetectorConfig,
@@ -32,7 +31,6 @@ from hydrofdi.evaluation.threshold import Threshold, quantile_threshold, toleran
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
 from hydrofdi.indicators.plausibility import CAUSES
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
-from hydrofdi.records.streams import Windower
 from hydrofdi.records.stuck import found_period
 from hydrofdi.settings.readable import time_text
 
@@ -146,21 +144,15 @@ def _scorer(
     channels: Sequence[Channel],
     drive: Drive | None,
 ) -> HealthyScores:
-    if window.by != "estimate":
-        return WindowScores(_windower(window, first, channels, drive), feature)
-    if window.duration is not None or window.every is not None:
-        raise ConfigError(
-            f"by=estimate: this setting has no windows; the option 'interval' of"
-            f" {feature.indicator.name} sets the time between estimates"
-        )
-    return EstimateScores(Estimator(feature, channels, first.sampling_frequency), channels)
-
-
-def _windower(
-    window: WindowConfig, first: RecordBatch, channels: Sequence[Channel], drive: Drive | None
-) -> Windower:
-    """The windower of a configuration; without a duration, windows are whole records."""
+    """What scores windows or estimates; without a duration, windows are whole records."""
     frequency = first.sampling_frequency
+    if window.by == "estimate":
+        if window.duration is not None or window.every is not None:
+            raise ConfigError(
+                f"by=estimate: this setting has no windows; the option 'interval' of"
+                f" {feature.indicator.name} sets the time between estimates"
+            )
+        return EstimateScores(Estimator(feature, channels, frequency), channels)
     if window.by == "cycle" and window.duration is None:
         raise ConfigError("by=cycle: give the length of each cycle, counted from its edge, as 'window'")
     if window.by == "cycle" and window.every is not None:
@@ -171,7 +163,7 @@ def _windower(
         raise ConfigError(
             f"window: {duration:g} s at {frequency:g} Hz contain {n_sample} samples; use at least 2"
         )
-    return window.windower(n_sample, channels, frequency, drive)
+    return WindowScores(window.windower(n_sample, channels, frequency, drive), feature)
 
 
 def _check(
@@ -293,24 +285,19 @@ def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction
     NotStatedError
         There are too few windows; the message states how many are needed.
     """
-    rule = _rule(config, direction)
+    kind = quantile_threshold if config.threshold == "quantile" else tolerance_threshold
+    rate, confidence = config.false_alarm_rate, config.confidence
+    rule = partial(kind, false_alarm_rate=rate, direction=direction, confidence=confidence)
     threshold = _set(rule, found.scores, found, "there are")
     rests_on, interval = _interval(rule, found, threshold)
     return Limits(
-        low=_known(threshold.low),
-        high=_known(threshold.high),
+        low=finite(threshold.low),
+        high=finite(threshold.high),
         false_alarm_rate=config.false_alarm_rate,
         interval=interval,
         confidence=config.confidence,
         method=threshold.method,
         interval_rests_on=rests_on,
-    )
-
-
-def _rule(config: DetectorConfig, direction: Direction) -> Rule:
-    kind = quantile_threshold if config.threshold == "quantile" else tolerance_threshold
-    return partial(
-        kind, false_alarm_rate=config.false_alarm_rate, direction=direction, confidence=config.confidence
     )
 
 
@@ -349,7 +336,3 @@ def _set(rule: Rule, scores: Array, found: HealthyScores, there_are: str) -> Thr
             f" take {remedy} or a higher false_alarm_rate",
             needed,
         ) from None
-
-
-def _known(limit: float) -> float | None:
-    return limit if math.isfinite(limit) else None

@@ -17,18 +17,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationInfo
 
-from hydrofdi.records.measured.columns import split_title
-from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.rows import RowReader, runs
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.validation import read_text
 from hydrofdi.units import parse_quantity, parse_si, parse_unit
+
+if TYPE_CHECKING:
+    from hydrofdi.records.measured.rows import RowReader
 
 MOST_ROWS = 100_000
 """Rows that a file may have."""
@@ -102,6 +102,11 @@ def parse_rows(text: str, place: str = "text") -> HeldRows:
     ValueError
         The text is not an input; the message says in which line.
     """
+    # only an experiment with a file loads the reader of measured files
+    from hydrofdi.records.measured.columns import split_title
+    from hydrofdi.records.measured.description.sections import FormatConfig
+    from hydrofdi.records.measured.rows import RowReader, runs
+
     is_empty = RowReader(FormatConfig(), []).is_empty
     kept = [(number, line) for number, line in enumerate(text.splitlines(), 1) if not is_empty(line)]
     places, lines = [f"{place}:{number}" for number, _ in kept], [line for _, line in kept]
@@ -110,7 +115,7 @@ def parse_rows(text: str, place: str = "text") -> HeldRows:
         raise ValueError(f"{place}: contains {counted(len(lines) - first, 'row')}; needs 1 to {MOST_ROWS}")
     reader = RowReader(FormatConfig(), lines[:2])
     reader.titles = reader.header(lines[0]) if first else ["time [s]", "voltage [V]"]
-    quantity, units = _header(reader.titles, places[0])
+    quantity, units = _header([*map(split_title, reader.titles)], places[0])
     columns: list[list[NDArray[np.float64]]] = []
     for row, found in runs(lines[first:], lambda rows: _columns(reader, rows, units)):
         if isinstance(found, ValueError):
@@ -148,9 +153,9 @@ def without_contents(data: Any) -> Any:
     return data
 
 
-def _header(titles: Sequence[str], place: str) -> tuple[str, tuple[str, str]]:
+def _header(titles: Sequence[tuple[str, str]], place: str) -> tuple[str, tuple[str, str]]:
     """Quantity of the second column, and the units of both."""
-    (_, time), (name, unit), *_ = (*map(split_title, titles), ("", ""), ("", ""))
+    (_, time), (name, unit), *_ = (*titles, ("", ""), ("", ""))
     time, unit = time or "s", unit or ("m" if name.lower() == "position" else "V")
     try:
         parse_quantity(f"0 {time}", "s")

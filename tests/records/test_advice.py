@@ -89,15 +89,3 @@ def test_files_of_one_set_that_differ_are_remarked(tmp_path):
     ]
     wanted = {"sampling_varies", "units_vary"}
     assert [kinds & wanted for kinds in found] == [set(), set(), wanted]
-
-
-def test_times_that_cannot_be_used_have_a_remedy_and_gaps_leave_the_rate(tmp_path):
-    (batch,) = plain_batches(tmp_path, "time [s],P1 [bar]\n0,1\n0,2\n1,3\n")
-    assert "give 'sampling_frequency' in place of 'time'" in batch.rejected[0].remark.message
-    (batch,) = plain_batches(tmp_path, "time [s],P1 [bar]\n0,1\n1,2\n2,3\n9,4\n")
-    assert batch.sampling_frequency == 1.0
-
-
-def plain_batches(folder, text):
-    (folder / "run.csv").write_text(text)
-    return list(plain_file_source(folder / "run.csv").batches())

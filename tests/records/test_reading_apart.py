@@ -101,16 +101,6 @@ def test_a_file_that_hangs_its_library_is_rejected(tmp_path, hanging, impatient)
     assert rejected.remark.message == "reading it as HDF5 took longer than 1 s"
 
 
-def test_the_file_after_one_that_hangs_is_read(tmp_path, hanging, monkeypatch):
-    write(tmp_path / "1.h5", {"P1": BAR})
-    monkeypatch.setattr(reading_apart, "SECONDS", 1.0)
-    assert read(tmp_path, "h5").n_record == 0
-    monkeypatch.undo()
-    (tmp_path / "1.h5").unlink()
-    write(tmp_path / "2.h5", {"P1": BAR})
-    np.testing.assert_array_equal(read(tmp_path, "h5")[P1], [BAR * 1e5])
-
-
 @pytest.mark.parametrize("suffix", ["h5", "mat"])
 def test_a_reader_killed_in_the_middle_of_a_file_rejects_it_alone(tmp_path, suffix):
     file, kind = tmp_path / f"run.{suffix}", {"h5": "HDF5", "mat": "MAT"}[suffix]

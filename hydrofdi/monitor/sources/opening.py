@@ -16,7 +16,6 @@ _KINDS = "'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or
 
 
 _SCHEMES = ("mqtt", "mqtts", "opc.tcp")
-_MEANT = {"opc": "opc.tcp", "opcua": "opc.tcp", "tcp": "mqtt", "ssl": "mqtts", "tls": "mqtts"}
 _RECORDS = (".h5", ".hdf5", ".mat", ".npz", ".parquet", ".yaml", ".yml")
 """Suffixes of files that contain records, but no lines of text."""
 
@@ -78,8 +77,6 @@ def _needed(config: MonitorConfig, file: DetectorFile) -> MonitorConfig:
 def _hint(kind: str, text: str) -> str:
     if kind == "file":
         return f"; did you mean {text[len('file:') :].replace('//', '', 1)!r}?"
-    if meant := _MEANT.get(kind):
-        return f"; did you mean '{meant}://'?"
     return similar(kind, [*_SCHEMES]) or f"; a source is {_KINDS}"
 
 

@@ -24,10 +24,11 @@ from hydrofdi.records.measured.rejection import RejectionError, damage_named
 from hydrofdi.records.measured.rows import RowReader, runs
 
 _BLOCK = 2**21
+_LONGEST_LINE = 2**26
 _UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
-_NEWEST = 1000
-"""Number of last rows whose last cells are compared."""
+_SOME = 1000
+"""Number of first rows that show the usual width, and of last rows whose last cells are compared."""
 
 
 def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
@@ -57,11 +58,7 @@ def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
                 raise RejectionError("empty", "is empty")
             if n_byte > MOST_BYTES:
                 raise DataError(f"{path}: is larger than {MOST_BYTES / 2**30:g} GiB")
-            if (
-                is_utf_8
-                and n_byte == len(data)
-                and data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-            ):
+            if is_utf_8 and n_byte == len(data) and data.startswith(_UTF_16):
                 raise DataError(
                     f"{place}: is in UTF-16; convert it with 'iconv -f UTF-16 -t UTF-8', or write"
                     " 'format: {encoding: utf-16}'"
@@ -75,6 +72,8 @@ def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
             if "\0" in text:
                 raise DataError(f"{place}: is not text in {encoding}; is it a binary file, or in utf-16?")
             *lines, rest = (rest + text).split("\n")
+            if len(rest) > _LONGEST_LINE:
+                raise DataError(f"{place}: has a line of more than {_LONGEST_LINE:,} characters")
             if data:
                 yield lines
             else:
@@ -162,15 +161,17 @@ class TextTable(Table):
         reading = _Reading(self._rows, self._usual, positions, filter(self.is_dated, positions))
         tail: list[str] = []
         for number, lines in self._row_blocks():
-            tail = [*tail, *lines][-_NEWEST:]
+            tail = [*tail, *lines][-_SOME:]
             for row, found in runs(lines, reading.parse):
                 if not isinstance(found, ValueError):
                     reading.add(*found, number + row)
                 elif self._rows.is_empty(lines[row]):
                     reading.n_waiting += 1
                 else:
-                    is_value = str(found).startswith("column") and not reading.n_row
-                    hint = self._first_row_hint() if is_value else self._preamble_hint()
+                    is_value = str(found).startswith("column")
+                    hint = self._preamble_hint()
+                    if is_value:
+                        hint = "" if reading.n_row else self._first_row_hint()
                     raise DataError(f"{self.place}:{number + row}: {found}{hint}")
         is_cut = bool(tail and tail[-1]) and self._may_be_cut(tail)
         self.remarks = tuple(reading.remarks(bool(tail and tail[-1]), is_cut))
@@ -187,20 +188,17 @@ class TextTable(Table):
             kept = [(n, line) for n, line in enumerate(lines[skip:], skip + 1) if not reader.is_empty(line)]
             if len(kept) > 3:
                 break
-        return kept
+        return kept[:_SOME]
 
     def _cells_of(self, texts: list[str]) -> list[list[str]]:
-        try:
-            cells = self._rows.cells(texts)
-            cells[0] = self._rows.header(texts[0]) if self._rows.delimiter == " " else cells[0]
-        except ValueError:  # one by one, to say where
-            cells = []
-            for number, text in zip(self._lines, texts, strict=True):
-                try:
-                    cells += self._rows.cells([text])
-                except ValueError as error:
-                    raise DataError(f"{self.place}:{number}: {error}") from None
-        return cells
+        """Cells of the first lines."""
+        found: list[list[str]] = []
+        for place, cells in runs(texts, self._rows.cells):
+            if isinstance(cells, ValueError):
+                raise DataError(f"{self._place(place)}: {cells}")
+            found += cells
+        found[0] = self._rows.header(texts[0]) if self._rows.delimiter == " " else found[0]
+        return found
 
     def _row_blocks(self) -> Iterator[tuple[int, list[str]]]:
         """Blocks of lines below the header, each with the number of its first line."""

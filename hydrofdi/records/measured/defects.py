@@ -23,6 +23,7 @@ _PERIODS = 16.0
 """Fewest periods of the mains in a record that is checked."""
 _PERIODS_OF_PART = 8.0
 """Periods of the mains in each part of a record. The amplitudes of the parts are compared."""
+_PARTS_AT_ONCE = 2048
 _STEADY = 0.7
 """Least ratio of a steady line's lower amplitudes (their first quartile over the parts) to the median. It is
 1 for a sine, 0.64 for narrow-band noise (Rayleigh), and near 0 for a mode that decays between strokes.
@@ -63,9 +64,11 @@ def _are_steady(
     """Whether the amplitude at each harmonic lasts, shape (n_harmonic,)."""
     n_part = round(_PERIODS_OF_PART * sampling_frequency / mains)
     parts = np.lib.stride_tricks.sliding_window_view(samples, n_part)[:: max(1, n_part // 2)]
-    amplitudes = _spectrum(parts - parts.mean(axis=1, keepdims=True))
     places = np.minimum(np.rint(harmonics * n_part / sampling_frequency).astype(int), n_part // 2)
-    low, median = np.quantile(amplitudes[:, places], [0.25, 0.5], axis=0)
+    # some parts at a time, because together they take many times the memory of the samples
+    some = np.array_split(parts, max(1, len(parts) // _PARTS_AT_ONCE))
+    spectra = (_spectrum(each - each.mean(axis=1, keepdims=True))[:, places] for each in some)
+    low, median = np.quantile(np.concatenate([*spectra]), [0.25, 0.5], axis=0)
     steady: NDArray[np.bool_] = low > _STEADY * median
     return steady
 

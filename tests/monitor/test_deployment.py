@@ -30,7 +30,7 @@ def test_the_command_of_the_systemd_unit_is_understood():
     assert program.endswith("/hydrofdi")
     params = parsed(arguments)
     assert params["source"].startswith("mqtts://")
-    assert params["state"].parent == Path("${STATE_DIRECTORY}")
+    assert Path(params["state"]).parent == Path("${STATE_DIRECTORY}")
     assert params["json"]
 
 
@@ -48,7 +48,7 @@ def test_the_command_of_the_container_file_is_understood():
     comment = " ".join(line.strip("# \\") for line in CONTAINER.read_text().splitlines() if line[:1] == "#")
     words = shlex.split(comment.partition("podman run")[2].partition("docker takes")[0])
     params = parsed(words[words.index("monitor") :])
-    assert params["state"] == Path("/state/press-1.state")
+    assert params["state"] == "/state/press-1.state"
 
 
 def test_what_the_container_file_copies_and_installs_is_there():

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hydrofdi.cli.monitor import _stop_signals
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hydrofdi.cli.live import _stop_signals
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Event, EventKind, WindowLine
 from hydrofdi.monitor.log import WindowLog

@@ -35,3 +35,21 @@ def test_what_measure_takes_train_takes() -> None:
     for form in ({"dwt": OPTIONS}, ["dwt"], "dwt"):
         assert "dwt.d2" in hydrofdi.measure(HEALTHY, form, **SAID).units
         assert hydrofdi.train(HEALTHY, form, **WANTED).file.config.indicator == "dwt"
+
+
+def test_measure_takes_options_beside_the_name():
+    beside = hydrofdi.measure(HEALTHY, "dwt", options={"levels": 3}, sampling_frequency="1 kHz")
+    within = hydrofdi.measure(HEALTHY, {"dwt": {"levels": 3}}, sampling_frequency="1 kHz")
+    assert "dwt.d3" in beside.columns
+    assert beside.to_dict() == within.to_dict()
+
+
+@pytest.mark.parametrize("indicators", ["all", "dwt,ring_down", ["dwt"], {"dwt": {}}])
+def test_options_of_several_indicators_are_refused(indicators):
+    with pytest.raises(hydrofdi.HydrofdiError, match="options: are for one named indicator"):
+        hydrofdi.measure(HEALTHY, indicators, options={"levels": 3}, sampling_frequency="1 kHz")
+
+
+def test_a_mistake_in_options_names_the_option():
+    with pytest.raises(hydrofdi.HydrofdiError, match="did you mean 'levels'"):
+        hydrofdi.measure(HEALTHY, "dwt", options={"levls": 3}, sampling_frequency="1 kHz")

@@ -40,3 +40,27 @@ def test_records_of_different_length_make_a_list():
     assert table["label"].tolist() == ["sound", "worn"]
     assert table["group"].tolist() == ["monday", "monday"]
     assert table["dwt.d2"][1] == pytest.approx(D2, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["Druck A (bar)", "Druck A"])
+def test_a_column_is_named_with_or_without_its_unit(name):
+    frame = pandas.DataFrame({"Druck A (bar)": PRESSURE / 1e5})
+    table = hydrofdi.measure(frame, channel={name: "P1"}, sampling_frequency="500 Hz")
+    assert table["dwt.d2"][0] == pytest.approx(D2)
+    same = hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "bar"}, sampling_frequency="500 Hz")
+    assert same["dwt.d2"][0] == pytest.approx(D2)
+    with pytest.raises(hydrofdi.HydrofdiError, match="the file says bar, the description says Pa"):
+        hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "Pa"}, sampling_frequency="500 Hz")
+
+
+@pytest.mark.parametrize("name", ["timestamp", "datetime", "Zeit", "Zeitstempel"])
+def test_dates_are_time_in_a_column_and_in_the_index(name):
+    indexed = pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES.rename(name))
+    for frame in (indexed, indexed.reset_index(), indexed.reset_index().astype({name: str})):
+        assert hydrofdi.measure(frame)["dwt.d2"][0] == pytest.approx(D2, rel=1e-6)
+
+
+def test_numbers_named_like_dates_are_no_time():
+    frame = pandas.DataFrame({"Zeit": np.arange(PRESSURE.size) / 500.0, "P1 [Pa]": PRESSURE})
+    with pytest.raises(hydrofdi.HydrofdiError, match="no sampling frequency is given"):
+        hydrofdi.measure(frame)

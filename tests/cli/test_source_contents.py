@@ -17,24 +17,8 @@ from hydrofdi.records.overview import look_at
 MUSEUM = (Path(__file__).parents[1] / "museum" / "format_4_physics_3" / "pressures.h5").read_bytes()
 EXPERIMENT = (Path(__file__).parents[2] / "configs" / "table3.yaml").read_bytes()
 SUFFIXES = st.sampled_from([".csv", ".yaml", ".h5", ".txt", ".mat", ".npz", ".parquet", ".gz", ""])
-PIECES = [
-    "a",
-    ":",
-    " ",
-    "\n",
-    "{",
-    "]",
-    "1",
-    ",",
-    ";",
-    "p1 [bar]",
-    "time [s]",
-    "files",
-    "name",
-    "-",
-    "\t",
-    "&x",
-]
+WORDS = ["p1 [bar]", "time [s]", "files", "name"]
+PIECES = ["a", ":", " ", "\n", "{", "]", "1", ",", ";", "-", "\t", "&x", *WORDS]
 
 
 @st.composite

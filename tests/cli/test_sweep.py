@@ -6,7 +6,6 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.commands import run_process
 from tests.conftest import SMALL
 
 NO_NETWORK = """
@@ -20,33 +19,6 @@ class Blocked(socket.socket):
 
 socket.socket = Blocked
 """
-
-
-def test_the_second_sweep_computes_nothing_and_touches_nothing(hydrofdi, small_sweep, tmp_path):
-    shutil.copytree(small_sweep.folder, tmp_path, dirs_exist_ok=True)
-    file = tmp_path / small_sweep.summary["file"]
-    before = file.read_bytes(), file.stat().st_mtime_ns
-    result = hydrofdi("sweep", "experiment.yaml", "--json")
-    summary = json.loads(result.stdout)
-    assert (summary["completed"], summary["skipped"], summary["planned"]) == (0, 4, 4)
-    assert (file.read_bytes(), file.stat().st_mtime_ns) == before
-
-
-def test_a_changed_grid_computes_what_is_new_and_drops_what_is_gone(hydrofdi, small_sweep, tmp_path):
-    shutil.copytree(small_sweep.folder, tmp_path, dirs_exist_ok=True)
-    bulk_moduli = [([551e6, 700e6], 2), ([551e6], 0)]
-    for values, completed in bulk_moduli:
-        setting = f"sweep.grid.fluid.bulk_modulus={values}"
-        result = hydrofdi("sweep", "experiment.yaml", "--json", "--engine", "in-process", "--set", setting)
-        assert json.loads(result.stdout)["completed"] == completed
-        with h5py.File(tmp_path / small_sweep.summary["file"]) as file:
-            np.testing.assert_array_equal(file["bulk_modulus"], values * 2)
-
-
-def test_the_experiment_file_does_not_depend_on_the_number_of_workers(small_sweep, tmp_path):
-    result = run_process("sweep", small_sweep.config, "--workers", "3", cwd=tmp_path)
-    assert result.returncode == 0
-    assert (tmp_path / "results/small/small.h5").read_bytes() == small_sweep.file.read_bytes()
 
 
 def test_results_go_where_out_says(hydrofdi, experiment_file, tmp_path):

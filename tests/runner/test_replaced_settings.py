@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import hydrofdi
-from hydrofdi.api.stored import replaced_settings
-from hydrofdi.config import load_experiment
 from tests.commands import run
 
 STUDY = {"name": "press", "record": {"duration": "2 s"}}
@@ -28,9 +25,3 @@ def test_it_names_the_settings_that_differ_from_those_shown_until_now(tmp_path) 
     assert f"{SHOWED}supply.pressure, and now shows this one; earlier runs are kept" in back
     assert "0 computed, 1 stored before" in back
     assert SHOWED not in sweep(tmp_path)
-
-
-def test_the_unit_in_which_a_value_is_written_does_not_matter(tmp_path) -> None:
-    hydrofdi.sweep(STUDY | {"supply": {"pressure": "160 bar"}}, out=tmp_path / "press", engine="in-process")
-    (tmp_path / "same.yaml").write_text(TEXT + "supply: {pressure: 16 MPa}\n")
-    assert not replaced_settings(tmp_path / "press", load_experiment(str(tmp_path / "same.yaml")))

@@ -205,11 +205,3 @@ def test_a_folder_that_holds_another_experiment_is_left_alone(swept):
     reported = run("sweep", other, "--out", swept / "out", check=2).stderr
     assert "contains the experiment 'grid', not 'other'" in reported
     assert run_json("status", swept / "out")["planned"] == 25
-
-
-def test_a_run_is_not_stored_over_a_file_of_another_kind(tmp_path):
-    precious = tmp_path / "precious.h5"
-    precious.write_text("no results\n")
-    reported = run("simulate", "--set", "record.duration=2 s", "--out", precious, check=2).stderr
-    assert "was not changed" in reported
-    assert precious.read_text() == "no results\n"

@@ -1,15 +1,20 @@
-"""What ``why`` says of verdicts, failures, seeds and changes."""
+"""What ``why``, ``status`` and ``collect`` say of stored runs, and identities that commands accept."""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
+import h5py
 import pytest
 
 import hydrofdi
 from hydrofdi.config import load_experiment
 from hydrofdi.config.seeds import seeds_of, shown_seeds
+from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store.shard import content_digest
 from tests.commands import run, run_json
+from tests.conftest import sweep_in
 
 _STUDY = {"name": "asked", "record": {"duration": "4 s"}, "store": {"signals": "none"}}
 _GRID = {"leakage.internal_coefficient": [0.0, 2e-9]}
@@ -75,3 +80,25 @@ def test_seeds_are_listed_where_they_have_an_effect_and_nowhere_else() -> None:
         "measurement.seed 0 … 2, input.seed 5, load.seed 1 … 3, sweep.union[2].sample.seed 7,"
         " replicates.seed 8"
     )
+
+
+_KEPT = Path(__file__).parent.parent / "museum" / "format_4_physics_3" / "kept"
+
+
+def test_status_says_that_an_earlier_version_stored_the_runs(tmp_path: Path) -> None:
+    folder = tmp_path / "kept"
+    shutil.copytree(_KEPT, folder)
+    (shard,) = (folder / "shards").iterdir()
+    with h5py.File(shard, "a") as file:
+        file.attrs["physics_version"] = PHYSICS_VERSION - 1
+    shard.rename(shard.with_stem(content_digest(shard)))
+    assert run_json("status", folder)["earlier"] == 8
+
+
+def test_collect_says_what_it_built(tmp_path: Path) -> None:
+    swept = sweep_in(tmp_path, "name: built\nrecord: {duration: 2 s}\n")
+    file = swept.directory / "built.h5"
+    file.unlink()
+    collected = run_json("collect", swept.directory)
+    assert collected == {"file": str(file), "planned": 1, "missing": 0, "failed": 0}
+    assert file.exists()

@@ -35,11 +35,10 @@ from hydrofdi.execution import (
     BatchReceipt,
     Engine,
     InProcessEngine,
-    Interruption,
     Job,
-    JobFailure,
     LocalPoolEngine,
     available_cores,
+    interruption,
     leakage_coefficients,
     run_batches,
     split_jobs,
@@ -261,7 +260,7 @@ def run_sweep(
             with experiment_lock(directory, watcher.tell):
                 record = environment_record(experiment)
                 _prepare(plan, known, watcher)
-                with Interruption(lambda: _finish_early(engine, watcher)) as interruption:
+                with interruption(lambda: _finish_early(engine, watcher)) as requests:
                     recorder = _Recorder(plan, watcher)
                     completed = recorder.run(engine, jobs, lost)
                 done = {"ended": now(), "computed": completed, "costs": recorder.costs}
@@ -273,7 +272,7 @@ def run_sweep(
         raise
     except KeyboardInterrupt as stop:
         raise stop if isinstance(stop, SweepInterrupted) else _interrupted(plan, completed) from None
-    return _summary(plan, completed, start, interrupted=interruption.requested)
+    return _summary(plan, completed, start, interrupted=bool(requests))
 
 
 def collect(directory: Path) -> Path:
@@ -318,13 +317,13 @@ def _announce(plan: SweepPlan, engine: Engine, watcher: Watching) -> None:
 
 def _jobs(
     plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watching
-) -> tuple[list[Job], list[JobFailure]]:
+) -> tuple[list[Job], list[tuple[Job, TaskFailure]]]:
     """Jobs of the missing runs, and those that failed while K_i was solved."""
     simulated, failures = plan.simulated, dict[int, TaskFailure]()
     solved = _coefficients(plan, plan.table.runs.at(simulated), engine, known, failures, watcher)
     coefficients = dict(zip(simulated, solved, strict=True))
     jobs = {position: _job(plan, position, coefficients.get(position, math.nan)) for position in plan.missing}
-    lost = [JobFailure(jobs.pop(simulated[k]), failure) for k, failure in failures.items()]
+    lost = [(jobs.pop(simulated[k]), failure) for k, failure in failures.items()]
     return list(jobs.values()), lost
 
 
@@ -405,7 +404,7 @@ class _Recorder:
         self._n_measured = 0
         self.shards: set[str] = set()
 
-    def run(self, engine: Engine, jobs: list[Job], lost: list[JobFailure]) -> int:
+    def run(self, engine: Engine, jobs: list[Job], lost: list[tuple[Job, TaskFailure]]) -> int:
         """Record the jobs that are lost, and run the others; returns how many ended."""
         experiment, directory = self._plan.experiment, self._plan.directory
         self._log.write("begin", planned=len(self._plan.run_ids), missing=len(jobs) + len(lost))
@@ -415,7 +414,7 @@ class _Recorder:
         there = [batch for batch in batches if batch not in here]
         try:
             for failed in lost:
-                self._failed(failed)
+                self._failed(*failed)
             for place, work in ((InProcessEngine(), here), (engine, there)):
                 run_batches(place, work, experiment.limits.time_per_job, self._stored, self._failed)
         except KeyboardInterrupt:
@@ -442,10 +441,9 @@ class _Recorder:
         self._log.write("stored", shard=receipt.shard.name, runs=receipt.n_run, failed=receipt.n_failed)
         self._watcher.advance(receipt.n_run, receipt.n_failed)
 
-    def _failed(self, failed: JobFailure) -> None:
+    def _failed(self, job: Job, failure: TaskFailure) -> None:
         self._completed += 1
-        failure = failed.failure
-        stored = Failure(failed.job.run_id, failure.status, failure.message, failure.log)
+        stored = Failure(job.run_id, failure.status, failure.message, failure.log)
         write_failure(self._plan.directory, stored)
         self._log.write("failed", run=stored.run_id, status=stored.status, message=stored.message)
         self._watcher.advance(1, 1)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from hydrofdi.cli.options import Json
+from hydrofdi.cli.terminal import tell, write_out
 from hydrofdi.errors import ReportError
 
 if TYPE_CHECKING:
@@ -62,9 +63,9 @@ def report(
     which leak is found, with which sensors and which score. The study of a paper: its tables and claims.
     """
     from hydrofdi.api.stored import read_results
-    from hydrofdi.cli.terminal import tell
     from hydrofdi.config.shown_values import shown_in
     from hydrofdi.papers import make_report
+    from hydrofdi.report.publication import write_all_forms, write_page
 
     html = html or form == "html"
     directory, page = _places(places or [], html)
@@ -80,12 +81,11 @@ def report(
             tell(f"drew {target}: {write_figure(made, target, figure.stem)}")
             out = out if figure.suffix else None
         if html:
-            _write_page(made, page or made.path.with_suffix(".html"))
+            page = page or made.path.with_suffix(".html")
+            write_page(made, page)
+            tell(f"wrote {page}")
         if out is not None:
-            from hydrofdi.report.publication import write_all_forms
-
-            for line in write_all_forms(made, out):
-                tell(line)
+            tell(*write_all_forms(made, out))
         if json or form not in (None, "html") or not (html or out or check or figure):
             _print(made, "json" if json else form or "text", full)
         return _check_code(made) if check else 0
@@ -103,40 +103,25 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
     return next(iter(folders), None), next(iter(pages), None)
 
 
-def _write_page(made: ComposedReport, page: Path) -> None:
-    from hydrofdi.cli.terminal import tell
-    from hydrofdi.report.publication import write_page
-
-    write_page(made, page)
-    tell(f"wrote {page}")
-
-
 def _print(made: ComposedReport, form: str, full: bool) -> None:
     from hydrofdi.cli.tables import print_document
-    from hydrofdi.cli.terminal import write_out
     from hydrofdi.report.forms.page import render_markdown
     from hydrofdi.report.record import render_csv, render_json
 
-    match form:
-        case "text":
-            print_document(made.document(), made.path, full=full)
-        case "markdown":
-            write_out(render_markdown(made.document()))
-        case "csv":
-            write_out(render_csv(made.columns()))
-        case "json":
-            write_out(render_json(made))
+    if form == "text":
+        print_document(made.document(), made.path, full=full)
+    elif form == "markdown":
+        write_out(render_markdown(made.document()))
+    else:
+        write_out(render_csv(made.columns()) if form == "csv" else render_json(made))
 
 
 def _check_code(made: ComposedReport) -> int:
     """0 if all claims that the experiment file lists hold, else 1."""
-    from hydrofdi.cli.terminal import tell
-
     checks = made.checks()
     if not checks:
         raise ReportError(
             "--check has nothing to check: list claims in the experiment file, for example claims: [C1, C2]"
         )
-    for sentence in checks:
-        tell(sentence)
+    tell(*checks)
     return 0 if all(checks.values()) else 1

@@ -1,10 +1,13 @@
-"""How jobs are dealt out."""
+"""How jobs are dealt out; a batch that fails is halved until the run is found that fails."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
-from hydrofdi.execution.compute import analysed_alike
+from hydrofdi.errors import HydrofdiError
+from hydrofdi.execution.compute import Batch, BatchReceipt, analysed_alike, compute_shard
+from hydrofdi.execution.engine import Engine, TaskFailure
 from hydrofdi.execution.jobs import Job
 from hydrofdi.simulation.kernels.lanes import WIDTH
 
@@ -57,3 +60,50 @@ def _batch_size(n_job: int, n_sample: int, workers: int) -> int:
         return max(1, -(-n_job // workers))
     even = -(-n_job // (workers * _BATCHES_PER_WORKER))
     return min(largest, -(-even // WIDTH) * WIDTH)
+
+
+def run_batches(
+    engine: Engine,
+    batches: Iterable[Batch],
+    time_per_job: float | None,
+    on_done: Callable[[BatchReceipt], None],
+    on_failure: Callable[[Job, TaskFailure], None],
+) -> None:
+    """Run batches; a batch that fails is halved until its failing jobs stand alone.
+
+    Parameters
+    ----------
+    engine : Engine
+    batches : iterable of Batch
+    time_per_job : float or None
+        Wall time that one run may take [s]. Runs of a batch that lie side by side in lanes share it.
+    on_done : callable
+        Receives news of each batch that is stored.
+    on_failure : callable
+        Receives news of each job that failed by itself.
+
+    Raises
+    ------
+    HydrofdiError
+        A task met an error that the user can fix, such as a full disk.
+    """
+    for batch in batches:
+        engine.submit(compute_shard, batch, _time_limit(batch, time_per_job))
+    for result in engine.completed():
+        batch = result.item
+        if result.failure is None:
+            on_done(result.value)
+        elif isinstance(result.failure.error, HydrofdiError):
+            engine.cancel()
+            raise result.failure.error
+        elif len(batch.jobs) > 1:
+            middle = len(batch.jobs) // 2
+            for jobs in (batch.jobs[:middle], batch.jobs[middle:]):
+                half = replace(batch, jobs=jobs)
+                engine.submit(compute_shard, half, _time_limit(half, time_per_job))
+        else:
+            on_failure(batch.jobs[0], result.failure)
+
+
+def _time_limit(batch: Batch, time_per_job: float | None) -> float | None:
+    return None if time_per_job is None else time_per_job * -(-len(batch.jobs) // WIDTH)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,6 @@ from hydrofdi.quality.measures import hydraulic_mode, mean_external_leakage_flow
 from hydrofdi.quality.run_quality import assess_runs
 from hydrofdi.sensing import Measurement
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.tap import Tap
 from hydrofdi.simulation.trajectory import Outcome, Trajectory
 from hydrofdi.store import write_shard
 from hydrofdi.store.layout import names
@@ -31,13 +30,8 @@ from hydrofdi.units import convert
 Columns = dict[str, NDArray[Any]]
 
 
-class Simulation(Protocol):
-    """What turns runs and their K_i into signals, while a tap reads them."""
-
-    def __call__(
-        self, runs: Sequence[RunParameters], leakage_coefficients: Sequence[float], /, *, tap: Tap
-    ) -> Trajectory:
-        """The trajectory."""
+Simulation = Callable[..., Trajectory]
+"""What turns runs and their K_i into signals, while a tap reads them."""
 
 
 @dataclass(frozen=True)

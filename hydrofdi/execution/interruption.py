@@ -3,48 +3,25 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
-from types import FrameType, TracebackType
-from typing import Any, Self
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 
 
-class Interruption:
-    """Within this context the first Ctrl-C asks to finish, the second one and SIGTERM stop at once.
+@contextmanager
+def interruption(on_request: Callable[[], None]) -> Iterator[list[int]]:
+    """The first Ctrl-C in this context is noted and calls a function; the second and SIGTERM stop at once."""
+    requests: list[int] = []
 
-    Parameters
-    ----------
-    on_request : callable
-        Is called at the first Ctrl-C.
-
-    Attributes
-    ----------
-    requested : bool
-        Whether there was one.
-    """
-
-    def __init__(self, on_request: Callable[[], None]) -> None:
-        self.requested = False
-        self._on_request = on_request
-        self._previous: dict[int, Any] = {}
-
-    def __enter__(self) -> Self:
-        """Take over both signals."""
-        for number in (signal.SIGINT, signal.SIGTERM):
-            self._previous[number] = signal.signal(number, self._handle)
-        return self
-
-    def _handle(self, number: int, frame: FrameType | None) -> None:
-        if number == signal.SIGTERM or self.requested:
+    def handle(number: int, frame: FrameType | None) -> None:
+        if number == signal.SIGTERM or requests:
             raise KeyboardInterrupt
-        self.requested = True
-        self._on_request()
+        requests.append(number)
+        on_request()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        """Give both signals back."""
-        for number, handler in self._previous.items():
+    previous = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield requests
+    finally:
+        for number, handler in previous.items():
             signal.signal(number, handler)

@@ -1,6 +1,8 @@
 """``hydrofdi init``: a file of one's own that runs as it is."""
 
+import math
 import re
+from pathlib import Path
 
 import pytest
 
@@ -77,3 +79,21 @@ def test_an_existing_file_stays(tmp_path):
     done = run("init", "mine", cwd=tmp_path, check=2)
     assert done.stderr == "hydrofdi: mine.yaml: already exists; choose another name\n"
     assert (tmp_path / "mine.yaml").read_text() == "name: kept\n"
+
+
+STATED = re.compile(r"(\d+) L/min at (\d+) V and (\d+) bar per edge")
+SCALED = re.compile(r"(\d+) L/min at the same .* need [\d.]+ mm · \d+ / \d+ = ([\d.]+) mm")
+
+
+@pytest.mark.parametrize("template", ["actuator", "online"])
+def test_the_rated_flow_in_the_comment_is_that_of_the_numbers(tmp_path: Path, template: str) -> None:
+    run("init", "mine", "--from", template, cwd=tmp_path, check=0)
+    file = tmp_path / "mine.yaml"
+    stated, scaled = STATED.search(file.read_text()), SCALED.search(file.read_text())
+    assert stated is not None
+    assert scaled is not None
+    flow, voltage, drop = map(float, stated.groups())
+    valve = load_experiment(file).valve
+    per_width = valve.flow_gain * valve.spool_gain * voltage * math.sqrt(drop * 1e5) * 60e3
+    assert per_width * valve.area_gradient == pytest.approx(flow, rel=0.01)
+    assert per_width * float(scaled[2]) * 1e-3 == pytest.approx(float(scaled[1]), rel=0.01)

@@ -170,7 +170,7 @@ def test_the_commented_balance_works_as_it_stands(tmp_path: Path) -> None:
 def test_commands_warn_of_values_parameters_and_sampling_once(hydrofdi, experiment_file, command):
     config = experiment_file(
         "record: {duration: 2 s}\nmeasurement: {anti_alias: 400 Hz}\n"
-        "sweep: {zip: {actuator.mass: [12.3, 12.3 g], fluid.free_air: [0.005, 0.05]}}\n"
+        "sweep: {zip: {actuator.mass: [12.3, 1230000], fluid.free_air: [0.005, 0.05]}}\n"
     )
     result = hydrofdi(command, config)
     said = [line for line in (result.stdout + result.stderr).splitlines() if line.startswith("warning")]

@@ -65,7 +65,6 @@ def report(
     from hydrofdi.api.stored import read_results
     from hydrofdi.config.shown_values import shown_in
     from hydrofdi.papers import make_report
-    from hydrofdi.report.publication import write_all_forms, write_page
 
     html = html or form == "html"
     directory, page = _places(places or [], html)
@@ -81,10 +80,14 @@ def report(
             tell(f"drew {target}: {write_figure(made, target, figure.stem)}")
             out = out if figure.suffix else None
         if html:
+            from hydrofdi.report.publication import write_page
+
             page = page or made.path.with_suffix(".html")
             write_page(made, page)
             tell(f"wrote {page}")
         if out is not None:
+            from hydrofdi.report.publication import write_all_forms
+
             tell(*write_all_forms(made, out))
         if json or form not in (None, "html") or not (html or out or check or figure):
             _print(made, "json" if json else form or "text", full)

@@ -32,6 +32,9 @@ from hydrofdi.store.results import MISSING
 
 _MOST_HOLES = 60
 
+MOST_DRAWN = 60
+"""Most runs of a heat map of δ."""
+
 
 def varied_block(analysis: Analysis) -> Block:
     """Parameters with their values, or quantiles of them; runs; and the baseline in words."""
@@ -194,7 +197,8 @@ def changes_block(analysis: Analysis, title: str, key: str) -> Block:
         sealed = "have no internal leakage" if table.varies_external else "are controls"
         legend += f" Rows marked sealed {sealed}."
     tables = tuple(_delta_table(analysis, key, "", "details", baseline) for baseline in analysis.baselines)
-    return Block(key, title, (legend, band_sentence(table)), tables, ("sensitivity",))
+    figures = ("sensitivity",) if len(table.rows) <= MOST_DRAWN else ()
+    return Block(key, title, (legend, band_sentence(table)), tables, figures)
 
 
 def settled_block(analysis: Analysis) -> Block | None:

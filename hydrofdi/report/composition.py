@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.changes import (
+    MOST_DRAWN,
     changes_block,
     doubts_block,
     holes_block,
@@ -65,7 +66,8 @@ class Report:
     def usual_figure(self) -> str:
         """The figure that is drawn by default."""
         n_axis = sum(bool(each.responses) for each in self.analysis.responses.axes)
-        is_clear = n_axis <= FEW_AXES or not self.analysis.baselines
+        is_many = len(self.analysis.table.rows) > MOST_DRAWN
+        is_clear = n_axis <= FEW_AXES or is_many or not self.analysis.baselines
         return "responses" if n_axis and is_clear else "sensitivity"
 
     def document(self) -> Document:

@@ -14,9 +14,8 @@ from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import flow_text, joined
-from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import HOLE, two_digits
-from hydrofdi.studies.charts import ChartJudgement, LeakDelay, RunLengths, time_needed
+from hydrofdi.studies.charts import ChartJudgement, LeakDelay, RunLengths
 from hydrofdi.units import convert
 
 _ORDER = (
@@ -52,31 +51,22 @@ def _at_one_time(lengths: RunLengths, asked: str, charts: Sequence[ChartJudgemen
     kept = [chart for chart in charts if all(chart.keeps(each) is not False for each in _healthy(chart))]
     if not kept:
         measured = "; ".join(f"{_times(chart)} with {chart.label}" for chart in charts)
-        yield (
-            f"Healthy test records alarm more often than once in {asked} at every limit set for that:"
-            f" {measured}."
-        )
+        yield f"Healthy test records alarm more often than once in {asked} at every limit: {measured}."
         return
     found: dict[Population, list[tuple[LeakDelay, ChartJudgement]]] = {}
     for chart in kept:
         for delay in chart.delays:
             found.setdefault(delay.population, []).append((delay, chart))
-    stated, missed, named = [], [], set()
+    stated = []
     for leak, pairs in found.items():
         delay, chart = min(pairs, key=lambda pair: (pair[0].median.value, pair[0].late.value))
-        name = severity_unit(lengths).text(leak.severity)
-        if delay.n_found * 2 < delay.n:
-            missed.append(name)
-            continue
-        named.add(chart.label)
-        stated.append(f"{_delay_text(delay.median, delay.watched)} s at {name} ({chart.label})")
-    at = f"At limits set for one false alarm in {asked} of operation"
-    by_any = f" of the quickest of {counted(len(kept), 'chart')}" if len(kept) > 1 else ""
-    if stated:
-        yield f"{at}, the median delay{by_any} after the onset of a leak is {joined(stated)}."
-    if missed:
-        yield f"{'' if stated else f'{at}: '}Fewer than half of the leaks of {joined(missed)} are found."
-    yield " ".join(_measured(chart) for chart in kept if chart.label in named)
+        name, often = severity_unit(lengths).text(leak.severity), _times(chart) or "not measured"
+        own = f"{_delay_text(delay.median, delay.watched)} s at {name}"
+        stated.append(f"{own} ({chart.label}, whose healthy test records alarm {often})")
+    yield (
+        f"At limits set for one false alarm in {asked} of operation, the median delay after the onset of a"
+        f" leak is {joined(stated)}."
+    )
 
 
 def _healthy(chart: ChartJudgement) -> list[Population]:
@@ -85,26 +75,6 @@ def _healthy(chart: ChartJudgement) -> list[Population]:
 
 def _times(chart: ChartJudgement) -> str:
     return joined([f"once in {mean_time_text(chart.false_alarms[each])}" for each in _healthy(chart)])
-
-
-def _measured(chart: ChartJudgement) -> str:
-    """How often healthy test records alarm, and whether the limit keeps its rate."""
-    healthy = _healthy(chart)
-    if not healthy:
-        return f"No healthy test records show how often {chart.label} alarms while healthy."
-    found = chart.false_alarms[healthy[0]]
-    often = (
-        f"raise no alarm with {chart.label} in {time_text(found.duration)}"
-        if math.isinf(found.mean_time)
-        else f"alarm with {chart.label} {_times(chart)}"
-    )
-    if chart.keeps(healthy[0]):
-        return f"Healthy test records {often}: not shown to be more often than set."
-    needed = time_needed(chart.false_alarm_every, found.confidence) / (found.duration / found.n_group)
-    return (
-        f"Healthy test records {often}: too few hours to tell whether that is as set;"
-        f" {counted(math.ceil(needed), 'record')} are needed."
-    )
 
 
 def _refusals(lengths: RunLengths) -> Iterator[str]:

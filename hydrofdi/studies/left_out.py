@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from itertools import product
-from typing import Any, Literal, get_args, get_origin
+from collections.abc import Collection, Mapping, Sequence
 
 from hydrofdi.config.study.detection import DetectionConfig, ScoreConfig
-from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel
 from hydrofdi.scoring import EXTRA, has_extra
 from hydrofdi.studies.made_scores import belongs
@@ -30,41 +26,10 @@ def makeable_within(score: ScoreConfig, numbers: Sequence[Scored], kept: Sequenc
     return not any(belongs(number, name) for name in (*score.of, *score.by) for number in lacking)
 
 
-def sensor_remark(label: str, indicator: Indicator[Any], scored: Scored, sensors: Collection[str]) -> str:
-    """Message why an indicator is omitted, with options that would avoid it."""
-    lacking = [Channel(name).symbol for name in scored.channels if name not in sensors]
-    options = ", ".join(_options_without(indicator, sensors))
-    remedy = f"; with {{{options}}} it does not need them" if options else ""
-    return f"{label} is left out: it needs {', '.join(lacking)}, not among detection.sensors{remedy}"
-
-
-def _options_without(indicator: Indicator[Any], sensors: Collection[str]) -> Iterator[str]:
-    """Smallest sets of options with which an indicator needs only these channels."""
-    options = type(indicator.options)
-    choices = {
-        name: get_args(field.annotation)
-        for name, field in options.model_fields.items()
-        if get_origin(field.annotation) is Literal
-    }
-    sound: list[dict[str, Any]] = []
-    for values in product(*choices.values()):
-        chosen = dict(zip(choices, values, strict=True))
-        changed = {name: value for name, value in chosen.items() if value != getattr(indicator.options, name)}
-        if _channels(indicator, changed) <= set(sensors):
-            sound.append(changed)
-    fewest = min(map(len, sound), default=0)
-    found = [changed for changed in sound if len(changed) == fewest]
-    for name in found[0] if found else ():
-        shown = dict.fromkeys(str(changed[name]) for changed in found if changed.keys() == found[0].keys())
-        yield f"{name}: {' or '.join(shown)}"
-
-
-def _channels(indicator: Indicator[Any], changed: dict[str, Any]) -> set[str]:
-    try:
-        made = sound_indicator(indicator.name, indicator.options.stated() | changed)
-    except ValueError:
-        return {*Channel, "none"}
-    return {channel.value for channel in made.channels | made.optional_channels}
+def sensor_remark(label: str, scored: Scored, sensors: Collection[str]) -> str:
+    """Message why an indicator is omitted."""
+    lacking = ", ".join(Channel(name).symbol for name in scored.channels if name not in sensors)
+    return f"{label} is left out: it needs {lacking}, not among detection.sensors"
 
 
 def needs_extra(score: ScoreConfig) -> bool:

@@ -105,9 +105,8 @@ def _sensor_remarks(data: ExperimentData, numbers: Sequence[Scored]) -> Iterator
     experiment, sensors = data.experiment, data.experiment.detection.sensors
     owned = [each for each in numbers if within(each, sensors)]
     without = {_label(each): each for each in numbers if not within(each, sensors)}
-    made = experiment.indicator_choice.made(experiment.wavelet)
     for label, scored in without.items():
-        yield sensor_remark(label, made[label], scored, sensors)
+        yield sensor_remark(label, scored, sensors)
     for label, score in experiment.detection.scores.items():
         if not makeable_within(score, numbers, owned):
             yield f"the score {label} is left out: it uses numbers that detection.sensors do not allow"

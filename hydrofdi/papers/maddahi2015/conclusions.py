@@ -10,13 +10,11 @@ from hydrofdi.papers.maddahi2015.claims import ClaimResult
 from hydrofdi.papers.maddahi2015.standings import phases_table, points
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.quality.doubts import samples_per_period
-from hydrofdi.report.document import Block, group_breaks
+from hydrofdi.report.document import Block
 from hydrofdi.report.table import Column, Table
-from hydrofdi.report.wording import joined, labels_text
-from hydrofdi.settings.counting import counted
+from hydrofdi.report.wording import joined
 
 _WORDS = {True: "reproduced", False: "not reproduced", None: "open"}
-_HOLDS = {True: "yes", False: "no", None: "open"}
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "
     " set wavelet: {phase: all}."
@@ -51,15 +49,12 @@ def _claim_record(study: Study, result: ClaimResult) -> dict[str, Any]:
     return record
 
 
-def claims_blocks(study: Study) -> tuple[Block, Block | None]:
-    """All claims with their margins, and the checks behind them; one sentence if there is no grid."""
-    title = "Claims: the paper's sentences as checks"
-    required = tuple(_required(study))
+def claims_block(study: Study) -> Block:
+    """All claims with their margins; one sentence if there is no grid."""
+    title, required = "Claims: the paper's sentences as checks", tuple(_required(study))
     if study.grid.lack:
-        return Block("claims", title, (study.grid.lack, *required)), None
-    sentences = (*_sentences(study), *required)
-    checks = Block("checks", "Checks behind the claims", (), (_checks_table(study),))
-    return Block("claims", title, sentences, (_claims_table(study),)), checks
+        return Block("claims", title, (study.grid.lack, *required))
+    return Block("claims", title, (*_sentences(study), *required), (_claims_table(study),))
 
 
 def _sentences(study: Study) -> Iterator[str]:
@@ -94,6 +89,7 @@ def _claims_table(study: Study) -> Table:
         (
             Column("Claim", [each.claim.id for each in results], is_text=True),
             Column("Sentence", [each.claim.sentence for each in results], is_text=True),
+            Column("Rule", [each.claim.rule for each in results], is_text=True),
             Column(
                 "Result",
                 [_WORDS[each.reproduced] for each in results],
@@ -113,37 +109,6 @@ def _claims_table(study: Study) -> Table:
             " is no such mode.",
         ),
     )
-
-
-def _checks_table(study: Study) -> Table:
-    found = [(result.claim, check) for result in study.claims for check in study.checks(result)]
-    holds = [check["holds"] for _, check in found]
-    return Table(
-        (
-            Column("Claim", [claim.id for claim, _ in found], is_text=True),
-            Column("Rule", [claim.rule for claim, _ in found], is_text=True),
-            Column("Modes", [_modes(study, check) for _, check in found], is_text=True),
-            Column(
-                "Holds",
-                [_HOLDS[each] for each in holds],
-                is_text=True,
-                strong=[k for k, each in enumerate(holds) if each is False],
-            ),
-            points("Margin [points]", [check["margin_percentage_points"] for _, check in found]),
-            Column("Runs", [" ".join(run[:6] for run in check["runs"]) for _, check in found], is_text=True),
-        ),
-        "Checks",
-        "checks",
-        ("Runs: the healthy run that δ is taken against, then the leaky ones.",),
-        group_breaks([claim.id for claim, _ in found]),
-    )
-
-
-def _modes(study: Study, check: dict[str, Any]) -> str:
-    n, labels = len(check["modes"]), labels_text(check.get("labels", {}))
-    is_all = n > 3 and n == len(study.grid.modes())
-    text = f"all {counted(n, 'leaky mode')}" if is_all else ", ".join(check["modes"])
-    return f"{text} ({labels})" if labels else text
 
 
 def standing_blocks(study: Study) -> tuple[Block, Block]:

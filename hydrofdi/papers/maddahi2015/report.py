@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.papers.maddahi2015 import asked_views
 from hydrofdi.papers.maddahi2015.conclusions import (
-    claims_blocks,
+    claims_block,
     claims_record,
     guarded_block,
     standing_blocks,
@@ -131,12 +131,10 @@ def _blocks(study: Study) -> Iterator[Block | None]:
     yield from table3_blocks(study)
     yield settled_block(study)
     yield table2_block(study)
-    claims, checks = claims_blocks(study)
     standing, phases = standing_blocks(study) if study.has_baseline else (None, None)
-    yield claims
+    yield claims_block(study)
     yield from answers(standing)
     yield phases
-    yield checks
     yield controls_block(study.sealed, study.leaky) if study.has_baseline else None
     yield reference_block(study)
     yield indicators_block(study.indicators, study.table)

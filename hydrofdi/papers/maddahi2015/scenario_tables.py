@@ -13,7 +13,7 @@ from hydrofdi.papers.maddahi2015.scenarios import CLAIM_SETS, CORE, ScenarioStud
 from hydrofdi.papers.maddahi2015.standings import Mask
 from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.table import Column, Table
-from hydrofdi.report.wording import joined, mode_name, modulus_text, share_text
+from hydrofdi.report.wording import joined, modulus_text, share_text
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import HOLE
 
@@ -33,8 +33,8 @@ def scenario_blocks(study: ScenarioStudy) -> tuple[Block, Block]:
         Block(
             "scenarios-controls",
             "Controls over the scenarios",
-            tuple(_control_sentences(study)),
-            (_alarms_table(study), _best_levels_table(study)),
+            (),
+            (_alarms_table(study),),
         ),
     )
 
@@ -140,23 +140,6 @@ def _groups(study: ScenarioStudy) -> dict[str, Mask]:
     return groups
 
 
-def _control_sentences(study: ScenarioStudy) -> Iterator[str]:
-    groups = _groups(study)
-    if "C4 holds" in groups:
-        yield (
-            "C4 asks for the largest δd3 with a leak, which is nearly what the alarm asks for without one:"
-            " shares given C4 or C1–C4 are conditional on much of their outcome."
-        )
-    if study.raised_modes:
-        some = {name: members for name, members in groups.items() if members.any()}
-        best = [f"{_share(study, study.is_d2_best, members)} ({name})" for name, members in some.items()]
-        yield (
-            f"Under the matched baseline d2 is the best level in {joined(best)} of the"
-            f" {counted(len(study.raised_modes), 'leaky mode')} above the normal EBM. At the normal EBM both"
-            " baselines are one, and C1 itself asks that d2 is best there: those modes are left out."
-        )
-
-
 def _alarms_table(study: ScenarioStudy) -> Table:
     groups = _groups(study)
     single = study.configured.alarms(study.configured.shown).T
@@ -176,30 +159,4 @@ def _alarms_table(study: ScenarioStudy) -> Table:
         ),
         "The d3 rule on the sealed actuator: share of scenarios with an alarm",
         "scenarios-alarms",
-    )
-
-
-def _best_levels_table(study: ScenarioStudy) -> Table:
-    grid, nobody = study.grid, np.zeros(len(study.outcomes), bool)
-    groups = {name: _groups(study).get(name, nobody) for name in ("all feasible", "C1–C4 hold")}
-    rows = [(mode, best[members]) for mode, best in study.raised_modes.items() for members in groups.values()]
-    levels = [*range(grid.n_level), -1]
-    counts = np.array([[int((best == level).sum()) for level in levels] for _, best in rows])
-    names = [mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for (q, b), _ in rows]
-    columns = [
-        Column("Mode", names, is_text=True),
-        Column("Scenarios", [*groups] * len(study.raised_modes), is_text=True),
-    ]
-    for k, level in enumerate(levels if rows else []):
-        shares = zip(counts[:, k], counts.sum(axis=1), strict=True)
-        texts = [f"{100.0 * count / total:.1f} %" if total else HOLE for count, total in shares]
-        strong = np.flatnonzero((counts[:, k] == counts.max(axis=1)) & (counts.sum(axis=1) > 0))
-        name = "none" if level < 0 else f"d{level + 1}"
-        columns.append(Column(name, texts, strong=strong.tolist()))
-    return Table(
-        tuple(columns),
-        "The best level of each mode above the normal EBM against the matched baseline",
-        "scenarios-best-levels",
-        (),
-        group_breaks([mode for mode, _ in rows]),
     )

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from hydrofdi.errors import HydrofdiError, ReportError, StoreError
 from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.changes import MOST_DRAWN
 from hydrofdi.report.document import ComposedReport, FigureKind
 from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
@@ -41,7 +42,9 @@ def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
     caption = f"δ of each run and level against the {against} baseline"
     if len({row.is_sealed for row in analysis.table.rows}) > 1:
         caption += "; sealed controls on top"
-    figures = {"sensitivity": FigureKind(caption, partial(draw_sensitivity, analysis))}
+    figures = {}
+    if len(analysis.table.rows) <= MOST_DRAWN:
+        figures["sensitivity"] = FigureKind(caption, partial(draw_sensitivity, analysis))
     if any(each.responses for each in analysis.responses.axes):
         caption = "Each feature over each parameter that varies: median and range of the runs with each value"
         figures["responses"] = FigureKind(caption, partial(draw_responses, analysis))

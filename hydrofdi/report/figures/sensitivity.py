@@ -8,19 +8,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.axes import Axis
 from hydrofdi.report.changes import baseline_title, delta_of
 from hydrofdi.report.document import group_breaks
 from hydrofdi.report.figures.style import INK
-from hydrofdi.report.runs import Levels, RunTable, baseline_changes, largest_positive
+from hydrofdi.report.runs import Levels, RunTable, largest_positive
 from hydrofdi.report.wording import lead_columns, signed
-
-_MOST_LINES = 60
-"""Largest number of runs with one line each, and of lines of medians."""
 
 _COLORS, _MISSING = "PuOr_r", "#e4e4e8"
 """Scale of δ, and a run without numbers."""
@@ -50,23 +45,18 @@ class HeatLines:
         Kind of baseline → δ of each level [%], line by line.
     breaks, strong_breaks : tuple of int
         Lines with a thin or a thick rule above them.
-    note : str
-        Meaning of a line; empty if each line is a run.
     """
 
     headers: tuple[str, ...]
     texts: tuple[tuple[str, ...], ...]
     changes: dict[str, list[Levels]]
     breaks: tuple[int, ...]
-    strong_breaks: tuple[int, ...] = ()
-    note: str = ""
+    strong_breaks: tuple[int, ...]
 
 
 def heat_lines(analysis: Analysis) -> HeatLines:
-    """One line per run; for more than 60 runs, medians over those with each value of each parameter."""
+    """One line per run."""
     rows = analysis.table.rows
-    if len(rows) > _MOST_LINES and analysis.responses.axes:
-        return _medians(analysis)
     leakage, *others = lead_columns(analysis.table, rows)
     shown = [leakage, *(each for each in others if len({*map(each.text_of, range(len(rows)))}) > 1)]
     breaks = group_breaks([row.leakage_request for row in rows])
@@ -77,58 +67,6 @@ def heat_lines(analysis: Analysis) -> HeatLines:
         breaks,
         tuple(place for place in breaks if rows[place - 1].is_sealed),
     )
-
-
-def _medians(analysis: Analysis) -> HeatLines:
-    """Leakage first, then the parameters that move δ of the leaking runs most, as many as fit."""
-    data, axes = analysis.data, [each.axis for each in analysis.responses.axes]
-    deltas = dict(zip(("fixed", "matched"), baseline_changes(data), strict=True))
-    is_leaking = data.leakage_requests > 0.0
-    parts = {axis.name: _parts(axis, is_leaking) for axis in axes}
-
-    def reach(name: str) -> float:
-        """Largest range of the medians over all levels [percentage points]."""
-        spreads = [
-            np.ptp([_median(deltas[each][rows]) for _, rows in parts[name]], axis=0)
-            for each in analysis.baselines
-        ]
-        return float(np.nanmax(spreads, initial=0.0))
-
-    kept: list[Axis] = []
-    for axis in sorted(axes, key=lambda axis: (not axis.is_leakage, -reach(axis.name))):
-        if sum(len(parts[each.name]) for each in [*kept, axis]) <= _MOST_LINES:
-            kept.append(axis)
-    lines = [
-        (axis.header if not place else "", text, rows)
-        for axis in kept
-        for place, (text, rows) in enumerate(parts[axis.name])
-    ]
-    n_run = len(analysis.table.rows)
-    note = f"{n_run:,} runs in one picture: each row is the median δ of the runs with this value"
-    if is_leaking.any():
-        note += ", of further parameters of those that leak"
-    if len(kept) < len(parts):
-        note += f"; shown are the {len(kept)} of {len(parts)} parameters that move δ most"
-    return HeatLines(
-        ("what varies", "value", "runs"),
-        tuple((header, text, f"{int(rows.sum()):,}") for header, text, rows in lines),
-        {name: [_median(deltas[name][rows]) for *_, rows in lines] for name in analysis.baselines},
-        tuple(place for place, (header, *_) in enumerate(lines) if place and header),
-        (1,) if lines[0][1] == "sealed" else (),
-        note,
-    )
-
-
-def _parts(axis: Axis, is_leaking: NDArray[np.bool_]) -> list[tuple[str, NDArray[np.bool_]]]:
-    """The runs of each group of an axis; those that leak, if any do."""
-    is_shown = is_leaking if is_leaking.any() and not axis.is_leakage else np.ones_like(is_leaking)
-    return [(group.text, rows) for group in axis.groups if (rows := group.rows & is_shown).any()]
-
-
-def _median(deltas: NDArray[np.float64]) -> Levels:
-    """Median of each level over the runs that have a number."""
-    known = [column[np.isfinite(column)] for column in deltas.T]
-    return tuple(float(np.median(column)) if column.size else np.nan for column in known)
 
 
 def draw_sensitivity(analysis: Analysis) -> Figure:
@@ -157,8 +95,7 @@ def draw_sensitivity(analysis: Analysis) -> Figure:
         _draw_rules(axis, lines)
         _head(axis, table, baseline, round(panel / 0.078))
     _draw_beside(left, lines, widths)
-    note = fill(". ".join(filter(None, [_FRAMED, lines.note])), round(size[0] / 0.068))
-    figure.supxlabel(note, fontsize=_FONT, x=0.01, ha="left")
+    figure.supxlabel(_FRAMED, fontsize=_FONT, x=0.01, ha="left")
     bar = figure.colorbar(image, ax=axes, extend="both", shrink=0.8, pad=0.02, aspect=max(8, n_line))
     bar.set_label("δ [%]")
     bar.outline.set_visible(False)

@@ -16,7 +16,6 @@ COMPARED = [
     ("modes", "sensitivity"),
     ("modes", "spectrum"),
     ("modes", "mode_plane"),
-    ("many", "sensitivity"),
     ("many", "responses"),
     ("scenarios", "scenarios"),
     ("study", "answer"),
@@ -34,18 +33,6 @@ def test_a_figure_shows_what_it_did(reports, experiment, name):
         GOLDEN.mkdir(exist_ok=True)
         golden.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     assert found == json.loads(golden.read_text(encoding="utf-8"))
-
-
-def test_the_heat_map_of_many_runs_leaves_none_out(reports):
-    left, changes, _ = structure(draw_figure(reports["many"], "sensitivity"))["axes"]
-    cells = left["texts"]
-    lines = [cells[start : start + 3] for start in range(0, len(cells), 3)]
-    counts, named = {}, ""
-    for name, _, count in lines:
-        named = name or named
-        counts[named] = counts.get(named, 0) + int(count)
-    assert counts == {"Leakage [L/min]": 180, "friction.viscous [N·s/m]": 135, "supply.pressure [MPa]": 135}
-    assert changes["cells"] == [[len(lines), 5]]
 
 
 def test_the_lines_of_the_heat_map_are_the_runs_of_a_small_sweep(reports):

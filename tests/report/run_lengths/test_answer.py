@@ -8,7 +8,7 @@ from hydrofdi.cli.tables import print_table
 from hydrofdi.report.run_lengths import run_lengths_block, time_text
 from hydrofdi.studies.charts import RunLengths
 from tests.report.rows import rows
-from tests.studies.test_run_lengths import EVERY, FIT, LARGE, SMALL, TEST, judged, traces
+from tests.studies.test_run_lengths import EVERY, TEST, judged, traces
 
 
 def block(of, every=EVERY):
@@ -30,23 +30,7 @@ def too_loud():
 
 def test_the_answer_states_the_quickest_chart_with_its_interval():
     told = answer(traces())
-    assert "At limits set for one false alarm in 16.7 min of operation" in told
-    assert "the median delay of the quickest of 2 charts after the onset of a leak is " in told
-    assert " 1.5 (1.5–1.5) s at 1 (own)." in told
-
-
-def test_the_answer_carries_what_healthy_test_records_show():
-    assert "Healthy test records alarm with own once in " in answer(traces())
-    assert "not shown to be more often than set." in answer(traces())
-    few = answer(traces({FIT: 200, TEST: 20, SMALL: 40, LARGE: 40}))
-    assert "too few hours to tell whether that is as set; 30 records are needed." in few
-
-
-def test_a_leak_that_is_missed_in_most_records_has_a_sentence_of_its_own():
-    quiet = traces()
-    is_small = quiet.records.of_record == quiet.records.populations.index(SMALL)
-    quiet.values[is_small] = quiet.values[:200].min()
-    assert "(own). Fewer than half of the leaks of 0.01 are found. Healthy" in answer(quiet)
+    assert " 1.5 (1.5–1.5) s at 1 (own, whose healthy test records alarm once in " in told
 
 
 def test_charts_that_alarm_too_often_in_health_answer_nothing():
@@ -58,11 +42,8 @@ def test_charts_that_alarm_too_often_in_health_answer_nothing():
 def test_the_answer_is_that_of_the_longest_time_that_has_a_limit():
     """Whatever has none is named once for all charts, with the reason."""
     told = block(traces(), [EVERY, 1e6])
-    text = " ".join(told.paragraphs)
-    assert "No delay is stated" not in text
-    assert text.startswith("At limits set for one false alarm in 16.7 min")
-    assert told.paragraphs[-1].startswith("own and sums at one false alarm in 278 h: a mean time of 278 h")
-    assert told.paragraphs[-1].endswith("not 5.56 h.")
+    assert "16.7 min" in told.paragraphs[0]
+    assert told.paragraphs[-1].startswith("own and sums at one false alarm in 278 h")
 
 
 def test_without_any_limit_no_leak_is_blamed():

@@ -54,10 +54,8 @@ def _captions(detection: Detection) -> dict[str, str]:
         " false-alarm rate",
         "pod": f"Share of records detected over their {quantity}: tested levels with {confidence} intervals,"
         f" the fitted curve and its one-sided {confidence} lower bound (dashed), which reaches {share}"
-        " (horizontal line) at q90/95 (vertical line), and the share of false alarms that the threshold is"
-        " set for (dotted). If only the slope of the curve is missing, it is the curve with one more miss. No"
-        " curve: hits and misses are perfectly separated, or it does not describe them; what is found then"
-        " comes from the tested levels",
+        " (horizontal line) at q90/95 (vertical line); dotted: the false-alarm rate of the threshold. No"
+        " curve: it does not describe the hits and misses; then the tested levels say what is found",
         "roc": f"Detections against false alarms over all thresholds, {on_axes}; dots: the threshold in use",
         "det": f"Misses against false alarms over all thresholds, for each tested {quantity}, {on_axes}",
         "false_alarms": f"Alarms of records whose seal is sound, with {confidence} intervals; {ends}; open:"

@@ -46,7 +46,6 @@ HOMES = {
     "yaml": ("settings/yaml_source.py", "config/loading.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures/", "api/"),
     "pyarrow": (
-        "report/forms/tidy.py",
         "report/table.py",
         "records/measured/",
         "records/writing.py",

@@ -109,14 +109,15 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
 def _print(made: ComposedReport, form: str, full: bool) -> None:
     from hydrofdi.cli.tables import print_document
     from hydrofdi.report.forms.page import render_markdown
-    from hydrofdi.report.record import render_csv, render_json
+    from hydrofdi.report.record import render_json
+    from hydrofdi.report.table import Table
 
     if form == "text":
         print_document(made.document(), made.path, full=full)
     elif form == "markdown":
         write_out(render_markdown(made.document()))
     else:
-        write_out(render_csv(made.columns()) if form == "csv" else render_json(made))
+        write_out(Table.of(made.columns()).to_csv() if form == "csv" else render_json(made))
 
 
 def _check_code(made: ComposedReport) -> int:

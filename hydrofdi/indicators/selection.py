@@ -72,21 +72,12 @@ def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, A
     names: dict[str, Any] = {}
     for place, item in enumerate(given):
         name = item.strip() if isinstance(item, str) else item
-        message = ""
-        if isinstance(name, Mapping):
-            message = (
-                "a list contains only names; with options, write 'indicators: {dwt: {}, modwt: {levels: 3}}'"
-            )
-        elif not isinstance(name, str) or not name:
-            message = f"expected the name of an indicator; found {name!r}; 'hydrofdi indicators' lists them"
-        elif name in names:
-            message = f"{name!r} is named twice; give one a label of its own: 'LABEL: {{kind: {name}}}'"
-        elif name == "all":
-            message = "'all' cannot be combined with other names"
-        if message:
-            source.mistakes.append(source.mistake((*within, place), message))
-        else:
+        if isinstance(name, str) and name not in ("", "all", *names):
             names[name] = {}
+        else:
+            form = "'indicators: {dwt: {}, mine: {kind: dwt, levels: 3}}'"
+            message = f"a list contains names, each once, not {name!r}; with options or labels, write {form}"
+            source.mistakes.append(source.mistake((*within, place), message))
     return names
 
 

@@ -11,7 +11,8 @@ from hydrofdi.report.document import ComposedReport, Document
 from hydrofdi.report.figures import KINDS, Figure, draw_all
 from hydrofdi.report.figures.style import INK, PAPER, RULE, figure_bytes
 from hydrofdi.report.forms.page import inline_svg, missing_figure, render_markdown, render_page
-from hydrofdi.report.record import render_csv, render_json, render_parquet
+from hydrofdi.report.record import render_json
+from hydrofdi.report.table import Table
 from hydrofdi.store.files import require_own, whole_file
 
 _WHAT = "a report of hydrofdi"
@@ -49,14 +50,14 @@ def write_all_forms(report: ComposedReport, directory: Path) -> Iterator[str]:
     svgs = _svg_texts(drawn)
     texts = {
         "md": render_markdown(document),
-        "csv": render_csv(report.columns()),
+        "csv": Table.of(report.columns()).to_csv(),
         "json": render_json(report),
         "html": _page(report, document, svgs, holes),
     }
     for suffix, text in texts.items():
         yield _write(directory / f"{name}.{suffix}", text.encode())
     try:
-        yield _write(directory / f"{name}.parquet", render_parquet(report.columns()))
+        yield _write(directory / f"{name}.parquet", Table.of(report.columns()).to_parquet())
     except ReportError as error:
         yield f"left out {name}.parquet: {error}"
     for figure_name, figure in drawn.items():

@@ -5,17 +5,14 @@ from __future__ import annotations
 import io
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import ComposedReport
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.forms.separated import csv_lines
 from hydrofdi.report.indicators import indicator_record, output_columns, output_values
 from hydrofdi.report.runs import TableRow, flow_numbers, largest_positive, level_name, row_numbers
-from hydrofdi.report.table import library
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
@@ -114,15 +111,3 @@ def _si_header(name: str) -> str:
     """A varied parameter with its SI unit, e.g. ``friction.viscous [N·s/m]``."""
     unit = parameter_unit(name)
     return f"{name} [{unit.replace('*', '·')}]" if unit and unit != "1" else name
-
-
-def render_csv(columns: Mapping[str, Sequence[Any]]) -> str:
-    """Columns as CSV; numbers in their shortest exact form, an empty field if a number is missing."""
-    return "".join(csv_lines([columns, *zip(*columns.values(), strict=True)]))
-
-
-def render_parquet(columns: Mapping[str, Sequence[Any]]) -> bytes:
-    """Columns as Parquet; a `ReportError` without the extra."""
-    sink = io.BytesIO()
-    library("pyarrow.parquet").write_table(library("pyarrow").table(dict(columns)), sink)
-    return sink.getvalue()

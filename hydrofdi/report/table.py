@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError, UnknownNameError
-from hydrofdi.report.forms.separated import csv_lines
+from hydrofdi.report.forms.numbers import csv_lines
 from hydrofdi.settings.messages import Guessable, nearest
 from hydrofdi.settings.readable import number_text, readable_unit, typeset
 from hydrofdi.units import convert

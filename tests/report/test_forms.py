@@ -18,8 +18,9 @@ from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import KINDS
 from hydrofdi.report.forms.page import render_page
 from hydrofdi.report.publication import write_all_forms
-from hydrofdi.report.record import render_csv, render_json, render_parquet, tidy_columns
+from hydrofdi.report.record import render_json, tidy_columns
 from hydrofdi.report.runs import LevelChanges, TableRow
+from hydrofdi.report.table import Table
 
 GOLDEN = Path(__file__).parent / "golden"
 
@@ -33,7 +34,7 @@ def without_configuration(report):
 @pytest.mark.parametrize(
     ("suffix", "render"),
     [
-        ("csv", lambda report: render_csv(report.columns())),
+        ("csv", lambda report: Table.of(report.columns()).to_csv()),
         ("json", render_json),
         ("html", lambda report: render_page(without_configuration(report), {}, {})),
     ],
@@ -74,7 +75,7 @@ def test_a_table_survives_csv_and_json(made_up, rows):
     report = make_report(made_up)
     analysis = replace(report.analysis, table=replace(report.analysis.table, rows=tuple(rows)))
     columns = tidy_columns(analysis)
-    read = list(csv.DictReader(io.StringIO(render_csv(columns))))
+    read = list(csv.DictReader(io.StringIO(Table.of(columns).to_csv())))
     for header, values in columns.items():
         texts = [line[header] for line in read]
         for text, value in zip(texts, values, strict=True):
@@ -89,7 +90,7 @@ def test_a_table_survives_csv_and_json(made_up, rows):
 def test_parquet_holds_the_same_columns_as_csv(made_up):
     parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'parquet' is not installed")
     analysis = analyze(made_up)
-    read = parquet.read_table(io.BytesIO(render_parquet(tidy_columns(analysis))))
+    read = parquet.read_table(io.BytesIO(Table.of(tidy_columns(analysis)).to_parquet()))
     assert read.to_pydict() == tidy_columns(analysis)
 
 
@@ -113,5 +114,5 @@ def test_the_page_shows_configuration_and_versions(made_up):
 
 def test_text_is_no_formula_in_a_spreadsheet():
     cells = ["=1+1", "+a", "-b", "@c", "\td", "e=1", -1.5, None]
-    lines = render_csv({"label": cells}).splitlines()
+    lines = Table.of({"label": cells}).to_csv().splitlines()
     assert lines == ["label", "'=1+1", "'+a", "'-b", "'@c", "'\td", "e=1", "-1.5", '""']

@@ -19,7 +19,7 @@ from hydrofdi.report.indicators import (
     relative_change,
     study_indicator,
 )
-from hydrofdi.report.record import render_csv
+from hydrofdi.report.table import Table
 from hydrofdi.store.layout import names
 from tests.report.rows import rows
 
@@ -52,7 +52,7 @@ def block_of(report):
 
 
 def lines_of(report):
-    return list(csv.DictReader(io.StringIO(render_csv(report.columns()))))
+    return list(csv.DictReader(io.StringIO(Table.of(report.columns()).to_csv())))
 
 
 def test_the_section_names_indicators_and_their_healthy_values(with_ring):

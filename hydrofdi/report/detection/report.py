@@ -38,7 +38,7 @@ from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, 
 from hydrofdi.studies.charts import RunLengths, judge_run_lengths
 from hydrofdi.studies.detecting import judge_study
 from hydrofdi.studies.judgement import Detection
-from hydrofdi.studies.left_out import asks_for_extra
+from hydrofdi.studies.reading import asks_for_extra
 from hydrofdi.studies.truth import Estimates, judge_estimates
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."

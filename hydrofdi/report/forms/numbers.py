@@ -1,10 +1,32 @@
-"""Numbers for forms that know no NaN."""
+"""Numbers and lines for programs."""
 
 from __future__ import annotations
 
+import csv
+import io
 import math
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 
 def finite(value: float) -> float | None:
     """The value, or None if it is NaN or infinite."""
     return value if math.isfinite(value) else None
+
+
+_BEGINNINGS_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
+
+
+def csv_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
+    """Rows as CSV; None is an empty field, and text that a spreadsheet would calculate gets an apostrophe."""
+    line = io.StringIO()
+    writer = csv.writer(line, lineterminator="\n")
+    for row in rows:
+        writer.writerow(_inert(cell) for cell in row)
+        yield line.getvalue()
+        line.seek(0)
+        line.truncate()
+
+
+def _inert(cell: Any) -> Any:
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(_BEGINNINGS_OF_FORMULAS) else cell

@@ -8,7 +8,8 @@ import math
 import pytest
 
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.report.record import render_csv, render_json, render_parquet
+from hydrofdi.report.record import render_json
+from hydrofdi.report.table import Table
 from hydrofdi.studies.rules import Rules
 from tests.report.detection.made_up import LITRES_PER_MINUTE, judged, made_up_score, report_of
 
@@ -90,11 +91,11 @@ def test_a_study_that_carries_nothing_has_no_nan(chosen):
     record = json.loads(render_json(report))
     assert record == report.record()
     assert all(one["q90_95_L_per_min"] is None for one in record["detection"])
-    assert "nan" not in render_csv(report.columns()).lower()
+    assert "nan" not in Table.of(report.columns()).to_csv().lower()
 
 
 def test_csv_holds_one_line_per_score_and_tested_population_with_the_numbers_of_json(record, detection):
-    lines = list(csv.DictReader(io.StringIO(render_csv(report_of(detection).columns()))))
+    lines = list(csv.DictReader(io.StringIO(Table.of(report_of(detection).columns()).to_csv())))
     tested = [each for each in detection.records.populations if not each.is_fit]
     assert len(lines) == len(tested) * len(detection.judgements)
     for one in record["detection"]:
@@ -115,7 +116,7 @@ def test_csv_holds_one_line_per_score_and_tested_population_with_the_numbers_of_
 def test_parquet_holds_the_same_columns_as_csv(detection):
     parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'parquet' is not installed")
     columns = report_of(detection).columns()
-    assert parquet.read_table(io.BytesIO(render_parquet(columns))).to_pydict() == columns
+    assert parquet.read_table(io.BytesIO(Table.of(columns).to_parquet())).to_pydict() == columns
 
 
 def test_severities_without_a_flow_keep_their_unit():

@@ -35,7 +35,7 @@ def test_the_answer_states_the_quickest_chart_with_its_interval():
 
 def test_charts_that_alarm_too_often_in_health_answer_nothing():
     told = answer(too_loud())
-    assert told.startswith("Healthy test records alarm more often than once in 16.7 min at every limit set")
+    assert told.startswith("Healthy test records alarm more often than once in 16.7 min")
     assert " s (" in told
 
 

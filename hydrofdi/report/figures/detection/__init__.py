@@ -10,11 +10,9 @@ from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.detection.selection import answers
 from hydrofdi.report.detection.wording import false_alarms_in_words, probability_in_words, severity_unit
 from hydrofdi.report.document import FigureKind
-from hydrofdi.report.figures.detection.answer import draw_answer
-from hydrofdi.report.figures.detection.densities import draw_densities
-from hydrofdi.report.figures.detection.false_alarms import draw_false_alarms
 from hydrofdi.report.figures.detection.pod import draw_pod
-from hydrofdi.report.figures.detection.ranking import draw_ranking
+from hydrofdi.report.figures.detection.populations import draw_densities, draw_false_alarms
+from hydrofdi.report.figures.detection.ranking import draw_answer, draw_ranking
 from hydrofdi.report.figures.detection.roc import draw_det, draw_roc
 from hydrofdi.report.figures.detection.tornado import draw_tornado
 from hydrofdi.studies.judgement import Detection

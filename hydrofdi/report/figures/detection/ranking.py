@@ -1,7 +1,8 @@
-"""What each score finds, the best on top."""
+"""What is found: the answer in one picture, and every score."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from textwrap import fill
 from typing import Any
 
@@ -9,11 +10,104 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from hydrofdi.errors import ReportError
-from hydrofdi.report.detection.selection import foremost
-from hydrofdi.report.detection.wording import SeverityUnit, sensors, severity_unit
+from hydrofdi.evaluation.pod.tally import DetectableSeverity
+from hydrofdi.records import Channel
+from hydrofdi.report.detection.selection import answers, distinct, foremost, wavelet_rules
+from hydrofdi.report.detection.wording import (
+    FROM_LEVELS,
+    SeverityUnit,
+    false_alarms_in_words,
+    probability_in_words,
+    score_title,
+    sensors,
+    severity_unit,
+    symbols,
+)
 from hydrofdi.report.figures.detection.marks import sensor_marks
-from hydrofdi.report.figures.style import PAPER, log_axis
+from hydrofdi.report.figures.style import BLUE, GREY, INK, PAPER, log_axis
 from hydrofdi.studies.judgement import Detection, Judgement
+
+_MOST_SETS = 10
+"""Sets of sensors."""
+
+
+def draw_answer(detection: Detection) -> Any:
+    """A line for each set of sensors that finds more than its parts, and for the best wavelet rule.
+
+    Raises
+    ------
+    ReportError
+        No score finds a leak at the rate of false alarms that is asked for.
+    """
+    if not (able := answers(detection)):
+        raise ReportError("no score is shown to find a leak at the false-alarm rate that is set")
+    compared = [each for each in wavelet_rules(detection) if each.smallest.get("q90_95") is not None][:1]
+    shown, unit = distinct(*able[:_MOST_SETS], *compared), severity_unit(detection)
+    figure = Figure(figsize=(8.0, 1.9 + 0.5 * len(shown)), layout="constrained")
+    axis = figure.subplots()
+    axis.set_xscale("log")
+    for row, judgement in enumerate(shown):
+        _draw_found(axis, row, judgement, unit)
+    axis.set_yticks(range(len(shown)), [_answer_label(each) for each in shown], fontsize=10)
+    axis.set_ylim(len(shown) - 0.4, -0.6)
+    axis.grid(visible=False, axis="y")
+    low, high = axis.get_xlim()
+    axis.set_xlim(low / 1.3, high * 1.6)
+    log_axis(axis.xaxis)
+    asked, name = detection.rules, f" [{unit.name}]" if unit.name else ""
+    axis.set_xlabel(
+        f"smallest {unit.quantity}{name}: estimate to {100.0 * asked.confidence:g} % confidence", fontsize=10
+    )
+    title = f"{probability_in_words(asked.probability)}, at {false_alarms_in_words(asked.false_alarm_rate)}"
+    figure.suptitle(f"The smallest {unit.quantity} that is found {title}", x=0.01, ha="left", fontsize=12)
+    figure.supxlabel("\n".join([_symbols(shown), *_signs(shown, unit)]), x=0.01, ha="left", fontsize=9)
+    return figure
+
+
+def _answer_label(judgement: Judgement) -> str:
+    """Sensors, and the score below them."""
+    return f"{', '.join(symbols(judgement))}\n{score_title(judgement)}".strip()
+
+
+def _draw_found(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit) -> None:
+    """A line from the estimate to its bound, with the bound's number; an arrow where nothing is found."""
+    bound = judgement.smallest["q90_95"]
+    is_found = bound.value is not None
+    end = unit.value(bound.severity if is_found else min(bound.severity, unit.largest))
+    color = BLUE if is_found else GREY
+    estimate = judgement.smallest.get("q90")
+    if is_found and estimate is not None and estimate.value is not None:
+        axis.plot([unit.value(estimate.severity), end], [row, row], color=color, linewidth=5, alpha=0.5)
+    axis.plot(end, row, color=color, marker="|" if is_found else ">", markersize=9, markeredgewidth=3)
+    text, place = _number(bound, unit), {"ha": "left", "xytext": (9, 0)}
+    if not is_found:
+        place = {"ha": "right", "xytext": (-9, 0)}
+    style = {"textcoords": "offset points", "va": "center", "fontsize": 10, "color": INK}
+    axis.annotate(text, (end, row), **style, **place)
+
+
+def _number(found: DetectableSeverity, unit: SeverityUnit) -> str:
+    if found.value is None:
+        return f"not found up to {unit.found(found).removeprefix('> ')} {unit.name}".rstrip()
+    return f"{unit.found(found)} {unit.name}".rstrip()
+
+
+def _signs(shown: tuple[Judgement, ...], unit: SeverityUnit) -> Iterator[str]:
+    """What the signs beside the numbers mean, those that occur."""
+    texts = "".join(_number(each.smallest["q90_95"], unit) for each in shown)
+    if "≤" in texts:
+        yield f"≤: at most the smallest {unit.quantity} tested"
+    if FROM_LEVELS in texts:
+        yield f"{FROM_LEVELS}: from the tested levels of {unit.quantity}, without a fitted curve"
+
+
+def _symbols(shown: tuple[Judgement, ...]) -> str:
+    """What the symbols of the sensors are."""
+    used = {channel for each in shown for channel in each.scored.channels}
+    parts = [f"{one.symbol}: {one.value.replace('_', ' ')}" for one in Channel if one.value in used]
+    lines = [", ".join(parts[start : start + 4]) for start in range(0, len(parts), 4)]
+    return "\n".join(lines)
+
 
 _MOST, _LETTERS = 24, 115
 """Scores, and letters of a line below them."""

@@ -23,8 +23,8 @@ from hydrofdi.report.figures.detection.marks import (
     with_threshold,
 )
 from hydrofdi.report.figures.style import INK, LINES, ordered_color
-from hydrofdi.studies.areas import suspicion_from
 from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.studies.judging import suspicion_from
 from hydrofdi.studies.parts import part
 
 _MOST_LINES, _MOST_PANELS, _MOST_LEVELS = 6, 6, 8

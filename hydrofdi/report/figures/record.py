@@ -11,10 +11,10 @@ from matplotlib.ticker import MaxNLocator
 
 from hydrofdi.errors import ReportError
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.report.figures.style import BLUE, INK, SETTINGS, log_axis, series
+from hydrofdi.report.figures.style import BLUE, SETTINGS, log_axis, mark_bands, series
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.spectrum import power_spectrum
-from hydrofdi.transforms.wavelet import detail_coefficients
+from hydrofdi.transforms.wavelet import detail_coefficients, level_bands
 from hydrofdi.units import convert
 
 _READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "V": "V"}
@@ -136,7 +136,8 @@ def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels
             axis.plot(frequency[1:], density[1:], **series(place), label=_place(channel))
     log_axis(axis.xaxis)
     log_axis(axis.yaxis)
-    _mark_bands(axis, record.sampling_frequency, levels)
+    mark_bands(axis, level_bands(record.sampling_frequency, levels))
+    axis.set_xlim(right=record.sampling_frequency / 2)
     axis.set_ylabel(f"PSD [{unit}²/Hz]")
     axis.set_xlabel("frequency [Hz]")
     axis.set_title("power spectrum" if alike[0].is_pressure else f"power spectrum of the {_words(alike[0])}")
@@ -147,15 +148,3 @@ def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels
 def _legend(axis: Any, n_column: int) -> None:
     """Legend above the panel, where it hides no line."""
     axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=n_column, borderaxespad=0.2)
-
-
-def _mark_bands(axis: Any, sampling_frequency: float, levels: int) -> None:
-    for level in range(1, levels + 1):
-        low, high = sampling_frequency / 2 ** (level + 1), sampling_frequency / 2**level
-        if level % 2:
-            axis.axvspan(low, high, color="#808088", alpha=0.14, linewidth=0)
-        axis.text(
-            (low * high) ** 0.5, 0.97, f"$d_{level}$", transform=axis.get_xaxis_transform(),
-            ha="center", va="top", color=INK,
-        )  # fmt: skip
-    axis.set_xlim(right=sampling_frequency / 2)

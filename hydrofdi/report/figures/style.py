@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -109,3 +110,14 @@ def log_axis(axis: Any) -> None:
     axis.set_major_locator(LogLocator(subs=steps, numticks=20 if len(steps) > 1 else 9))
     axis.set_major_formatter(FuncFormatter(lambda value, _: plain_number(value)))
     axis.set_minor_formatter(NullFormatter())
+
+
+def mark_bands(axis: Any, bands: Sequence[tuple[float, float]]) -> None:
+    """Shade and name the bands of wavelet levels, d1 first."""
+    for level, (low, high) in enumerate(bands, 1):
+        if level % 2:
+            axis.axvspan(low, high, color="#808088", alpha=0.14, linewidth=0)
+        axis.text(
+            (low * high) ** 0.5, 0.97, f"$d_{level}$", transform=axis.get_xaxis_transform(),
+            ha="center", va="top", color=INK,
+        )  # fmt: skip

@@ -12,15 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.grid import ABSENT
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.report.figures.signals import (
-    PANELS,
-    draw_panels,
-    draw_reference,
-    panel_labels,
-    panel_lines,
-    stroke_axes,
-)
-from hydrofdi.report.figures.style import BLUE, INK, MARKERS, ORANGE, RULE, log_axis, series
+from hydrofdi.report.figures.signals import PANELS, draw_beside
+from hydrofdi.report.figures.style import INK, MARKERS, RULE, log_axis, mark_bands, series
 from hydrofdi.report.runs import ROUNDING
 from hydrofdi.report.wording import kilopascal, litres_per_minute, mode_name, modulus_text, shown_modulus
 from hydrofdi.store.layout import names
@@ -60,20 +53,20 @@ def _stacked(n_panel: int, width: float, lead: float, height: float) -> tuple[Fi
 
 def draw_figure_2(study: Study) -> Figure:
     """Figure 2: (a) normal and (b) with the small leakage, both at the normal EBM."""
-    grid, wavelet = study.grid, study.data.experiment.wavelet
-    titles, columns, references = [], [], []
-    for letter, leakage in zip("ab", dict.fromkeys((0, _small_leak(study)[0])), strict=False):
-        position = _position(study, leakage, grid.normal)
-        signals = {name: study.data.signal(name, position) for name, _, _ in PANELS}
-        columns.append(panel_lines(PANELS, signals, wavelet))
-        is_closed = study.data.values("control.law")[position] != "open"
-        references.append(study.data.signal(names.REFERENCE_POSITION, position) if is_closed else None)
-        titles.append(f"({letter}) {mode_name(_flow(study, leakage), grid.bulk_moduli[grid.normal])}")
-    figure = draw_panels(columns, titles, [BLUE, ORANGE], panel_labels(PANELS, wavelet))
-    for axis, shown in zip(stroke_axes(figure, len(references)), references, strict=True):
-        if shown is not None:
-            draw_reference(axis, *shown, INK)
-    return figure
+    grid, data = study.grid, study.data
+    leakages = list(dict.fromkeys((0, _small_leak(study)[0])))
+    runs = [_position(study, leakage, grid.normal) for leakage in leakages]
+    columns: dict[str, Any] = {name: [data.signal(name, run)[1] for run in runs] for name, _, _ in PANELS}
+    columns[names.TIME] = data.signal(names.CHAMBER_1_PRESSURE, runs[0])[0]
+    columns[names.REFERENCE_POSITION] = [
+        np.array([np.nan])
+        if data.values("control.law")[run] == "open"
+        else data.signal(names.REFERENCE_POSITION, run)[1]
+        for run in runs
+    ]
+    modes = (mode_name(_flow(study, leakage), grid.bulk_moduli[grid.normal]) for leakage in leakages)
+    titles = [f"({letter}) {mode}" for letter, mode in zip("ab", modes, strict=False)]
+    return draw_beside(columns, titles, data.experiment.wavelet)
 
 
 def draw_details(study: Study, level: int) -> Figure:
@@ -128,13 +121,7 @@ def _draw_leakage(axis: Any, study: Study, leakage: int) -> bool:
         axis.axvline(mode, color=style["color"], linewidth=1.2, linestyle=":")
     bands = study.table.bands
     axis.grid(visible=False, axis="x", which="both")
-    for level, (low, high) in enumerate(bands, 1):
-        if level % 2:
-            axis.axvspan(low, high, color="#808088", alpha=0.14, linewidth=0)
-        axis.text(
-            (low * high) ** 0.5, 0.97, f"$d_{level}$", transform=axis.get_xaxis_transform(),
-            ha="center", va="top", color=INK,
-        )  # fmt: skip
+    mark_bands(axis, bands)
     axis.set(
         xlim=(bands[-1][0] / 2, bands[0][1]),
         title=mode_name(_flow(study, leakage), 0.0).partition(" at ")[0],

@@ -14,7 +14,7 @@ from hydrofdi.config.experiment import DWT
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
 from hydrofdi.report.document import Block, group_breaks
-from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.forms.numbers import finite, plain
 from hydrofdi.report.intervals import span_of
 from hydrofdi.report.runs import RunTable, table_runs
 from hydrofdi.report.table import Column, Table
@@ -465,13 +465,9 @@ def _ends(span: Range) -> list[float | None]:
 def output_values(study: IndicatorStudy, row: int) -> dict[str, Any]:
     """``label.output`` → number of a run, or the numbers of an array; None if it has none."""
     return {
-        study.measured.variable(output.measured): _plain(output.measured.values[row])
+        study.measured.variable(output.measured): plain(output.measured.values[row])
         for output in study.outputs
     }
-
-
-def _plain(values: Any) -> Any:
-    return finite(float(values)) if np.ndim(values) == 0 else [_plain(part) for part in values]
 
 
 def output_columns(study: IndicatorStudy, row: int) -> dict[str, float | str | None]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError, UnknownNameError
-from hydrofdi.report.forms.numbers import csv_lines
+from hydrofdi.report.forms.numbers import csv_lines, plain
 from hydrofdi.settings.messages import Guessable, nearest
 from hydrofdi.settings.readable import number_text, readable_unit, typeset
 from hydrofdi.units import convert
@@ -76,8 +76,9 @@ class Column:
     @property
     def listed(self) -> list[Any]:
         """The values as Python's own types; None if a number is missing."""
-        values = self.values.tolist() if isinstance(self.values, np.ndarray) else self.values
-        return [_finite(each) for each in values]
+        is_array = isinstance(self.values, np.ndarray)
+        listed: list[Any] = plain(self.values if is_array else [*self.values])
+        return listed
 
     @property
     def array(self) -> NDArray[Any]:
@@ -324,12 +325,6 @@ class Table(Guessable):
 
     def _more(self) -> str:
         return f"the first {_SHOWN} of {len(self):,} rows" if len(self) > _SHOWN else ""
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _short(text: str) -> str:

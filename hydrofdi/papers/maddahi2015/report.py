@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -22,6 +21,7 @@ from hydrofdi.papers.maddahi2015.tables import deviations, reference_block, tabl
 from hydrofdi.report.changes import doubts_block, holes_block, remarks_block, settled_block
 from hydrofdi.report.composition import Report, answers, compose_empty, document_of
 from hydrofdi.report.document import Block, Document
+from hydrofdi.report.forms.numbers import plain
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.record import general_record
@@ -85,8 +85,8 @@ class StudyReport(Report):
             record["scenarios"] = scenarios_record(study.scenarios)
         if study.grid.lack:
             record["claims_not_evaluated"] = study.grid.lack
-        plain: dict[str, Any] = _plain(record)
-        return plain
+        finished: dict[str, Any] = plain(record)
+        return finished
 
     def figures(self) -> Mapping[str, FigureKind]:
         """Name → figure."""
@@ -103,15 +103,6 @@ class StudyReport(Report):
             f" (margin {result.margin:.2f} points)": result.reproduced
             for result in self.analysis.guarded
         }
-
-
-def _plain(value: Any) -> Any:
-    """Data with None in the place of numbers that do not exist."""
-    if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _blocks(study: Study) -> Iterator[Block | None]:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.detection.record import design_record
-from hydrofdi.report.detection.selection import best_with_sensors, tested, wavelet_rules
-from hydrofdi.report.detection.wording import rate_text, sensors, severity_unit
+from hydrofdi.report.detection.selection import best_with_sensors, wavelet_rules
+from hydrofdi.report.detection.wording import sensors, severity_unit
 from hydrofdi.report.document import Block
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import Column, Table
@@ -57,13 +56,6 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
     unit, rules = severity_unit(detections[0]), detections[0].rules
     confidence = f"{100.0 * rules.confidence:g}"
 
-    def found(_: Detection, compared: Compared) -> str:
-        return unit.found(compared.judgement.smallest.get("q90_95")) + compared.mark
-
-    def alarms(detection: Detection, compared: Compared) -> str:
-        healthy = tested(detection, Kind.HEALTHY)
-        return rate_text(compared.judgement, healthy[0]) if healthy else HOLE
-
     sentence = (
         "Each design repeats the study with the same actuators. Columns: the best score with no more than"
         " these sensors in each design, and the wavelet rules."
@@ -74,29 +66,14 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
         f" ({confidence} % confidence for a column, thresholds resampled)."
     )
     title = f"q{100.0 * rules.probability:g}/{confidence}{unit.bracket}"
-    tables = (
-        _table("designs", title, detections, found, (note,)),
-        _table("designs-false-alarms", "False alarms [%] of healthy test records", detections, alarms, ()),
-    )
-    return Block("designs", "Comparison of designs", (sentence,), tables)
-
-
-def _table(
-    key: str,
-    title: str,
-    detections: Sequence[Detection],
-    text: Callable[[Detection, Compared], str],
-    notes: tuple[str, ...],
-) -> Table:
     compared = _compared(tuple(detections))
     columns = [Column("Design", [_label(detections, each) for each in detections], is_text=True)]
     for name in [*dict.fromkeys(name for row in compared for name in row)][:_MOST]:
-        own = [
-            text(each, row[name]) if name in row else HOLE
-            for each, row in zip(detections, compared, strict=True)
-        ]
-        columns.append(Column(name, own))
-    return Table(tuple(columns), title, key, notes, (1,))
+        own = [row.get(name) for row in compared]
+        found = (each and unit.found(each.judgement.smallest.get("q90_95")) + each.mark for each in own)
+        columns.append(Column(name, [text or HOLE for text in found]))
+    table = Table(tuple(columns), title, "designs", (note,), (1,))
+    return Block("designs", "Comparison of designs", (sentence,), (table,))
 
 
 @lru_cache(maxsize=4)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
-from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.forms.numbers import plain
 from hydrofdi.report.table import Column as TableColumn
 from hydrofdi.report.table import Table, library, quantity
 
@@ -104,7 +104,7 @@ def write_parquet(path: Path, columns: Sequence[Column], records: Iterable[Recor
 
 
 def _record(columns: Sequence[Column], record: RecordMeasures) -> dict[str, Any]:
-    values = {column.name: _plain(record, column) for column in columns}
+    values = {column.name: plain(record.values.get(column.name)) for column in columns}
     whole: dict[str, Any] = {
         "record_id": record.record_id,
         "source": record.source,
@@ -116,17 +116,6 @@ def _record(columns: Sequence[Column], record: RecordMeasures) -> dict[str, Any]
     doubts = {doubt.where: doubt.message for doubt in record.doubts}
     more = {"reasons": record.reasons, "doubts": doubts}
     return whole | {name: texts for name, texts in more.items() if texts}
-
-
-def _plain(record: RecordMeasures, column: Column) -> Any:
-    """Numbers of an output, in lists if it has dimensions."""
-    if column.name not in record.values:
-        return None
-    return _nested(np.asarray(record.values[column.name]).tolist())
-
-
-def _nested(values: Any) -> Any:
-    return [_nested(item) for item in values] if isinstance(values, list) else finite(values)
 
 
 def _suffix(unit: str) -> str:

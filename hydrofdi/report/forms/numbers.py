@@ -17,6 +17,16 @@ def finite(value: float) -> float | None:
 _BEGINNINGS_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
 
 
+def plain(value: Any) -> Any:
+    """Data with None in place of numbers that do not exist; arrays and tuples as lists."""
+    value = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(value, dict):
+        return {key: plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def csv_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
     """Rows as CSV; None is an empty field, and text that a spreadsheet would calculate gets an apostrophe."""
     line = io.StringIO()

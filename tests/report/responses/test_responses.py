@@ -7,7 +7,6 @@ import pytest
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.report.analysis import analyze
-from hydrofdi.report.figures.sensitivity import heat_lines
 from hydrofdi.report.responses import responses_block, spread, study_responses
 from hydrofdi.store.layout import names
 from tests.conftest import sweep_in
@@ -95,12 +94,3 @@ def test_the_table_counts_the_runs_that_have_numbers(made_up):
     sheet = responses.tables[1]
     assert "EBM" in sheet.title
     assert [text for text, _ in next(sheet.texts())] == ["runs", "3", "2 of 3"]
-
-
-def test_figure_and_table_have_the_same_fifths(tmp_path):
-    leaking = SAMPLED.replace("store:", "leakage: {internal_coefficient: 1e-9}\nstore:")
-    analysis = analyze(read_results(sweep_in(tmp_path, leaking).directory))
-    of_table = [group.text for group in of(analysis.responses, "supply.pressure").axis.groups]
-    lines = heat_lines(analysis)
-    beside = [text for header, text, _ in lines.texts]
-    assert set(of_table) <= set(beside)

@@ -131,11 +131,6 @@ class Balance(Indicator[Chosen], Generic[Chosen]):
         return frozenset(pressures | (set() if self.by_spring else {X})) | self.options.valve_channels
 
     @property
-    def optional_channels(self) -> frozenset[Channel]:
-        """The supply pressure."""
-        return self.options.optional_channels
-
-    @property
     def outputs(self) -> tuple[Output, ...]:
         """Estimates, most of them with standard deviations."""
         return balance_outputs(self.options.reference_pressure)

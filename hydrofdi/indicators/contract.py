@@ -124,8 +124,12 @@ class Indicator(Protocol[Chosen]):
 
     @property
     def optional_channels(self) -> frozenset[Channel]:
-        """Channels that are used if available. An indicator sees only these and the required channels."""
-        return frozenset()
+        """Channels that are used if available: those that the options name.
+
+        An indicator sees only these and the required channels.
+        """
+        named: frozenset[Channel] = getattr(self.options, "optional_channels", frozenset())
+        return named
 
     @property
     def outputs(self) -> tuple[Output, ...]:

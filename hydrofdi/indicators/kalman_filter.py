@@ -133,11 +133,6 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
         """Pressures, position, and what moves the valve."""
         return frozenset(MEASURED) | self.options.valve_channels
 
-    @property
-    def optional_channels(self) -> frozenset[Channel]:
-        """The supply pressure."""
-        return self.options.optional_channels
-
     def start(self, records: RecordBatch) -> State:
         """State of the filters before the first sample."""
         n = records.n_record

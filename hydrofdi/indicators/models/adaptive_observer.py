@@ -83,11 +83,6 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         return self.options.needed
 
     @property
-    def optional_channels(self) -> frozenset[Channel]:
-        """The supply pressure."""
-        return self.options.optional_channels
-
-    @property
     def estimates(self) -> tuple[Output, ...]:
         """Leakage, and the bulk modulus if it is estimated."""
         at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING

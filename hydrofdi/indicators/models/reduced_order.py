@@ -67,11 +67,6 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
         return self.options.needed
 
     @property
-    def optional_channels(self) -> frozenset[Channel]:
-        """The supply pressure."""
-        return self.options.optional_channels
-
-    @property
     def estimates(self) -> tuple[Output, ...]:
         """The residual for a fixed threshold, and its exceedance of the adaptive threshold."""
         at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING

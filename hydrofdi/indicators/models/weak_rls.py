@@ -113,11 +113,6 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         return frozenset({P1, P2} if self._both else {P1}) | {X} | self.options.valve_channels
 
     @property
-    def optional_channels(self) -> frozenset[Channel]:
-        """The supply pressure."""
-        return self.options.optional_channels
-
-    @property
     def estimates(self) -> tuple[Output, ...]:
         """Outputs of a volume balance, the leakage first."""
         kept = balance_outputs(self.options.reference_pressure)

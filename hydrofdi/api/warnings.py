@@ -28,7 +28,7 @@ from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.studies.charts import time_needed, watched_instants
 from hydrofdi.studies.detecting import rules_of
-from hydrofdi.studies.left_out import asks_for_extra
+from hydrofdi.studies.reading import asks_for_extra
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands
 
 NEAR_BAND_EDGE = 0.25

@@ -14,7 +14,7 @@ from tests.commands import run_hydrofdi
 LOADING = """
 import sys
 from hydrofdi.cli.app import main
-TABLE = {f"hydrofdi.report{name}" for name in ("", ".table", ".forms", ".forms.separated")}
+TABLE = {f"hydrofdi.report{name}" for name in ("", ".table", ".forms", ".forms.numbers")}
 try:
     main()
 except SystemExit as end:

@@ -149,7 +149,7 @@ BAD_COMMANDS = {
     "no HDF5": (["report", "file"], "file: is not a readable HDF5 file"),
     "unknown command": (["simulat"], "No such command 'simulat'"),
     "unknown option": (["simulate", "--foo"], "No such option: --foo"),
-    "no workers": (["sweep", "file", "--workers", "0"], "--workers"),
+    "no workers": (["sweep", "smoke", "--workers", "0"], "workers: "),
 }  # fmt: skip
 
 

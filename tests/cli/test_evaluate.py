@@ -267,3 +267,19 @@ def test_faults_without_a_number_do_not_vanish(tmp_path: Path) -> None:
     assert re.search(r"large .* 24$", page, re.MULTILINE)
     done = run_json("evaluate", tmp_path / "rig.yaml", *ASKED, check=1)
     assert done["scores"][0]["without_number"] == {"large": 24}
+
+
+def test_the_same_samples_under_two_labels_are_refused(tmp_path: Path) -> None:
+    write_records(tmp_path, n_unit=2, n_run=2)
+    (tmp_path / "rig.yaml").write_text(GROUPED)
+    shutil.copy(tmp_path / "unit 0/sound 0.csv", tmp_path / "unit 0/small 9.csv")
+    run("evaluate", tmp_path / "rig.yaml", check=2)
+
+
+def test_mistakes_of_a_description_have_their_line(rig: Path) -> None:
+    text = DESCRIPTION.replace('label: "{condition}"\n', "") + "healthy: sound\n"
+    (rig / "unlabelled.yaml").write_text(text)
+    done = run("evaluate", rig / "unlabelled.yaml", check=2)
+    assert "unlabelled.yaml:5: healthy:" in done.stderr
+    (rig / "both.yaml").write_text(GROUPED + "severity: {sound: 1 L/min}\n")
+    assert "both.yaml:8: severity.sound:" in run("evaluate", rig / "both.yaml", check=2).stderr

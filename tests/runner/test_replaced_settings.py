@@ -21,6 +21,7 @@ def test_it_names_the_settings_that_differ_from_those_shown_until_now(tmp_path) 
     assert SHOWED not in sweep(tmp_path)
     assert SHOWED not in sweep(tmp_path)
     assert f"{SHOWED}supply.pressure, and now shows this one" in sweep(tmp_path, "supply.pressure=160 bar")
+    assert SHOWED not in sweep(tmp_path, "supply.pressure=16 MPa")
     back = sweep(tmp_path)
     assert f"{SHOWED}supply.pressure, and now shows this one; earlier runs are kept" in back
     assert "0 computed, 1 stored before" in back

@@ -76,3 +76,14 @@ def test_every_fold_has_records_of_both_kinds_where_there_are_enough():
     for seed in range(20):
         scores = cross_fitted_scores(make_score("lda"), values, is_faulty, n_fold=6, seed=seed)
         assert np.isfinite(scores).all()
+
+
+def test_records_that_are_no_fit_records_do_not_meet_a_model_of_their_group():
+    values, is_faulty = Population(seed=4).labelled(60, 60, 1.0)
+    is_fit, day = np.arange(120) % 7 > 0, np.arange(120) % 6
+    scores = cross_fitted_scores(
+        make_score("lda"), values, is_faulty, [f"day {number}" for number in day], is_fit=is_fit
+    )
+    taught = is_fit & (day != 2)
+    model = make_score("lda").fit(values[taught], is_faulty[taught])
+    np.testing.assert_array_equal(scores[day == 2], model.score(values[day == 2]))

@@ -1,7 +1,10 @@
 """Scores that learn from both kinds, against two Gaussians with one covariance."""
 
+import math
+
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.scoring import make_score
@@ -59,3 +62,14 @@ def test_lda_weighs_both_kinds_alike_however_many_records_they_have():
     model = make_score("lda").fit(np.vstack([healthy, faulty + apart]), is_faulty)
     np.testing.assert_allclose(weights_of(model, 2), apart / np.mean(spreads**2, axis=0), atol=0.05)
     assert model.score([apart / 2.0])[0] == pytest.approx(0.0, abs=0.05)
+
+
+@pytest.mark.parametrize("name", ["lda", "logistic"])
+def test_the_area_on_fresh_records_is_that_of_the_distance(name):
+    draw = np.random.default_rng(2)
+    model = make_score(name).fit(*gaussians(draw, 20_000, COVARIANCE, DISTANCE))
+    values, is_faulty = gaussians(draw, 20_000, COVARIANCE, DISTANCE)
+    scores = model.score(values)
+    area = area_under_curve(scores[~is_faulty], scores[is_faulty], confidence=0.999)
+    d_prime = math.sqrt(DISTANCE @ WEIGHTS)
+    assert area.low <= ndtr(d_prime / math.sqrt(2.0)) <= area.high

@@ -79,3 +79,14 @@ def test_at_most_the_stated_share_of_fit_records_lies_outside(outside):
     fit = Population(seed=8).records(1000)
     scores = healthy_scores(make_score("one_class", {"outside": outside}), fit, fit)
     assert 0.3 * outside < np.mean(scores > 1e-2) <= outside
+
+
+def test_without_shrinkage_no_invertible_transform_changes_the_distance():
+    draw = np.random.default_rng(1)
+    fit, records = draw.normal(size=(200, 4)), 3.0 * draw.normal(size=(50, 4))
+    score = make_score("mahalanobis", {"shrinkage": 0.0})
+    expected = healthy_scores(score, fit, records)
+    for _ in range(5):
+        matrix, offset = draw.normal(size=(4, 4)), draw.normal(size=4)
+        moved = healthy_scores(score, fit @ matrix + offset, records @ matrix + offset)
+        np.testing.assert_allclose(moved, expected, rtol=1e-6)

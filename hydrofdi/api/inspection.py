@@ -17,9 +17,8 @@ from hydrofdi.api.warnings import period_count, place_in_bands
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.estimation.observability import correlations, spectrum
 from hydrofdi.execution import Job
-from hydrofdi.indicators.information import Information, Informative
+from hydrofdi.indicators.information import Information, Informative, Unknown
 from hydrofdi.indicators.measuring import seen_by
 from hydrofdi.physics.hydraulic_mode import HydraulicMode
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
@@ -291,32 +290,18 @@ LONGEST, COLLINEAR, _NOTABLE = 20.0, 0.95, 0.3
 
 
 @dataclass(frozen=True)
-class KnownUnknown:
-    """Standard deviations of an unknown before and after a record, in its SI unit, ``1`` for shares."""
-
-    name: str
-    unit: str
-    before: float
-    after: float
-
-
-@dataclass(frozen=True)
 class Observability:
     """What a healthy record of a duration [s] tells an estimator; empty if its estimate diverges along it.
 
-    `singular_values` of the Gramian of states and parameters are in units of the deviations beforehand, the
-    largest first: along its direction the record alone leaves 1/√s of them. `weakest` is the direction of the
-    parameters that is known least, and `weakest_left` its deviation over that beforehand. `collinear` lists
-    pairs whose errors behind the record are correlated.
+    `weakest` is the direction of the parameters that is known least, and `weakest_left` its deviation over
+    that beforehand. `collinear` lists pairs whose errors behind the record are correlated.
     """
 
     indicator: str
     duration: float
-    singular_values: tuple[float, ...] = ()
-    condition: float = math.nan
     weakest: str = ""
     weakest_left: float = math.nan
-    unknowns: tuple[KnownUnknown, ...] = ()
+    unknowns: tuple[Unknown, ...] = ()
     collinear: tuple[tuple[str, str, float], ...] = ()
 
 
@@ -339,25 +324,20 @@ def observability(job: Job) -> tuple[Observability, ...]:
 
 
 def _described(label: str, duration: float, found: Information) -> Observability:
-    if not np.isfinite([found.gramian, found.covariance]).all():
+    if not np.isfinite(found.covariance).all():
         return Observability(label, duration)
-    parameters, unknowns = slice(found.n_motion, None), found.unknowns
-    told, left = spectrum(found.gramian), spectrum(found.covariance[parameters, parameters])
-    names = (each.name for each in unknowns[parameters])
-    weakest = sorted(zip(names, left.directions[0].tolist(), strict=True), key=lambda part: -abs(part[1]))
-    correlated = correlations(found.covariance)
-    shares = np.sqrt(np.diag(found.covariance))
+    unknowns, deviations = found.unknowns, np.sqrt(np.diag(found.covariance))
+    values, directions = np.linalg.eigh(found.covariance[found.n_motion :, found.n_motion :])
+    least_known = directions[:, -1] * np.sign(directions[np.abs(directions[:, -1]).argmax(), -1])
+    names = (each.name for each in unknowns[found.n_motion :])
+    weakest = sorted(zip(names, least_known.tolist(), strict=True), key=lambda part: -abs(part[1]))
+    correlated = found.covariance / np.outer(deviations, deviations)
     return Observability(
         label,
         duration,
-        tuple(told.values.tolist()),
-        told.condition,
         ", ".join(f"{name} {share:.2f}" for name, share in weakest if abs(share) >= _NOTABLE),
-        math.sqrt(left.values[0]),
-        tuple(
-            KnownUnknown(each.name, each.unit, float(each.deviation), float(each.deviation * share))
-            for each, share in zip(unknowns, shares, strict=True)
-        ),
+        math.sqrt(values[-1]),
+        unknowns,
         tuple(
             (unknowns[i].name, unknowns[j].name, float(correlated[i, j]))
             for i, j in combinations(range(len(unknowns)), 2)

@@ -160,12 +160,11 @@ def _observability(found: Observability) -> Iterator[Any]:
     yield unknowns_table(found)
     if not found.unknowns:
         yield "nothing: the estimate diverges; do its options fit the actuator?"
-    elif not any(found.singular_values):
+    elif all(each.after >= each.before for each in found.unknowns):
         yield "the record contains no information on them; does the valve open?"
     else:
-        condition = f"{found.condition:.2g}" if math.isfinite(found.condition) else "infinite"
         left = f"{found.weakest_left:.0%} of the prior deviation remains"
-        yield f"condition number {condition}; least known: {found.weakest}: {left}"
+        yield f"least known: {found.weakest}: {left}"
         pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
         yield f"collinear: {pairs or 'none'}"
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.compilation.object_code import kernel
 from hydrofdi.estimation.plant import (
     N_MOVING,
     N_STATE,
@@ -158,31 +157,3 @@ def drive(tangent: Array, s: Slopes, plant: Plant, result: Array) -> None:
     result[0, 13] -= one.pressure_2
     result[1, 13] -= two.pressure_2
     result[3, 13] += by_mass * plant.area_2
-
-
-@kernel
-def predict(
-    states: Array, paths: Array, step: float, supply: Array, plant: Plant, ends: Array, transitions: Array,
-    tangents: Array,
-) -> None:  # fmt: skip
-    """Predict several states over one sample, with their transition matrices.
-
-    Parameters
-    ----------
-    states : ndarray, shape (n, N_STATE)
-    paths : ndarray, shape (n, 2 n_step + 1)
-        As for `advance`.
-    step : float
-    supply : ndarray, shape (n,)
-    plant : Plant
-    ends : ndarray, shape (n, N_STATE)
-        Filled.
-    transitions : ndarray, shape (n, N_MOVING, N_STATE)
-        Filled.
-    tangents : ndarray, shape TANGENT_SHAPE
-        Workspace.
-    """
-    for k in range(states.shape[0]):
-        for j in range(N_STATE):
-            ends[k, j] = states[k, j]
-        advance_with_transition(ends[k], paths[k], step, supply[k], plant, transitions[k], tangents)

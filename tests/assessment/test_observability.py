@@ -52,7 +52,6 @@ def test_at_one_amplitude_a_lap_is_a_flow_gain():
     assert found.weakest.startswith("lap")
     assert "flow gain" in found.weakest
     assert found.weakest_left > 0.9
-    assert found.singular_values == tuple(sorted(found.singular_values, reverse=True))
 
 
 def test_a_leak_of_the_run_is_left_aside():
@@ -66,7 +65,6 @@ def test_a_kalman_filter_is_told_of_motion_and_parameters():
     choice = "indicators={ekf_joint: {states: [leakage, bulk_modulus, flow_gain, lap]}}"
     found = observed(choice)
     assert [each.name for each in found.unknowns[5:]] == ["leakage", "bulk modulus", "flow gain", "lap"]
-    assert len(found.singular_values) == 9
     assert found.weakest.startswith("lap")
     assert "flow gain" in found.weakest
     steps = observed(choice, "input.shape=steps", "input.period=1 s")
@@ -78,4 +76,4 @@ def test_an_estimate_that_diverges_has_no_numbers(tmp_path):
         "name: wrong\nrecord: {duration: 4 s}\nindicators: {ekf_joint: {mass: 0.01 kg}}\n"
     )
     (record,) = run_json("check", tmp_path / "wrong.yaml")["observability"]
-    assert (record["unknowns"], record["condition"]) == ([], None)
+    assert (record["unknowns"], record["weakest_left"]) == ([], None)

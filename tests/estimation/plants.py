@@ -1,11 +1,15 @@
 """The nominal plant of the paper in the units of estimators, and its runs by the simulation."""
 
+from functools import cache
+
 import numpy as np
 
+from hydrofdi.compilation.compiling import dispatcher
 from hydrofdi.config import load_experiment
 from hydrofdi.estimation.plant import N_MOVING, N_STATE, Plant
-from hydrofdi.estimation.prediction import TANGENT_SHAPE, predict
+from hydrofdi.estimation.prediction import TANGENT_SHAPE, advance_with_transition
 from hydrofdi.estimation.spool_path import follow_command, spool_transition
+from hydrofdi.physics.equation import FAST_MATH
 from hydrofdi.simulation.batch import simulate_batch
 
 NOMINAL = Plant(
@@ -20,15 +24,18 @@ PER_LITRE_PER_MINUTE = 1e-3 / 60.0 / np.sqrt(8e6)
 """K_i of a leak of 1 L/min at 8 MPa [m^3.5/kg^0.5]."""
 
 
+@cache
+def advancing():
+    """`advance_with_transition`, compiled as within the filter."""
+    return dispatcher(lambda *given: advance_with_transition(*given), fastmath=FAST_MATH)
+
+
 def predicted(states, paths, plant=NOMINAL, supply=SUPPLY):
     """States a sample later, and the transitions."""
-    states = np.ascontiguousarray(states)
-    ends, transitions = np.empty_like(states), np.empty((len(states), N_MOVING, N_STATE))
-    step = SAMPLE / (paths.shape[1] // 2)
-    predict(
-        states, np.ascontiguousarray(paths), step, np.full(len(states), supply), plant, ends, transitions,
-        np.empty(TANGENT_SHAPE),
-    )  # fmt: skip
+    ends, transitions = np.array(states), np.empty((len(states), N_MOVING, N_STATE))
+    step, tangents = SAMPLE / (paths.shape[1] // 2), np.empty(TANGENT_SHAPE)
+    for end, path, transition in zip(ends, np.ascontiguousarray(paths), transitions, strict=True):
+        advancing()(end, path, step, supply, plant, transition, tangents)
     return ends, transitions
 
 

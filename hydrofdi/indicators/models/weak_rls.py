@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS
-from hydrofdi.estimation.observability import covariance_with_prior
 from hydrofdi.estimation.valve_use import (
     count_windows,
     follow_means,
@@ -35,7 +34,7 @@ from hydrofdi.estimation.weak_rls import (
 from hydrofdi.estimation.weak_windows import new_sums, window_equations, windows_before
 from hydrofdi.indicators.balancing import WindowOptions, balance_outputs
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.information import Information, Unknown
+from hydrofdi.indicators.information import Information
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
 from hydrofdi.indicators.volume_balance import P1, P2, X, known_balance
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -172,16 +171,13 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         deviations = self._deviations(records)
         (open_,) = np.nonzero(deviations)
         gramian = (np.tril(moments) + np.tril(moments, -1).T)[np.ix_(open_, open_)]
-        scales = {
-            "internal_coefficient": math.sqrt(self.options.reference_pressure),
-            "compressibility": self.options.bulk_modulus,
-        }
-        unknowns = tuple(
-            Unknown(*_NAMES_AND_UNITS[name], deviations[place] * scales.get(name, 1.0))
-            for place, name in enumerate(UNKNOWNS)
-            if deviations[place]
+        of_flow, of_modulus = math.sqrt(self.options.reference_pressure), self.options.bulk_modulus
+        scales = {"internal_coefficient": of_flow, "compressibility": of_modulus}
+        return Information.of(
+            [_SHOWN_AS.get(UNKNOWNS[place], UNKNOWNS[place]) for place in open_],
+            [deviations[place] * scales.get(UNKNOWNS[place], 1.0) for place in open_],
+            np.linalg.inv(np.eye(len(gramian)) + gramian),
         )
-        return Information(unknowns, gramian, covariance_with_prior(gramian))
 
     @property
     def _both(self) -> bool:
@@ -351,15 +347,5 @@ def _departure(found: Array, deviations: Array) -> Array:
     return np.asarray(np.max(np.abs(found[:, :, stated]) / deviations[stated], axis=2, initial=0.0))
 
 
-_NAMES_AND_UNITS = {
-    "internal_coefficient": ("leakage", "m^3/s"),
-    "compressibility": ("bulk modulus", "1"),
-    "flow_gain": ("flow gain", "1"),
-    "supply": ("supply pressure", "1"),
-    "offset": ("valve null", "m"),
-    "lap": ("lap", "m"),
-    "clearance": ("clearance", "m^3/(s*Pa)"),
-    "bias_1": ("bias of P1", "Pa"),
-    "bias_2": ("bias of P2", "Pa"),
-}
-"""Unknown → its name and unit in tables."""
+_SHOWN_AS = {"internal_coefficient": "leakage", "compressibility": "bulk_modulus"}
+"""Unknowns that `information` reports as others: flow at the reference pressure, relative bulk modulus."""

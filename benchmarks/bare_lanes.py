@@ -8,7 +8,7 @@ from __future__ import annotations
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
 from hydrofdi.physics.equation import equation
-from hydrofdi.physics.friction.threshold import friction_force
+from hydrofdi.physics.friction import friction_force
 from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
 from hydrofdi.simulation.kernels.kernel import take_spools

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from jobs import Job, parameter_vector, voltage
 
-from hydrofdi.physics.settled import NEGLIGIBLE
+from hydrofdi.physics.equation import NEGLIGIBLE
 
 
 @numba.njit(cache=True)

@@ -6,7 +6,7 @@ import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.request import RunRequest, parameter_names
-from hydrofdi.config.run_table.identities import run_identity
+from hydrofdi.config.run_table.runs import run_identity
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics import PHYSICS_VERSION
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.config.run_table.identities import run_identities, run_identity
+from hydrofdi.config.run_table.runs import run_identities, run_identity
 from hydrofdi.config.sweeps.points import count_points
 from hydrofdi.config.sweeps.sweep import distinct_rows
 from hydrofdi.errors import ConfigError

@@ -18,7 +18,7 @@ LAYERS = [
     {"config"},
     {"detectors"},
     {"indicators", "scoring"},
-    {"estimation", "evaluation", "transforms", "records"},
+    {"evaluation", "transforms", "records"},
     {"compilation"},
     {"physics"},
     {"settings"},

@@ -14,7 +14,7 @@ from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.api.stored import rows_named
 from hydrofdi.config import expand_runs
-from hydrofdi.config.run_table.identities import record_identities, run_identities
+from hydrofdi.config.run_table.runs import record_identities, run_identities
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.writing import OWN, WRITERS, selection

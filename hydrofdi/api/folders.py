@@ -20,7 +20,7 @@ from hydrofdi.api.stored import changes_since, rows_named, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.request import RunRequest, parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN
-from hydrofdi.config.run_table.identities import record_identity
+from hydrofdi.config.run_table.runs import record_identity
 from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of, remedy
@@ -30,8 +30,7 @@ from hydrofdi.store import Columns, StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
 from hydrofdi.store.layout.names import MESSAGE, RUN, STATUS, VERDICT, Variable, stored_variables
 from hydrofdi.store.layout.outputs import output_variables
-from hydrofdi.store.reading import read_texts
-from hydrofdi.store.request import read_request
+from hydrofdi.store.reading import read_request, read_texts
 from hydrofdi.store.results import MISSING, ShardResults
 from hydrofdi.store.shard import held_names, read_variables
 

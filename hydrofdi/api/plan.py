@@ -23,7 +23,7 @@ from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
-from hydrofdi.config.run_table.identities import identities_of_analyses, record_identities, run_identity
+from hydrofdi.config.run_table.runs import identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Issue

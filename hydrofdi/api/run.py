@@ -20,7 +20,7 @@ from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.notebook import shown
 from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
-from hydrofdi.config.run_table.identities import record_identity, run_identity
+from hydrofdi.config.run_table.runs import record_identity, run_identity
 from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.config.study.detection import DetectionConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig

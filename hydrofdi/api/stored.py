@@ -13,7 +13,7 @@ from typing import Any
 
 import hydrofdi
 from hydrofdi.config import ExperimentConfig, expand_runs
-from hydrofdi.config.run_table.identities import run_identities
+from hydrofdi.config.run_table.runs import run_identities
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
@@ -29,7 +29,7 @@ from hydrofdi.store import (
 )
 from hydrofdi.store.folder.provenance import read_provenance
 from hydrofdi.store.layout.names import RUN_ID
-from hydrofdi.store.request import REQUEST_FILE, read_request, request_record
+from hydrofdi.store.reading import REQUEST_FILE, read_request, request_record
 
 RESULTS = Path("results")
 """Folder for experiments, below the working directory."""

@@ -26,8 +26,7 @@ from hydrofdi.api.stored import (
 )
 from hydrofdi.compilation.compiling import cache_directory
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
-from hydrofdi.config.run_table.identities import run_identities
-from hydrofdi.config.run_table.runs import Runs
+from hydrofdi.config.run_table.runs import Runs, run_identities
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, StoreError, SweepInterrupted
 from hydrofdi.execution import (
@@ -58,13 +57,24 @@ from hydrofdi.store import (
     write_failure,
 )
 from hydrofdi.store.files import remove_leftovers, require_replaceable
-from hydrofdi.store.folder.calibrations import read_calibrations, write_calibrations
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
-from hydrofdi.store.folder.log import RunLog
-from hydrofdi.store.folder.provenance import add_provenance, environment_record, now
+from hydrofdi.store.folder.provenance import (
+    RunLog,
+    add_provenance,
+    environment_record,
+    now,
+    read_calibrations,
+    write_calibrations,
+)
 from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
-from hydrofdi.store.reading import is_current, read_texts
-from hydrofdi.store.request import REQUEST_FILE, read_request, require_same_experiment, write_request
+from hydrofdi.store.reading import (
+    REQUEST_FILE,
+    is_current,
+    read_request,
+    read_texts,
+    require_same_experiment,
+    write_request,
+)
 from hydrofdi.store.results import MISSING
 
 

@@ -5,9 +5,8 @@ from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_condit
 from hydrofdi.execution.compute import Batch, BatchReceipt, compute_columns
 from hydrofdi.execution.engine import Engine, InProcessEngine
 from hydrofdi.execution.interruption import interruption
-from hydrofdi.execution.jobs import Job
 from hydrofdi.execution.local_pool import LocalPoolEngine, available_cores
-from hydrofdi.execution.measuring import needed_signals
+from hydrofdi.execution.measuring import Job, needed_signals
 
 __all__ = [
     "Batch",

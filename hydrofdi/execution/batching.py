@@ -8,7 +8,7 @@ from dataclasses import replace
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.execution.compute import Batch, BatchReceipt, analysed_alike, compute_shard
 from hydrofdi.execution.engine import Engine, TaskFailure
-from hydrofdi.execution.jobs import Job
+from hydrofdi.execution.measuring import Job
 from hydrofdi.simulation.kernels.lanes import WIDTH
 
 _LARGEST_BATCH = 32 * WIDTH

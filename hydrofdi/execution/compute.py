@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import StoreConfig
-from hydrofdi.execution.jobs import Job
-from hydrofdi.execution.measuring import measured_columns, needed_signals
+from hydrofdi.execution.measuring import Job, measured_columns, needed_signals
 from hydrofdi.indicators.measuring import Seconds
 from hydrofdi.quality.doubts import how_records_settle
 from hydrofdi.quality.measures import hydraulic_mode, mean_external_leakage_flows

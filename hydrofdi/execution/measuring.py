@@ -3,24 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.experiment import DWT, Analysis, Indicators
+from hydrofdi.config import RunParameters, RunSpec
+from hydrofdi.config.experiment import DEFAULT_ANALYSIS, DWT, Analysis, Indicators
 from hydrofdi.errors import Issue
-from hydrofdi.execution.jobs import Job
 from hydrofdi.indicators.measuring import Measures, Seconds, measure
 from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.quality.measures import pressure_features
 from hydrofdi.records import RecordBatch
+from hydrofdi.store import StoredRun
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.outputs import wavelet_numbers
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.transforms.configuration import WaveletConfig
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run that is ready to be computed.
+
+    Attributes
+    ----------
+    run_id : str
+    parameters : RunParameters
+        What its record is made with.
+    leakage_coefficient : float
+        K_i [m^3.5/kg^0.5]; NaN says that no K_i gives its leakage.
+    analysis : Analysis
+        What is measured of the record.
+    record_id : str
+    stored : StoredRun or None
+        Where its record is stored with the signals that are measured; None if it is to be simulated.
+    """
+
+    run_id: str
+    parameters: RunParameters
+    leakage_coefficient: float
+    analysis: Analysis = DEFAULT_ANALYSIS
+    record_id: str = ""
+    stored: StoredRun | None = None
+
+    @classmethod
+    def of(cls, run: RunSpec, run_id: str, leakage_coefficient: float, record_id: str = "") -> Job:
+        """The job of a run."""
+        return cls(run_id, run.parameters, leakage_coefficient, run.analysis, record_id)
+
 
 Columns = Mapping[str, NDArray[Any]]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from hydrofdi.estimation.chamber_balance import UNKNOWNS
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS
 from hydrofdi.indicators.nominal_actuator import PlantConstant
 from hydrofdi.indicators.nominal_plant import UncertainActuator
 from hydrofdi.indicators.plausibility import FLUID, POSITIVE

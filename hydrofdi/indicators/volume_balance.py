@@ -10,11 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
-from hydrofdi.estimation.chamber_balance import Balance
-from hydrofdi.estimation.weak_windows import new_sums, window_equations
+from hydrofdi.indicators.estimation.chamber_balance import Balance, new_sums, weak_weights, window_equations
 from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.transforms.weak_form import weak_weights
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 

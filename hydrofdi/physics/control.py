@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrofdi.physics.equation import equation
-from hydrofdi.physics.limited import limited
+from hydrofdi.physics.equation import equation, limited
 
 
 @equation

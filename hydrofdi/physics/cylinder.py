@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from hydrofdi.physics.equation import Quantity, equation
-from hydrofdi.physics.limited import limited
+from hydrofdi.physics.equation import Quantity, equation, limited
 
 
 @equation

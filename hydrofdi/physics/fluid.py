@@ -2,10 +2,62 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hydrofdi.physics.equation import Quantity, equation
-from hydrofdi.physics.powers_of_two import LN_2, binary_exponential, binary_logarithm
+
+LN_2 = math.log(2.0)
+
+_ROOT_HALF = 0x3FE6A09E667F3BCD
+"""Bits of √½."""
+
+_COUNTER, _COUNTER_BITS = 1.5 * 2.0**52, 0x4338000000000000
+"""A double whose last bits count integers, and its bit pattern."""
+
+
+@equation
+def _bits(number: Quantity) -> Quantity:
+    return np.float64(number).view(np.int64)
+
+
+@equation
+def _number(bits: Quantity) -> Quantity:
+    return np.int64(bits).view(np.float64)
+
+
+@equation
+def binary_logarithm(value: Quantity) -> Quantity:
+    """log2(x) for a normal x > 0, with an error below 1e-12.
+
+    With x = 2^k m, √½ ≤ m < √2 and z = (m − 1)/(m + 1), log2(x) = k + 2 artanh(z)/ln 2; the series is
+    truncated after z^13.
+    """
+    bits = _bits(value)
+    exponent = (bits - _ROOT_HALF) >> 52
+    mantissa = _number(bits - (exponent << 52))
+    z = (mantissa - 1.0) / (mantissa + 1.0)
+    u = z * z
+    series = 1.0 / 7.0 + u * (1.0 / 9.0 + u * (1.0 / 11.0 + u * (1.0 / 13.0)))
+    series = 1.0 + u * (1.0 / 3.0 + u * (1.0 / 5.0 + u * series))
+    return (_number(exponent + _COUNTER_BITS) - _COUNTER) + (2.0 / LN_2) * z * series
+
+
+@equation
+def binary_exponential(exponent: Quantity) -> Quantity:
+    """2^y for abs(y) ≤ 1000, with a relative error below 1e-12.
+
+    With y = k + f, k an integer and abs(f) ≤ ½, 2^y = 2^k e^(f ln 2); the series is truncated after the tenth
+    power.
+    """
+    counter = exponent + _COUNTER
+    w = (exponent - (counter - _COUNTER)) * LN_2
+    series = 1.0 / 5040.0 + w * (1.0 / 40320.0 + w * (1.0 / 362880.0 + w * (1.0 / 3628800.0)))
+    series = 1.0 / 24.0 + w * (1.0 / 120.0 + w * (1.0 / 720.0 + w * series))
+    series = 1.0 + w * (1.0 + w * (0.5 + w * (1.0 / 6.0 + w * series)))
+    return _number(_bits(series) + (_bits(counter) << 52))
+
 
 LEAST_ABSOLUTE_PRESSURE = 1e3
 """Lower limit of the absolute pressure that the gas law uses [Pa]."""

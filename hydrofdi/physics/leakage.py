@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrofdi.physics.equation import Quantity, equation
-from hydrofdi.physics.signed_root import signed_root
+from hydrofdi.physics.equation import Quantity, equation, signed_root
 
 REFERENCE_DROP = 8e6
 """Pressure difference at which a leak is also stated, by default by indicators as well [Pa]."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.compilation.compiling import strictly_compiled
-from hydrofdi.physics.settled import settled
+from hydrofdi.physics.equation import settled
 
 
 class Lag(NamedTuple):

@@ -10,7 +10,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.sensing.channels import CHANNELS, CLOCK, random_generator
 from hydrofdi.sensing.dynamics import LagLanes
 from hydrofdi.sensing.sampling import Clocks, sampling_instants
-from hydrofdi.simulation.kernels.tap import SignalByName
+from hydrofdi.simulation.inputs import SignalByName
 
 
 class LaggedRuns:

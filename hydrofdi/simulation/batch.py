@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import RecordConfig
-from hydrofdi.simulation.inputs import Chunk, Inputs
+from hydrofdi.simulation.inputs import Chunk, Inputs, Reader, Tap
 from hydrofdi.simulation.kernels.hydraulics import lane_parameters, leakage_of
 from hydrofdi.simulation.kernels.kernel import advance_lanes
 from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes, pack_singles
 from hydrofdi.simulation.kernels.options import ModelOptions, group_by_kernel, group_by_options
-from hydrofdi.simulation.kernels.tap import Reader, Tap
 from hydrofdi.simulation.trajectory import Outcome, Signal, Trajectory
 
 _CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 5000, 64_000

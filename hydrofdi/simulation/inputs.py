@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Sequence
-from typing import NamedTuple, TypeVar
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,26 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.config.sections.machine import LoadConfig
 from hydrofdi.simulation.drive import Drive, Spools, position_reference, random_levels
-from hydrofdi.simulation.kernels.tap import Tap
+
+SignalByName = Callable[[str], NDArray[np.float64]]
+"""Function from the name of a signal to its values, shape (n_step, n_lane); only the first lanes are used."""
+
+Reader = Callable[[int, SignalByName], None]
+"""Function that reads a block of steps, given the number of its first step; blocks are contiguous."""
+
+
+class Tap(Protocol):
+    """Interface that reads runs of a batch at every step; a record of all steps is never stored."""
+
+    def wants(self, position: int) -> bool:
+        """Whether to read the run at a position of the batch."""
+
+    def feedback_noise(self, position: int) -> NDArray[np.float64] | None:
+        """Noise of the position that the controller of a run reads, at each of its samples [m], or None."""
+
+    def reader(self, positions: Sequence[int]) -> Reader:
+        """Reader of the runs at these positions, which are in the first lanes."""
+
 
 Array = NDArray[np.float64]
 

@@ -2,7 +2,7 @@
 
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import write_experiment
-from hydrofdi.store.folder.failures import Failure, forget_failure, read_failures, write_failure
+from hydrofdi.store.folder.provenance import Failure, forget_failure, read_failures, write_failure
 from hydrofdi.store.index import ShardIndex, StoredRun, holds_enough, read_index
 from hydrofdi.store.reading import read_experiment, read_unfinished
 from hydrofdi.store.results import ShardResults

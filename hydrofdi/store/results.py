@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.errors import StoreError
 from hydrofdi.store.files import open_for_reading
-from hydrofdi.store.folder.failures import Failure
+from hydrofdi.store.folder.provenance import Failure
 from hydrofdi.store.index import ShardIndex
 from hydrofdi.store.layout.names import MESSAGE, OBSTACLE, RUN_ID, STATUS, TIME, Variable
 from hydrofdi.store.shard import read_variables

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hydrofdi.estimation import ekf
-from hydrofdi.estimation.plant import N_MOVING
-from hydrofdi.estimation.square_root import find_gain, shrink
-from hydrofdi.estimation.unscented import gather_points, place_points
+from hydrofdi.indicators.estimation import ekf_stream as ekf
+from hydrofdi.indicators.estimation.plant import N_MOVING
+from hydrofdi.indicators.estimation.square_root import find_gain, shrink
+from hydrofdi.indicators.estimation.ukf_stream import gather_points, place_points
 
 
 class UnscentedFilter:

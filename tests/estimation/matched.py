@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from hydrofdi.estimation.observers.nominal_valve import Cylinder, nominal_flows
+from hydrofdi.indicators.nominal_signals import Cylinder, nominal_flows
 from hydrofdi.physics.cylinder import chamber_pressure_rates
 from hydrofdi.physics.leakage import internal_leakage_flow
 

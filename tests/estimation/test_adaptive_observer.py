@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from estimation.matched import CYLINDER, SUPPLY, matched_signals, moving
-from hydrofdi.estimation.observers.adaptive_observer import (
+from hydrofdi.indicators.models.adaptive_observer import (
     COEFFICIENT,
     COMPRESSIBILITY,
     ERROR_1,
@@ -13,7 +13,7 @@ from hydrofdi.estimation.observers.adaptive_observer import (
     Law,
     adapt,
 )
-from hydrofdi.estimation.observers.nominal_valve import P1, POSITION, SPOOL
+from hydrofdi.indicators.nominal_signals import P1, POSITION, SPOOL
 
 COEFFICIENT_TRUE, MODULUS_TRUE, MODULUS_NOMINAL = 5e-9, 689e6, 551e6
 FREQUENCY, INJECTION = 4000.0, 200.0

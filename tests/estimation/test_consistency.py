@@ -13,7 +13,7 @@ from estimation.walking import (
     records,
     square_wave,
 )
-from hydrofdi.estimation.plant import N_STATE
+from hydrofdi.indicators.estimation.plant import N_STATE
 
 N_RECORD, N_TIME, SETTLED = 24, 1200, 250
 

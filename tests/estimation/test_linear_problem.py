@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from estimation.filters import ExtendedFilter, KalmanFilter, UnscentedFilter
-from hydrofdi.estimation.plant import N_MOVING, N_STATE
+from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE
 
 
 def linear_problem(random):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from estimation.matched import CYLINDER, matched_signals, moving
-from hydrofdi.estimation.observers.nominal_valve import SPOOL, SUPPLY
-from hydrofdi.estimation.observers.reduced_order import N_STATE, N_SUM, Bounds, project
+from hydrofdi.indicators.models.reduced_order import N_STATE, N_SUM, Bounds, project
+from hydrofdi.indicators.nominal_signals import SPOOL, SUPPLY
 
 MODULUS, FREQUENCY, EVERY, N_BLOCK = 689e6, 1000.0, 100, 20
 LEAKS = 2e-9, 8e-9

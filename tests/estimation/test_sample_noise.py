@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hydrofdi.estimation.valve_use import follow_noise, new_noise
+from hydrofdi.indicators.estimation.valve_use import follow_noise, new_noise
 
 
 def noise_of(signal, unclear=None, cuts=()):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from estimation.filters import UnscentedFilter
-from hydrofdi.estimation.square_root import find_gain, grow, shrink, triangularise
+from hydrofdi.indicators.estimation.square_root import find_gain, grow, shrink, triangularise
 
 N = 5
 

@@ -5,7 +5,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from hydrofdi.estimation.volterra import (
+from hydrofdi.indicators.models.volterra import (
     block_means,
     lagged_values,
     polynomial_terms,

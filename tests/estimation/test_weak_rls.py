@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hydrofdi.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
-from hydrofdi.estimation.weak_rls import N_ESTIMATE, follow_windows, new_scratch, new_state
+from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
+from hydrofdi.indicators.estimation.weak_rls import N_ESTIMATE, follow_windows, new_scratch, new_state
 from hydrofdi.transforms.regression import regress
 
 ERROR = 4e-9

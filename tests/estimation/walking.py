@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from estimation.plants import NOMINAL, SAMPLE, SUPPLY, predicted, spool_paths
-from hydrofdi.estimation import ekf_stream, ukf_stream
-from hydrofdi.estimation.ekf import N_MEASURED
-from hydrofdi.estimation.plant import N_STATE
-from hydrofdi.estimation.spool_path import spool_transition
-from hydrofdi.estimation.unscented import Estimated, Workspace
+from hydrofdi.indicators.estimation import ekf_stream, ukf_stream
+from hydrofdi.indicators.estimation.ekf_stream import N_MEASURED
+from hydrofdi.indicators.estimation.plant import N_STATE
+from hydrofdi.indicators.estimation.spool_path import spool_transition
+from hydrofdi.indicators.estimation.ukf_stream import Estimated, Workspace
 
 N_STEP = 4
 SENSORS = np.array([5e-3, 5e-3, 1e-2]) ** 2

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.transforms.sifting import empirical_modes
+from hydrofdi.indicators.catalogue.emd import empirical_modes
 from indicators.laws import (
     SAMPLING_FREQUENCY,
     noise,

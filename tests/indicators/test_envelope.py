@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.signal import hilbert
 
+from hydrofdi.indicators.catalogue.envelope import analytic_signal
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.transforms.analytic import analytic_signal
 from indicators.laws import (
     SAMPLING_FREQUENCY,
     noise,

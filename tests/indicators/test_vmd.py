@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.transforms.variational import variational_modes
+from hydrofdi.indicators.catalogue.vmd import variational_modes
 from indicators.laws import (
     SAMPLING_FREQUENCY,
     ringing,

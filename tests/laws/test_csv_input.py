@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
-from hydrofdi.config.run_table.identities import run_identity
+from hydrofdi.config.run_table.runs import run_identity
 from hydrofdi.config.sections.csv_input import MOST_ROWS, held_text
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError

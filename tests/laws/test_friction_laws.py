@@ -12,11 +12,16 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.machine import FrictionConfig
-from hydrofdi.physics.friction import LAWS, choice_of_law, chosen_friction
-from hydrofdi.physics.friction.lugre import bristle_friction_force, bristle_rate
-from hydrofdi.physics.friction.smooth import smooth_friction_force
-from hydrofdi.physics.friction.stribeck import decaying_exponential
-from hydrofdi.physics.friction.threshold import friction_force
+from hydrofdi.physics.friction import (
+    LAWS,
+    bristle_friction_force,
+    bristle_rate,
+    choice_of_law,
+    chosen_friction,
+    decaying_exponential,
+    friction_force,
+    smooth_friction_force,
+)
 from hydrofdi.simulation.batch import simulate_batch
 
 PARAMETERS = (200.0, 250.0, 50.0, 40.0, 1e-3)

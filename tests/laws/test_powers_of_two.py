@@ -10,8 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus
-from hydrofdi.physics.powers_of_two import binary_exponential, binary_logarithm
+from hydrofdi.physics.fluid import (
+    LEAST_ABSOLUTE_PRESSURE,
+    binary_exponential,
+    binary_logarithm,
+    effective_bulk_modulus,
+)
 
 ERROR = 1e-12
 """What both functions state."""

@@ -14,7 +14,7 @@ import pytest
 from test_option_combinations import CHOICES
 
 from hydrofdi.config import RunParameters, load_experiment
-from hydrofdi.physics.settled import NEGLIGIBLE, settled
+from hydrofdi.physics.equation import NEGLIGIBLE, settled
 from hydrofdi.simulation import batch, drive
 from hydrofdi.simulation.batch import simulate_batch
 

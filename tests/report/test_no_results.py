@@ -8,7 +8,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.papers import make_report
 from hydrofdi.report.figures import write_figure
 from hydrofdi.report.publication import write_all_forms
-from hydrofdi.store.request import write_request
+from hydrofdi.store.reading import write_request
 from tests.commands import run_hydrofdi
 
 GENERAL = """\

@@ -9,7 +9,7 @@ from hydrofdi.papers.maddahi2015.study import study_experiment
 from hydrofdi.report.analysis import analyze
 from hydrofdi.report.figures import draw_all
 from hydrofdi.report.record import render_json
-from hydrofdi.store.request import write_request
+from hydrofdi.store.reading import write_request
 
 HALF = """\
 name: half

@@ -6,10 +6,10 @@ import pytest
 
 from hydrofdi.api.sweep import collect
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.config.run_table.identities import run_identity
+from hydrofdi.config.run_table.runs import run_identity
 from hydrofdi.execution import Batch, Job, compute_columns
 from hydrofdi.execution.compute import compute_shard
-from hydrofdi.store.request import write_request
+from hydrofdi.store.reading import write_request
 
 EXPERIMENT = """\
 name: rows

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.transforms.free_motion import fit_free_motion
-from hydrofdi.transforms.matrix_pencil import common_motion
+from hydrofdi.transforms.free_motion import common_motion, fit_free_motion
 
 TIME = np.arange(120) / 120.0
 

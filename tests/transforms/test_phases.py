@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import pywt
 
+from hydrofdi.indicators.catalogue.dwt import phase_rms
 from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.phases import phase_rms
 from hydrofdi.transforms.wavelet import detail_rms, n_phase
 
 

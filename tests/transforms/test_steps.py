@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.transforms.steps import half_periods, jumps
+from hydrofdi.indicators.stepping import half_periods, jumps
 
 
 def square(n_time, period, rng=None, noise=0.0):

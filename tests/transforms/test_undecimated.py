@@ -6,8 +6,8 @@ import pywt
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hydrofdi.indicators.catalogue.dwt import phase_rms
 from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.phases import phase_rms
 from hydrofdi.transforms.undecimated import (
     boundary_length,
     phase_detail_rms,

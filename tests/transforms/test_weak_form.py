@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.transforms.weak_form import weak_weights
+from hydrofdi.indicators.estimation.chamber_balance import weak_weights
 
 
 def weak_integrals(samples, frequency, half):

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
-from hydrofdi.config.run_table.identities import record_identities
+from hydrofdi.config.run_table.runs import record_identities
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord

@@ -277,7 +277,7 @@ def _kind(path: Path) -> str:
 def _kind_of_folder(path: Path) -> str:
     from hydrofdi.api.stored import require_single, results_files
     from hydrofdi.records.measured import plain_files
-    from hydrofdi.store.request import REQUEST_FILE
+    from hydrofdi.store.reading import REQUEST_FILE
 
     is_sweep, results = (path / REQUEST_FILE).exists(), results_files(path)
     if results and not is_sweep:

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.run_table.rows import Expansion
 from hydrofdi.config.run_table.runs import Runs
-from hydrofdi.config.study.draws import study_points
 from hydrofdi.config.study.study import StudyConfig
-from hydrofdi.config.study.table import StudyTable, populations, study_table
+from hydrofdi.config.study.table import StudyTable, populations, study_points, study_table
 from hydrofdi.config.sweeps.points import Column, Points, count_points, multiplied, sweep_points
 from hydrofdi.config.sweeps.sweep import SweepConfig, distinct_rows
 from hydrofdi.errors import ConfigError, Issue

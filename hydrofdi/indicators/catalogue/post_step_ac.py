@@ -19,7 +19,7 @@ from hydrofdi.indicators.stepping import (
 )
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
-from hydrofdi.transforms.polynomials import less_polynomials, orthonormal_polynomials
+from hydrofdi.transforms.free_motion import less_polynomials, orthonormal_polynomials
 
 
 class PostStepAcOptions(SteppingOptions):

@@ -13,6 +13,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.indicators.stepping import (
     SteppingOptions,
+    Steps,
     drive_steps,
     optional_stepping_channels,
     stepping_channels,
@@ -21,7 +22,6 @@ from hydrofdi.indicators.stepping import (
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.free_motion import FreeMotion, fit_free_motion
-from hydrofdi.transforms.steps import Steps
 
 _LEAST_SAMPLES = 24
 

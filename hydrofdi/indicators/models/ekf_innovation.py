@@ -10,8 +10,13 @@ from pydantic import model_validator
 
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.kalman import LITRE_PER_MINUTE, KalmanOptions, Parameter
-from hydrofdi.indicators.kalman_filter import Estimates, KalmanFilter
+from hydrofdi.indicators.kalman_filter import (
+    LITRE_PER_MINUTE,
+    Estimates,
+    KalmanFilter,
+    KalmanOptions,
+    Parameter,
+)
 from hydrofdi.indicators.recursive import Trace
 from hydrofdi.records import Array
 from hydrofdi.settings.quantities import SI

@@ -7,11 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 from pydantic import model_validator
 
-from hydrofdi.estimation.plant import STATES
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.kalman import LITRE_PER_MINUTE, KalmanOptions
-from hydrofdi.indicators.kalman_filter import Estimates, KalmanFilter
+from hydrofdi.indicators.estimation.plant import STATES
+from hydrofdi.indicators.kalman_filter import LITRE_PER_MINUTE, Estimates, KalmanFilter, KalmanOptions
 from hydrofdi.indicators.plausibility import FLUID, POSITIVE
 from hydrofdi.indicators.recursive import Trace
 from hydrofdi.records import Array

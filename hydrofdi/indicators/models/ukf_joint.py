@@ -7,10 +7,9 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.estimation.ekf_stream import Tuning
-from hydrofdi.estimation.plant import N_STATE, STATES
-from hydrofdi.estimation.ukf_stream import Streams, follow_unscented
-from hydrofdi.estimation.unscented import Estimated, Workspace
+from hydrofdi.indicators.estimation.ekf_stream import Tuning
+from hydrofdi.indicators.estimation.plant import N_STATE, STATES
+from hydrofdi.indicators.estimation.ukf_stream import Estimated, Streams, Workspace, follow_unscented
 from hydrofdi.indicators.models.ekf_joint import EkfJoint, JointOptions
 from hydrofdi.indicators.recursive import State
 from hydrofdi.records import Array, RecordBatch

@@ -9,8 +9,17 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.estimation.chamber_balance import N_UNKNOWN, UNKNOWNS
-from hydrofdi.estimation.valve_use import (
+from hydrofdi.indicators.balancing import WindowOptions, balance_outputs
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.estimation.chamber_balance import (
+    N_UNKNOWN,
+    UNKNOWNS,
+    new_sums,
+    weak_weights,
+    window_equations,
+    windows_before,
+)
+from hydrofdi.indicators.estimation.valve_use import (
     count_windows,
     follow_means,
     follow_noise,
@@ -20,7 +29,7 @@ from hydrofdi.estimation.valve_use import (
     new_means,
     new_noise,
 )
-from hydrofdi.estimation.weak_rls import (
+from hydrofdi.indicators.estimation.weak_rls import (
     COMBINED,
     CONDITION,
     EQUATIONS,
@@ -31,15 +40,11 @@ from hydrofdi.estimation.weak_rls import (
     new_scratch,
     new_state,
 )
-from hydrofdi.estimation.weak_windows import new_sums, window_equations, windows_before
-from hydrofdi.indicators.balancing import WindowOptions, balance_outputs
-from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.information import Information
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
 from hydrofdi.indicators.volume_balance import P1, P2, X, known_balance
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
-from hydrofdi.transforms.weak_form import weak_weights
 
 
 class WeakRlsOptions(WindowOptions, RecursiveOptions):

@@ -22,13 +22,13 @@ from hydrofdi.physics.leakage import (
     laminar_leakage_flow,
     onset_ramp,
 )
-from hydrofdi.physics.supply import supply_pressure_rate
 from hydrofdi.physics.valve import (
     chamber_1_orifice_drop,
     chamber_2_orifice_drop,
     control_flow,
     edge_flow,
     null_position,
+    supply_pressure_rate,
 )
 from hydrofdi.simulation.kernels.lanes import LEAKAGE, PARAMETERS
 from hydrofdi.simulation.kernels.options import ModelOptions

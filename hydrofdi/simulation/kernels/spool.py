@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.physics.equation import equation
-from hydrofdi.physics.limited import limited
-from hydrofdi.physics.settled import settled
+from hydrofdi.physics.equation import equation, limited, settled
 from hydrofdi.physics.valve import acting_voltage, spool_acceleration
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.simulation.kernels.options import Chosen

@@ -9,6 +9,7 @@ import platform
 import socket
 import subprocess
 import sys
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from importlib.metadata import distributions
 from pathlib import Path
@@ -17,11 +18,88 @@ from typing import Any
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.seeds import seeds_of
-from hydrofdi.errors import without_credentials
+from hydrofdi.errors import StoreError, without_credentials
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store.files import write_whole_text
+from hydrofdi.store.files import reason, write_whole_text
 
-_FILE = "provenance.json"
+_FOLDER = "failures"
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A run without a result.
+
+    Attributes
+    ----------
+    run_id : str
+    status : str
+        ``error``, ``timeout`` or ``killed``.
+    message : str
+        One sentence.
+    log : str
+        Output of the worker, e.g. a traceback.
+    """
+
+    run_id: str
+    status: str
+    message: str
+    log: str = ""
+
+
+def write_failure(directory: Path, failure: Failure) -> None:
+    """Store a failure below an experiment's folder.
+
+    Raises
+    ------
+    StoreError
+        The file cannot be written.
+    """
+    write_whole_text(directory / _FOLDER / f"{failure.run_id}.json", json.dumps(asdict(failure), indent=2))
+
+
+def read_failures(directory: Path) -> dict[str, Failure]:
+    """Identity of a run → stored failure; unreadable files are ignored."""
+    failures = {}
+    for path in sorted((directory / _FOLDER).glob("*.json")):
+        try:
+            failure = Failure(**json.loads(path.read_text()))
+        except (OSError, ValueError, TypeError):
+            continue
+        failures[failure.run_id] = failure
+    return failures
+
+
+def forget_failure(directory: Path, run_id: str) -> None:
+    """Delete the stored failure of a run, if any."""
+    (directory / _FOLDER / f"{run_id}.json").unlink(missing_ok=True)
+
+
+_CALIBRATIONS = "calibrations.json"
+
+
+def read_calibrations(directory: Path) -> dict[str, float]:
+    """Identity of a calibration → K_i [m^3.5/kg^0.5]; empty if no readable file exists."""
+    try:
+        return {
+            str(key): float(value)
+            for key, value in json.loads((directory / _CALIBRATIONS).read_text()).items()
+        }
+    except (OSError, ValueError, TypeError, AttributeError):
+        return {}
+
+
+def write_calibrations(directory: Path, coefficients: dict[str, float]) -> None:
+    """Store solved coefficients.
+
+    Raises
+    ------
+    StoreError
+        The file cannot be written.
+    """
+    write_whole_text(directory / _CALIBRATIONS, json.dumps(coefficients, indent=0, sort_keys=True))
+
+
+_PROVENANCE = "provenance.json"
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -54,13 +132,13 @@ def add_provenance(directory: Path, record: dict[str, Any]) -> None:
     StoreError
         The file cannot be written.
     """
-    write_whole_text(directory / _FILE, json.dumps([*read_provenance(directory), record], indent=2))
+    write_whole_text(directory / _PROVENANCE, json.dumps([*read_provenance(directory), record], indent=2))
 
 
 def read_provenance(directory: Path) -> list[dict[str, Any]]:
     """Provenance records of all sweeps on an experiment's folder."""
     try:
-        return list(json.loads((directory / _FILE).read_text()))
+        return list(json.loads((directory / _PROVENANCE).read_text()))
     except (OSError, ValueError):
         return []
 
@@ -102,3 +180,28 @@ def _processor() -> str:
     except OSError:
         pass
     return platform.processor()
+
+
+_LOG = "run.log"
+
+
+class RunLog:
+    """Appends events to the log in an experiment's folder."""
+
+    def __init__(self, directory: Path) -> None:
+        self._path = directory / _LOG
+
+    def write(self, event: str, **details: Any) -> None:
+        """Append one event with a time stamp.
+
+        Raises
+        ------
+        StoreError
+            The log cannot be written.
+        """
+        line = json.dumps({"time": now(), "event": event, **details})
+        try:
+            with open(self._path, "a", encoding="utf-8") as file:
+                file.write(line + "\n")
+        except OSError as error:
+            raise StoreError(f"{self._path}: cannot be written: {reason(error)}") from None

@@ -7,7 +7,7 @@ from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
-from hydrofdi.store.request import write_request
+from hydrofdi.store.reading import write_request
 
 STUDY = """
 name: half-study

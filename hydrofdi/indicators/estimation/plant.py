@@ -12,7 +12,7 @@ import numpy as np
 
 from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
 from hydrofdi.physics.equation import equation
-from hydrofdi.physics.friction.threshold import friction_force
+from hydrofdi.physics.friction import friction_force
 from hydrofdi.physics.leakage import internal_leakage_flow
 from hydrofdi.physics.valve import edge_flow
 

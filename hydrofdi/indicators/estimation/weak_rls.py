@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
+from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
 from hydrofdi.physics.equation import equation
 
 Array = NDArray[np.float64]

@@ -7,8 +7,7 @@ import cmath
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.physics.equation import equation
-from hydrofdi.physics.settled import settled
+from hydrofdi.physics.equation import equation, settled
 from hydrofdi.physics.stability import second_order_eigenvalues
 
 Array = NDArray[np.float64]

@@ -1,0 +1,334 @@
+"""Volume balance of a chamber, linear in the unknown parameters of the actuator."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.compilation.object_code import kernel
+from hydrofdi.physics.equation import equation, signed_root
+from hydrofdi.physics.valve import chamber_1_orifice_drop
+
+
+@lru_cache(maxsize=64)
+def weak_weights(half: int, sampling_frequency: float) -> Array:
+    """Trapezoidal-rule weights of the samples for integrals over windows of 2 `half` sampling intervals.
+
+    φ' is scaled so that the sums are exact for a ramp: tan(π/(2 half)) replaces π/(2 half).
+
+    Parameters
+    ----------
+    half : int
+        Half the window length [sampling intervals]; adjacent windows overlap by half.
+    sampling_frequency : float
+        [Hz]
+
+    Returns
+    -------
+    ndarray, shape (2, 3, half)
+        Weights in the first and second half of a window, for ∫ φ s dt, ∫ φ s' dt and ∫ φ τ s' dt. φ is sin²
+        over the window; τ is the time from its middle.
+    """
+    place = np.arange(2 * half)
+    phase = np.pi * place / (2 * half)
+    weight, slope = np.sin(phase) ** 2, np.sin(2.0 * phase) * np.tan(np.pi / (2 * half))
+    late = (weight + slope * (place - half)) / sampling_frequency
+    weights = np.stack((weight / sampling_frequency, -slope, -late))
+    return np.ascontiguousarray(weights.reshape(3, 2, half).transpose(1, 0, 2))
+
+
+Array = NDArray[np.float64]
+
+CURRENT, ENDING, BEFORE = 0, 1, 2
+"""Rows of sums: current block as first and as second half of a window, and previous block."""
+
+
+def new_sums(n_record: int, n_chamber: int) -> Array:
+    """State of `integrate_windows` before the first sample."""
+    return np.zeros((n_record, 3, N_SHARED + n_chamber * N_OWN))
+
+
+def windows_before(n_sample: int, half: int) -> int:
+    """Number of windows that are complete after `n_sample` samples of a stream."""
+    return max(n_sample // half - 1, 0)
+
+
+@equation
+def add(sums: Any, place: int, signal: float, first: float, second: float) -> None:
+    """Add a weighted sample to the windows that start and end with this block."""
+    sums[CURRENT, place] += first * signal
+    sums[ENDING, place] += second * signal
+
+
+@kernel
+def integrate_windows(
+    spool: Array,
+    position: Array,
+    pressures: Array,
+    supply: Array,
+    reference: Array,
+    weights: Array,
+    n_before: int,
+    balance: Balance,
+    sums: Array,
+    columns: Array,
+    targets: Array,
+) -> None:
+    """Fill the equations of the windows that these samples complete.
+
+    Parameters
+    ----------
+    spool, position : ndarray, shape (n_record, n_time)
+        x_v and x_p [m].
+    pressures : ndarray, shape (2, n_record, n_time)
+        P_1 and P_2 [Pa].
+    supply, reference : ndarray, shape (n_record, n_time)
+        P_s at the linearisation point, and the reference of its prior deviation [Pa].
+    weights : ndarray, shape (2, 3, half)
+        Weights of the samples in the first and second half of a window, for ∫ φ s, ∫ φ s' and ∫ φ τ s'.
+    n_before : int
+        Samples of the stream before these.
+    balance : Balance
+    sums : ndarray, shape (n_record, 3, N_SHARED + n_chamber N_OWN)
+        State of each stream, from `new_sums`; updated in place.
+    columns : ndarray, shape (n_record, n_window, n_chamber, N_UNKNOWN)
+        Filled.
+    targets : ndarray, shape (n_record, n_window, n_chamber)
+        Filled [m³].
+    """
+    n_record, n_time = spool.shape
+    half, n_sum, n_chamber = weights.shape[2], sums.shape[2], targets.shape[2]
+    for r in range(n_record):
+        own = sums[r]
+        n_window = 0
+        for i in range(n_time):
+            j = (n_before + i) % half
+            if j == 0:
+                for k in range(n_sum):
+                    own[CURRENT, k] = own[ENDING, k] = 0.0
+            first, second = weights[0, 0, j], weights[1, 0, j]
+            x, x_v, p_1 = position[r, i], spool[r, i], pressures[0, r, i]
+            add(own, 0, x, first, second)
+            add(own, 1, signed_root(p_1 - pressures[1, r, i]), first, second)
+            add(own, 2, x, weights[0, 1, j], weights[1, 1, j])
+            for chamber in range(n_chamber):
+                sign, k = 1.0 if chamber == 0 else -1.0, N_SHARED + chamber * N_OWN
+                p = pressures[chamber, r, i]
+                signals = valve_signals(
+                    x_v, p, supply[r, i], reference[r, i], balance.return_pressure, balance.gain, sign
+                )
+                add(own, k, signals.flow, first, second)
+                add(own, k + 1, signals.by_supply, first, second)
+                add(own, k + 2, signals.supply_error, first, second)
+                add(own, k + 3, signals.by_offset, first, second)
+                add(own, k + 4, signals.by_lap, first, second)
+                add(own, k + 5, signals.by_clearance, first, second)
+                add(own, k + 6, signals.by_fed, first, second)
+                add(own, k + 7, signals.by_drained, first, second)
+                add(own, k + 8, p, weights[0, 1, j], weights[1, 1, j])
+                add(own, k + 9, p, weights[0, 2, j], weights[1, 2, j])
+            if j == half - 1:
+                if n_before + i >= half:
+                    for k in range(n_sum):
+                        own[BEFORE, k] += own[ENDING, k]
+                    for chamber in range(n_chamber):
+                        place = N_SHARED + chamber * N_OWN
+                        targets[r, n_window, chamber] = write_equation(
+                            own[BEFORE, place:], chamber, balance, own[BEFORE, 0], own[BEFORE, 1],
+                            own[BEFORE, 2], columns[r, n_window, chamber],
+                        )  # fmt: skip
+                    n_window += 1
+                for k in range(n_sum):
+                    own[BEFORE, k] = own[CURRENT, k]
+
+
+def window_equations(
+    spool: Array,
+    position: Array,
+    pressures: Array,
+    supply: Array,
+    reference: Array,
+    weights: Array,
+    n_before: int,
+    balance: Balance,
+    sums: Array,
+) -> tuple[Array, Array]:
+    """Regressors and targets of `integrate_windows`; the state is updated in place."""
+    n_record, n_time = spool.shape
+    half, n_chamber = weights.shape[2], (sums.shape[2] - N_SHARED) // N_OWN
+    n_window = windows_before(n_before + n_time, half) - windows_before(n_before, half)
+    columns = np.zeros((n_record, n_window, n_chamber, N_UNKNOWN))
+    targets = np.zeros((n_record, n_window, n_chamber))
+    integrate_windows(
+        spool, position, pressures, supply, reference, weights, n_before, balance, sums, columns, targets
+    )
+    return columns, targets
+
+
+UNKNOWNS = (
+    "internal_coefficient",
+    "compressibility",
+    "flow_gain",
+    "supply",
+    "offset",
+    "lap",
+    "clearance",
+    "bias_1",
+    "bias_2",
+)
+"""Unknowns of the balance, in column order: K_i, 1/β and deviations from the nominal actuator."""
+
+N_UNKNOWN = len(UNKNOWNS)
+
+COMPRESSIBILITY = UNKNOWNS.index("compressibility")
+
+N_SHARED = 3
+"""Number of integrals shared by both chambers: position, its rate, and root of the load pressure."""
+
+N_OWN = 10
+"""Number of integrals of each chamber."""
+
+_LEAST_ROOT = 300.0
+"""Root of the pressure drop at which the slope of an edge flow is limited [√Pa]: 0.09 MPa."""
+
+
+class Balance(NamedTuple):
+    """Known parameters of the actuator and of the windows.
+
+    Attributes
+    ----------
+    area_1, area_2 : float
+        Piston areas of both chambers [m²].
+    volume_1, volume_2 : float
+        Volumes of both chambers at position zero [m³].
+    gain : float
+        K_v w, flow gain times area gradient [m^2.5/kg^0.5].
+    return_pressure : float
+        P_r [Pa].
+    compressibility : float
+        Nominal 1/β [1/Pa].
+    own_feed, other_feed : float
+        Sensitivity of the drop over the feeding edge to errors of the chamber's own pressure and of the other
+        one: −1 and 0 if the supply pressure is known independently, 0 and 1 if it is the sum of both.
+    half_time : float
+        Half the window length [s].
+    """
+
+    area_1: float
+    area_2: float
+    volume_1: float
+    volume_2: float
+    gain: float
+    return_pressure: float
+    compressibility: float
+    own_feed: float
+    other_feed: float
+    half_time: float
+
+
+class ValveSignals(NamedTuple):
+    """Nominal valve flow of a chamber, and its partial derivatives at one sample.
+
+    Attributes
+    ----------
+    flow : float
+        q_1 into chamber 1, or q_2 out of chamber 2 [m³/s].
+    by_supply : float
+        Derivative by the supply pressure, relative to the reference supply pressure [m³/s].
+    supply_error : float
+        The same times the relative difference between the supply pressure used and the reference [m³/s].
+    by_offset, by_lap : float
+        Derivatives by the offset of the spool and by the lap [m²/s].
+    by_clearance : float
+        P_s + P_r − 2 P [Pa].
+    by_fed, by_drained : float
+        Derivatives by the pressure drop over the feeding and the draining edge [m³/(s·Pa)].
+    """
+
+    flow: float
+    by_supply: float
+    supply_error: float
+    by_offset: float
+    by_lap: float
+    by_clearance: float
+    by_fed: float
+    by_drained: float
+
+
+@equation
+def valve_signals(
+    spool: float, pressure: float, supply: float, reference: float, ret: float, gain: float, sign: float
+) -> ValveSignals:
+    """Valve flow of a chamber and its derivatives; chamber 2 mirrors chamber 1 (`sign` −1).
+
+    Parameters
+    ----------
+    spool : float
+        x_v [m].
+    pressure : float
+        Chamber pressure [Pa].
+    supply : float
+        P_s at the linearisation point [Pa].
+    reference : float
+        P_s that the prior deviation refers to [Pa].
+    ret : float
+        P_r [Pa].
+    gain : float
+        K_v w [m^2.5/kg^0.5].
+    sign : float
+        +1 for chamber 1, −1 for chamber 2.
+    """
+    root = signed_root(chamber_1_orifice_drop(sign * spool, pressure, supply, ret))
+    opened = gain * root
+    slope = 0.5 * gain * spool / max(abs(root), _LEAST_ROOT)
+    fed = slope if sign * spool >= 0.0 else 0.0
+    return ValveSignals(
+        opened * spool,
+        fed * reference,
+        fed * (supply - reference),
+        opened,
+        opened * np.sign(spool),
+        supply + ret - 2.0 * pressure,
+        fed,
+        slope - fed,
+    )
+
+
+@equation
+def write_equation(
+    sums: Any, chamber: int, b: Balance, position: float, leak: float, travel: float, columns: Any
+) -> float:
+    """Fill the regressors of a window (N_UNKNOWN,) from its integrals, and return its target [m³].
+
+    Parameters
+    ----------
+    sums : ndarray, shape (N_OWN,)
+        ∫ φ of each of `ValveSignals`, ∫ φ P', and ∫ φ τ P'.
+    chamber : int
+        0 or 1.
+    b : Balance
+    position, leak, travel : float
+        ∫ φ x_p [m·s], ∫ φ sgn(ΔP) √|ΔP| [√Pa·s], ∫ φ x_p' [m].
+    columns : ndarray, shape (N_UNKNOWN,)
+    """
+    sign = 1.0 if chamber == 0 else -1.0
+    area = b.area_1 if chamber == 0 else b.area_2
+    volume = b.volume_1 if chamber == 0 else b.volume_2
+    flow, by_supply, supply_error, by_offset = sums[0], sums[1], sums[2], sums[3]
+    by_lap, by_clearance, by_fed, by_drained = sums[4], sums[5], sums[6], sums[7]
+    place, speed = position / b.half_time, travel / b.half_time
+    compressed = sign * (volume + sign * area * place) * sums[8] + area * speed * sums[9]
+    columns[0] = leak
+    columns[1] = compressed
+    columns[2] = -flow
+    columns[3] = -by_supply
+    columns[4] = by_offset
+    columns[5] = by_lap
+    columns[6] = -sign * by_clearance
+    columns[7 + chamber] = by_drained + b.own_feed * by_fed
+    columns[8 - chamber] = b.other_feed * by_fed
+    target: float = flow - supply_error - area * travel - compressed * b.compressibility
+    return target

@@ -39,5 +39,5 @@ def test_the_parts_of_a_study_run_one_by_one(tmp_path):
     table = run_table(data)
     rms = data.columns["detail_rms"]
     delta = percentage_change(rms[data.fixed_baseline[0]], rms[0])
-    (row,) = [row for row in table.rows if not row.is_sealed and row.bulk_modulus == 551e6]
-    np.testing.assert_array_equal(row.details.fixed, delta)
+    leaky = table.of(~table.is_sealed & (table["bulk_modulus"] == 551e6))
+    np.testing.assert_array_equal(leaky.changes("fixed"), [delta])

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from hydrofdi.config.experiment import DWT
-from hydrofdi.report.indicators import IndicatorStudy, study_indicators
+from hydrofdi.report.indicators import MeasuredIndicator, measured_indicators
 from hydrofdi.report.responses import ResponseStudy, study_responses
 from hydrofdi.report.runs import RunTable, run_table, table_runs
 from hydrofdi.store import ExperimentData
@@ -21,13 +21,13 @@ class Analysis:
 
     data: ExperimentData
     table: RunTable
-    indicators: tuple[IndicatorStudy, ...]
+    indicators: tuple[MeasuredIndicator, ...]
     """Indicators beside the details of P_1, if the experiment measures any."""
 
     @cached_property
     def responses(self) -> ResponseStudy:
         """What each feature does over each parameter that varies."""
-        return study_responses(self.data)
+        return study_responses(self.data, self.indicators)
 
     @property
     def has_details(self) -> bool:
@@ -37,7 +37,7 @@ class Analysis:
     @property
     def has_results(self) -> bool:
         """Whether any run has results."""
-        return any(row.status == "ok" for row in self.table.rows)
+        return bool(self.table.is_ok.any())
 
     @property
     def has_baseline(self) -> bool:
@@ -80,4 +80,4 @@ class Analysis:
 
 def analyze(data: ExperimentData) -> Analysis:
     """Compute the table of an experiment, and what it is read with."""
-    return Analysis(data, run_table(data), study_indicators(data))
+    return Analysis(data, run_table(data), measured_indicators(data))

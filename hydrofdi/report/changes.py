@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.quality.doubts import DOUBTS, Doubt, remedy, samples_per_period
+from hydrofdi.quality.doubts import DOUBTS, Doubt, doubts_of, remedy, samples_per_period
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.axes import Axis
 from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.responses import QUANTILES, strongest_table
-from hydrofdi.report.runs import EXTERNAL, Levels, RunTable, TableRow
+from hydrofdi.report.runs import EXTERNAL, RunTable, normal_bulk_modulus
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import (
     band_sentence,
@@ -24,10 +26,11 @@ from hydrofdi.report.wording import (
     lead_columns,
     mode_column,
     modulus_text,
-    row_name,
+    row_names,
 )
 from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
+from hydrofdi.store.layout import names
 from hydrofdi.store.results import MISSING
 
 _MOST_HOLES = 60
@@ -52,9 +55,9 @@ def summary_block(analysis: Analysis) -> Block:
 
 def _counts(analysis: Analysis) -> Iterator[str]:
     n_swept = int(analysis.responses.runs.sum())
-    n_added = len(analysis.table.rows) - n_swept
+    n_added = len(analysis.table) - n_swept
     added = f", and {counted(n_added, 'healthy run')} for comparison" if n_added > 0 else ""
-    failed = sum(row.status != "ok" for row in analysis.table.rows)
+    failed = int((~analysis.table.is_ok).sum())
     ended = f"{counted(failed, 'run')} without results" if failed else "all complete"
     yield f"{counted(n_swept, 'run')}{added}; {ended}."
 
@@ -113,18 +116,18 @@ def remarks_block(data: ExperimentData) -> Block | None:
 
 def holes_block(analysis: Analysis) -> Block | None:
     """How many runs have no results, the remedy, and a list of them; None if all runs have results."""
-    holes = [row for row in analysis.table.rows if row.status != "ok"]
-    if not holes:
+    holes = analysis.table.of(~analysis.table.is_ok)
+    if not len(holes):
         return None
     verb = "has" if len(holes) == 1 else "have"
-    lead = f"{len(holes):,} of {counted(len(analysis.table.rows), 'run')} {verb} no results."
-    shown = holes[:_MOST_HOLES]
+    lead = f"{len(holes):,} of {counted(len(analysis.table), 'run')} {verb} no results."
+    shown = holes.of(slice(_MOST_HOLES))
     first = f": the first {len(shown)} of {len(holes):,}" if len(shown) < len(holes) else ""
     table = Table(
         (
-            *lead_columns(analysis.table, shown),
-            Column("Status", [row.status for row in shown], is_text=True),
-            Column("Reason", [row.message for row in shown], is_text=True),
+            *lead_columns(shown),
+            Column("Status", shown.texts(names.STATUS), is_text=True),
+            Column("Reason", shown.texts(names.MESSAGE), is_text=True),
         ),
         f"Runs without results{first}",
         "runs-without-results",
@@ -132,28 +135,28 @@ def holes_block(analysis: Analysis) -> Block | None:
     return Block("holes", "What is missing", (lead, *_kinds(holes)), (table,))
 
 
-def _kinds(holes: list[TableRow]) -> Iterator[str]:
+def _kinds(holes: RunTable) -> Iterator[str]:
     """How many runs have each status, and what to do about them."""
-    for status in dict.fromkeys(row.status for row in holes):
+    for status, n_run in Counter(holes.texts(names.STATUS)).items():
         compute = "hydrofdi sweep CONFIG computes the missing runs and keeps the others"
         what = compute if status == MISSING else remedy(status)
-        count = counted(sum(row.status == status for row in holes), "run")
-        yield f"{status}, {count}" + (f". Remedy: {what}." if what else ".")
+        yield f"{status}, {counted(n_run, 'run')}" + (f". Remedy: {what}." if what else ".")
 
 
 def doubts_block(analysis: Analysis) -> Block | None:
     """How many runs have which verdict, by which number, and the remedy; None if all are ok."""
-    rows = analysis.table.rows
-    doubtful = [row for row in rows if row.doubts]
-    if not doubtful:
+    table = analysis.table
+    found = [doubts_of(verdict) for verdict in table.verdicts]
+    if not any(found):
         return None
-    verb = "has" if len(doubtful) == 1 else "have"
-    lines = [f"{len(doubtful)} of {counted(len(rows), 'run')} {verb} results to read with care:"]
+    n_doubtful = sum(map(bool, found))
+    verb = "has" if n_doubtful == 1 else "have"
+    lines = [f"{n_doubtful} of {counted(len(table), 'run')} {verb} results to read with care:"]
     for doubt in DOUBTS.values():
-        own = [row for row in doubtful if doubt in row.doubts]
-        if own:
-            worst = max(own, key=lambda row: row.doubt_numbers[doubt.word])
-            said = doubt_text(doubt, worst.doubt_numbers[doubt.word], f" ({row_name(worst)})")
+        own = table.of([doubt in each for each in found])
+        if len(own):
+            worst = own.of([own[doubt.number].argmax()])
+            said = doubt_text(doubt, float(worst[doubt.number][0]), f" ({row_names(worst)[0]})")
             lines.append(f"{doubt.word} ({doubt.mark}), {counted(len(own), 'run')}: {said}")
     return Block("doubts", "How reliable the runs are", tuple(lines))
 
@@ -171,20 +174,16 @@ def baseline_title(table: RunTable, baseline: str) -> str:
 
 def baseline_words(table: RunTable, baseline: str) -> str:
     """The conditions of the fixed or the matched baseline."""
-    held = {name: table.baseline[name] for name in table.label_names if name in table.baseline}
+    conditions = table.data.experiment.baseline
+    held = {name: conditions[name] for name in table.label_names if name in conditions}
     outside = {name: held.pop(name) for name in list(held) if name.startswith(EXTERNAL)}
     sealed = "sealed internally and externally" if outside and not any(outside.values()) else "sealed"
     if baseline == "matched":
         return f"{sealed}, the same conditions as the run"
-    state = [sealed, f"EBM {modulus_text(table.normal_bulk_modulus)}"]
+    state = [sealed, f"EBM {modulus_text(normal_bulk_modulus(table.data))}"]
     state += [labels_text(held)] if held else []
     is_alike = len(held) + len(outside) < len(table.label_names)
     return ", ".join([*state, *(["otherwise the same parameters as the run"] if is_alike else [])])
-
-
-def delta_of(kind: str, baseline: str) -> Callable[[TableRow], Levels]:
-    """δ of a kind of coefficient of a row against a baseline."""
-    return lambda row: getattr(getattr(row, kind), baseline)
 
 
 def changes_block(analysis: Analysis, title: str, key: str) -> Block:
@@ -193,11 +192,13 @@ def changes_block(analysis: Analysis, title: str, key: str) -> Block:
     if not analysis.baselines:
         return Block(key, "RMS of the details", (band_sentence(table),), (_rms_table(table),))
     legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell."
-    if not all(row.is_sealed for row in table.rows):
+    if not table.is_sealed.all():
         sealed = "have no internal leakage" if table.varies_external else "are controls"
         legend += f" Rows marked sealed {sealed}."
-    tables = tuple(_delta_table(analysis, key, "", "details", baseline) for baseline in analysis.baselines)
-    figures = ("sensitivity",) if len(table.rows) <= MOST_DRAWN else ()
+    tables = tuple(
+        _delta_table(analysis, key, "", names.DETAIL_RMS, baseline) for baseline in analysis.baselines
+    )
+    figures = ("sensitivity",) if len(table) <= MOST_DRAWN else ()
     return Block(key, title, (legend, band_sentence(table)), tables, figures)
 
 
@@ -215,32 +216,33 @@ def settled_block(analysis: Analysis) -> Block | None:
         f"From the undecimated transform of {records}: independent of the start sample and of an extension."
     )
     tables = tuple(
-        _delta_table(analysis, "settled", "Settled: ", "settled_details", each) for each in analysis.baselines
+        _delta_table(analysis, "settled", "Settled: ", names.SETTLED_DETAIL_RMS, each)
+        for each in analysis.baselines
     )
     return Block("settled", "The same of settled records, all start phases together", (sentence,), tables)
 
 
-def _delta_table(analysis: Analysis, key: str, title: str, kind: str, baseline: str) -> Table:
-    table, rows = analysis.table, analysis.table.rows
-    breaks = group_breaks([row.leakage_request for row in rows])
-    lead = [*lead_columns(table, rows), mode_column(rows)]
-    return Table(
-        (*lead, *delta_columns(rows, delta_of(kind, baseline)), *doubt_columns(rows)),
-        f"{title}{baseline_title(table, baseline)}",
-        f"{key}-{baseline}",
-        doubt_notes(rows),
-        breaks if len(breaks) < len(rows) - 1 else (),
-        n_lead=len(lead),
+def _delta_table(analysis: Analysis, key: str, title: str, rms: str, baseline: str) -> Table:
+    table = analysis.table
+    breaks = group_breaks(table.leakage_requests.tolist())
+    return replace(
+        _rows_table(table, *delta_columns(table.changes(baseline, rms))),
+        title=f"{title}{baseline_title(table, baseline)}",
+        key=f"{key}-{baseline}",
+        breaks=breaks if len(breaks) < len(table) - 1 else (),
     )
 
 
 def _rms_table(table: RunTable) -> Table:
-    rows = table.rows
-    lead = [*lead_columns(table, rows), mode_column(rows)]
     levels = (
-        Column(f"d{k + 1} [kPa]", [row.details.rms[k] for row in rows], text=kilopascal)
-        for k in range(table.n_level)
+        Column(f"d{k} [kPa]", own, text=kilopascal) for k, own in enumerate(table[names.DETAIL_RMS].T, 1)
     )
     title = "RMS of the details of the chamber-1 pressure"
-    columns = (*lead, *levels, *doubt_columns(rows))
-    return Table(columns, title, "rms", doubt_notes(rows), n_lead=len(lead))
+    return replace(_rows_table(table, *levels), title=title, key="rms")
+
+
+def _rows_table(table: RunTable, *columns: Column) -> Table:
+    """Columns between what a run is and its verdict."""
+    lead = [*lead_columns(table), mode_column(table)]
+    content = (*lead, *columns, *doubt_columns(table))
+    return Table(content, notes=doubt_notes(table), n_lead=len(lead))

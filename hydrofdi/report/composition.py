@@ -55,7 +55,7 @@ class Report:
     @property
     def name(self) -> str:
         """The experiment; its files are named after it."""
-        return self.analysis.table.name
+        return self.analysis.data.experiment.name
 
     @property
     def path(self) -> Path:
@@ -66,7 +66,7 @@ class Report:
     def usual_figure(self) -> str:
         """The figure that is drawn by default."""
         n_axis = sum(bool(each.responses) for each in self.analysis.responses.axes)
-        is_many = len(self.analysis.table.rows) > MOST_DRAWN
+        is_many = len(self.analysis.table) > MOST_DRAWN
         is_clear = n_axis <= FEW_AXES or is_many or not self.analysis.baselines
         return "responses" if n_axis and is_clear else "sensitivity"
 
@@ -112,7 +112,7 @@ def compose_general(analysis: Analysis, views: Iterable[Block]) -> Document:
         summary_block(analysis),
         provenance_block(analysis.data),
     )
-    return document_of(analysis.table.name, lead, blocks, analysis.data)
+    return document_of(analysis.data.experiment.name, lead, blocks, analysis.data)
 
 
 def compose_empty(analysis: Analysis, lead: str) -> Document:
@@ -122,7 +122,7 @@ def compose_empty(analysis: Analysis, lead: str) -> Document:
         *answers(holes_block(analysis), varied_block(analysis)),
         provenance_block(analysis.data),
     )
-    return document_of(analysis.table.name, lead, blocks)
+    return document_of(analysis.data.experiment.name, lead, blocks)
 
 
 def answers(*blocks: Block | None) -> tuple[Block | None, ...]:

@@ -7,28 +7,38 @@ import json
 from collections import Counter
 from typing import Any
 
+import numpy as np
+
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import ComposedReport
-from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.indicators import indicator_record, output_columns, output_values
-from hydrofdi.report.runs import TableRow, flow_numbers, largest_positive, level_name, row_numbers
+from hydrofdi.report.forms.numbers import plain
+from hydrofdi.report.indicators import indicator_record, output_columns
+from hydrofdi.report.runs import Array, RunTable, best_levels, level_names
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
-_LEADING = ("largest_positive_fixed", "largest_positive_matched")
+_DELTAS = {
+    names.DETAIL_RMS: "delta",
+    names.APPROXIMATION_RMS: "approximation_delta",
+    names.SETTLED_DETAIL_RMS: "settled_delta",
+    names.SETTLED_APPROXIMATION_RMS: "settled_approximation_delta",
+}
+"""Variable → how data for programs name its δ."""
+
+_BASELINES = ("fixed", "matched")
 
 
 def general_record(analysis: Analysis, *, with_rows: bool = True) -> dict[str, Any]:
     """Data of every experiment, with or without its rows; missing numbers are None."""
-    record: dict[str, Any] = {"experiment": analysis.table.name}
-    record["rows"] = [_row_record(analysis, row) for row in (analysis.table.rows if with_rows else ())]
-    record["verdicts"] = dict(Counter(row.verdict for row in analysis.table.rows))
+    table = analysis.table
+    record: dict[str, Any] = {"experiment": analysis.data.experiment.name}
+    record["rows"] = _row_records(analysis) if with_rows else []
+    record["verdicts"] = dict(Counter(table.verdicts))
     if not analysis.has_baseline:
         record["delta_not_known"] = analysis.missing_baseline
     if analysis.indicators:
-        run_ids = analysis.data.columns[names.RUN_ID].astype(str).tolist()
-        record["indicators"] = [indicator_record(study, run_ids) for study in analysis.indicators]
+        record["indicators"] = [indicator_record(each) for each in analysis.indicators]
     return record
 
 
@@ -39,72 +49,81 @@ def render_json(report: ComposedReport) -> str:
     return text.getvalue() + "\n"
 
 
-def _row_record(analysis: Analysis, row: TableRow) -> dict[str, Any]:
-    level, internal, *external = flow_numbers(row)
-    leads = (level_name(largest_positive(each)) for each in (row.details.fixed, row.details.matched))
-    measured = {k: v for study in analysis.indicators for k, v in output_values(study, row.position).items()}
+def _run_columns(table: RunTable) -> dict[str, Any]:
+    """A value for each run, in readable units."""
     return {
-        "run_id": row.run_id,
-        "leakage_L_per_min": level,
-        "bulk_modulus_MPa": convert(row.bulk_modulus, "MPa"),
-        "internal_leakage_coefficient": finite(row.leakage_coefficient),
-        "mean_internal_leakage_L_per_min": internal,
-        "mean_external_leakage_L_per_min": external,
-        **row_numbers(row),
-        **dict(zip(_LEADING, leads, strict=True)),
-        "labels": row.labels,
-        "sealed": row.is_sealed,
-        "status": row.status,
-        "message": row.message,
-        "verdict": row.verdict,
-    } | ({"indicators": measured} if analysis.indicators else {})
+        "run_id": table.texts(names.RUN_ID),
+        "leakage_L_per_min": _converted(table.leakage_flows, "L/min"),
+        "bulk_modulus_MPa": _converted(table[names.BULK_MODULUS], "MPa"),
+        "internal_leakage_coefficient": table[names.LEAKAGE_COEFFICIENT],
+        "mean_internal_leakage_L_per_min": _converted(table[names.MEAN_LEAKAGE_FLOW], "L/min"),
+        "mean_external_leakage_L_per_min": [_converted(pair, "L/min") for pair in table.external_flows],
+        "mean_chamber_1_pressure_Pa": table[names.MEAN_CHAMBER_1_PRESSURE],
+        "hydraulic_mode_Hz": table[names.MODE_FREQUENCY],
+        "hydraulic_mode_damping_ratio": table[names.MODE_DAMPING_RATIO],
+    }
+
+
+def _level_columns(table: RunTable) -> dict[str, Array]:
+    """A number for each run and level: RMS, and δ against either baseline."""
+    columns = {}
+    for name, delta in _DELTAS.items():
+        columns[f"{name}_Pa"] = table[name]
+        columns |= {f"{delta}_{each}_percent": table.changes(each, name) for each in _BASELINES}
+    return columns
+
+
+def _row_records(analysis: Analysis) -> list[dict[str, Any]]:
+    table = analysis.table
+    columns = _run_columns(table) | _level_columns(table)
+    for baseline in _BASELINES:
+        columns[f"largest_positive_{baseline}"] = level_names(best_levels(table.changes(baseline)))
+    columns |= {
+        "labels": table.labels,
+        "sealed": table.is_sealed,
+        "status": table.texts(names.STATUS),
+        "message": table.texts(names.MESSAGE),
+        "verdict": table.verdicts,
+    }
+    measured = {
+        output.variable: plain(output.values[table.positions])
+        for study in analysis.indicators
+        for output in study.outputs
+    }
+    if measured:
+        columns["indicators"] = [
+            dict(zip(measured, each, strict=True)) for each in zip(*measured.values(), strict=True)
+        ]
+    return [dict(zip(columns, row, strict=True)) for row in zip(*map(plain, columns.values()), strict=True)]
 
 
 def tidy_columns(analysis: Analysis) -> dict[str, list[Any]]:
     """Header with unit → values, one per run and level; None if a number is missing."""
-    lines = [line for row in analysis.table.rows for line in _lines(analysis, row)]
-    return {header: [line[header] for line in lines] for header in lines[0]}
-
-
-def _lines(analysis: Analysis, row: TableRow) -> list[dict[str, Any]]:
-    """A line for each level of a run."""
-    level, internal, *external = flow_numbers(row)
-    numbers = row_numbers(row)
-    by_level = {
-        name: values
-        for name, values in numbers.items()
-        if isinstance(values, list) and name != "settled_approximation_rms_Pa"
-    }
-    best = [largest_positive(each) for each in (row.details.fixed, row.details.matched)]
-    lead = {
-        "run_id": row.run_id,
-        "leakage_L_per_min": level,
-        "bulk_modulus_MPa": convert(row.bulk_modulus, "MPa"),
-        **{_si_header(name): value for name, value in row.labels.items()},
-        "internal_leakage_coefficient_m3.5_per_kg0.5": finite(row.leakage_coefficient),
-        "mean_internal_leakage_L_per_min": internal,
-        "mean_external_leakage_1_L_per_min": external[0],
-        "mean_external_leakage_2_L_per_min": external[1],
-        **{name: value for name, value in numbers.items() if not isinstance(value, list)},
-    }
-    end: dict[str, Any] = {}
+    table = analysis.table
+    columns = _run_columns(table)
+    flows = columns.pop("mean_external_leakage_L_per_min")
+    columns |= {f"mean_external_leakage_{c}_L_per_min": [pair[c - 1] for pair in flows] for c in (1, 2)}
+    columns["internal_leakage_coefficient_m3.5_per_kg0.5"] = columns.pop("internal_leakage_coefficient")
+    columns |= {_si_header(name): table.values(name) for name in table.label_names}
+    levels = range(table.n_level)
+    by_level: dict[str, Any] = {"level": [level_names(levels)] * len(table)} | _level_columns(table)
+    for baseline in _BASELINES:
+        is_best = best_levels(table.changes(baseline))[:, None] == np.array(levels)
+        by_level[f"largest_positive_{baseline}"] = is_best.astype(int)
+    columns |= by_level
     for study in analysis.indicators:
-        end |= output_columns(study, row.position)
-    end |= {"status": row.status, "verdict": row.verdict}
-    return [
-        lead
-        | {"level": f"d{k + 1}"}
-        | _with_leads({name: values[k] for name, values in by_level.items()}, [each == k for each in best])
-        | end
-        for k in range(analysis.table.n_level)
-    ]
+        columns |= output_columns(study, table.positions)
+    columns |= {"status": table.texts(names.STATUS), "verdict": table.verdicts}
+    return {
+        header: [
+            value for row in plain(own) for value in (row if header in by_level else [row] * len(levels))
+        ]
+        for header, own in columns.items()
+    }
 
 
-def _with_leads(numbers: dict[str, Any], leads: list[bool]) -> dict[str, Any]:
-    """Numbers of a level, with whether it leads behind δ of the details."""
-    names = [*numbers]
-    first = {name: numbers[name] for name in names[:3]}
-    return first | dict(zip(_LEADING, map(int, leads), strict=True)) | numbers
+def _converted(values: Array, unit: str) -> list[float]:
+    return [convert(value, unit) for value in values.tolist()]
 
 
 def _si_header(name: str) -> str:

@@ -15,7 +15,7 @@ from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
 from hydrofdi.report.document import Block
 from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.indicators import measured_indicators
+from hydrofdi.report.indicators import MeasuredIndicator
 from hydrofdi.report.intervals import RankCorrelation, rank_correlation
 from hydrofdi.report.runs import baseline_changes
 from hydrofdi.report.table import Column, Table
@@ -113,7 +113,7 @@ class ResponseStudy:
     runs: NDArray[np.bool_]
 
 
-def study_responses(data: ExperimentData) -> ResponseStudy:
+def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, ...] = ()) -> ResponseStudy:
     """The responses of an experiment.
 
     Leakage is compared with the sealed actuator under the same conditions, so that the leak alone is seen;
@@ -121,7 +121,7 @@ def study_responses(data: ExperimentData) -> ResponseStudy:
     """
     runs = swept_runs(data)
     details = _details(data)
-    measured = tuple(_indicator_features(data))
+    measured = tuple(_indicator_features(indicators))
     axes = []
     for axis in varied_axes(data, runs):
         wanted = ("matched", "fixed") if axis.is_leakage else ("fixed",)
@@ -138,21 +138,18 @@ def _details(data: ExperimentData) -> dict[str, tuple[Feature, ...]]:
     sizes = data.columns[names.DETAIL_RMS].T * convert(1.0, "kPa")
     found[""] = tuple(Feature(f"RMS of d{k}", "kPa", values, "Pa") for k, values in enumerate(sizes, 1))
     rows = {"fixed": data.fixed_baseline, "matched": data.matched_baseline}
-    for (name, row), changes in zip(rows.items(), baseline_changes(data), strict=True):
-        if ((row != names.NO_BASELINE) & (row != np.arange(data.n_run))).any():
+    for name, changes in baseline_changes(data).items():
+        if ((rows[name] != names.NO_BASELINE) & (rows[name] != np.arange(data.n_run))).any():
             found[name] = tuple(Feature(f"δd{k}", "%", values) for k, values in enumerate(changes.T, 1))
     return found
 
 
-def _indicator_features(data: ExperimentData) -> Iterator[Feature]:
+def _indicator_features(indicators: tuple[MeasuredIndicator, ...]) -> Iterator[Feature]:
     """Outputs of the further indicators, except standard errors, that differ between any two runs."""
-    for measured in measured_indicators(data):
-        for output in (each for each in measured.outputs if not each.output.name.endswith("_error")):
-            means, unit = output.means, output.shown_unit
-            known = means[np.isfinite(means)]
-            if known.size and np.ptp(known) > 0.0:
-                title = f"{measured.label}.{output.title}"
-                yield Feature(title, "" if unit == "1" else unit, output.shown(means), output.output.unit)
+    for output in (output for measured in indicators for output in measured.outputs):
+        known = output.means[np.isfinite(output.means)]
+        if not output.output.name.endswith("_error") and known.size and np.ptp(known) > 0.0:
+            yield Feature(output.title, output.unit, output.shown(output.means), output.output.unit)
 
 
 def _over(axis: Axis, against: str, features: tuple[Feature, ...]) -> AxisResponses:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from hydrofdi.config.shown_values import ShownParameter, shown_parameter, shown_values
-from hydrofdi.quality.doubts import DOUBTS
+from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.report.intervals import Share
-from hydrofdi.report.runs import EXTERNAL, Levels, RunTable, TableRow, largest_positive
+from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
 from hydrofdi.report.table import Column
 from hydrofdi.settings.readable import HOLE
+from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
 _MOST = 12
@@ -28,7 +31,7 @@ def modulus_text(bulk_modulus: float) -> str:
     return f"{shown_modulus().text(bulk_modulus)} {shown_modulus().unit}"
 
 
-def modulus_column(bulk_moduli: Sequence[float]) -> Column:
+def modulus_column(bulk_moduli: Sequence[float] | Array) -> Column:
     """A column of EBM."""
     shown = shown_modulus()
     return Column("bulk_modulus", bulk_moduli, "Pa", f"EBM [{shown.unit}]", shown.text)
@@ -55,77 +58,76 @@ def labels_text(labels: dict[str, Any]) -> str:
     return shown_values(labels)
 
 
-def row_name(row: TableRow) -> str:
-    """A row in words, e.g. ``sealed at 827 MPa, 0.6 L/min out of chamber 1``."""
-    mode = mode_name(row.leakage_flow, row.bulk_modulus)
-    if math.isnan(row.leakage_flow):
-        mode = f"{leakage_label(row)} at {mode.partition(' at ')[2]}"
-    outside = [
-        f"{flow_text(flow)} L/min out of chamber {chamber}"
-        for chamber, flow in enumerate(row.external_flows, 1)
-        if row.external_coefficients[chamber - 1]
-    ]
-    labels = {name: value for name, value in row.labels.items() if not name.startswith(EXTERNAL)}
-    return ", ".join(filter(None, [mode, *outside, labels_text(labels)]))
+def row_names(table: RunTable) -> list[str]:
+    """Rows in words, e.g. ``sealed at 827 MPa, 0.6 L/min out of chamber 1``."""
+    found = []
+    moduli = map(modulus_text, table[names.BULK_MODULUS].tolist())
+    rows = zip(leakage_texts(table), moduli, _outside_texts(table), table.labels, strict=True)
+    for leakage, modulus, flows, labels in rows:
+        unit = " L/min" if leakage[0].isdigit() else ""
+        outside = [f"{flow} L/min out of chamber {c}" for c, flow in enumerate(flows, 1) if flow != "0"]
+        others = {name: value for name, value in labels.items() if not name.startswith(EXTERNAL)}
+        found.append(
+            ", ".join(filter(None, [f"{leakage}{unit} at {modulus}", *outside, labels_text(others)]))
+        )
+    return found
 
 
-def leakage_label(row: TableRow) -> str:
-    """The leakage level of a row in L/min; its K_i if only that is known, as for a missing run."""
-    if row.is_sealed:
-        return "sealed"
-    flow = row.leakage_flow
-    return f"K_i {plain(row.leakage_request)}" if math.isnan(flow) else flow_text(flow)
-
-
-def external_columns(rows: Sequence[TableRow]) -> list[Column]:
-    """Mean flows out of the chambers."""
-    pairs = [list(zip(row.external_flows, row.external_coefficients, strict=True)) for row in rows]
-    texts = [[flow_text(flow) if k else "0" for flow, k in pair] for pair in pairs]
-    return [Column(f"Out of {place + 1} [L/min]", [text[place] for text in texts]) for place in (0, 1)]
-
-
-def lead_columns(table: RunTable, rows: Sequence[TableRow]) -> list[Column]:
-    """What says which run a row is; external leakage as the flow that it causes."""
-    labels = {name: shown for name, shown in table.shown_labels.items() if not name.startswith(EXTERNAL)}
+def leakage_texts(table: RunTable) -> list[str]:
+    """The leakage level of each row in L/min; its K_i if only that is known, as for a missing run."""
+    pairs = zip(table.leakage_requests.tolist(), table.leakage_flows.tolist(), strict=True)
     return [
-        Column("Leakage [L/min]", [leakage_label(row) for row in rows]),
-        modulus_column([row.bulk_modulus for row in rows]),
-        *(external_columns(rows) if table.varies_external else ()),
-        *(Column(each.header, [row.labels[n] for row in rows], text=each.text) for n, each in labels.items()),
+        "sealed" if not request else f"K_i {plain(request)}" if math.isnan(flow) else litres_per_minute(flow)
+        for request, flow in pairs
     ]
 
 
-def mode_column(rows: Sequence[TableRow]) -> Column:
+def _outside_texts(table: RunTable) -> list[list[str]]:
+    """Flows out of both chambers of each row."""
+    pairs = zip(table.external_flows.tolist(), table.external_coefficients.tolist(), strict=True)
+    return [[flow_text(flow) if k else "0" for flow, k in zip(*pair, strict=True)] for pair in pairs]
+
+
+def lead_columns(table: RunTable) -> list[Column]:
+    """What says which run a row is; external leakage as the flow that it causes."""
+    columns = [Column("Leakage [L/min]", leakage_texts(table)), modulus_column(table[names.BULK_MODULUS])]
+    if table.varies_external:
+        chambers = zip(*_outside_texts(table), strict=True)
+        columns += [Column(f"Out of {c} [L/min]", texts) for c, texts in enumerate(chambers, 1)]
+    for name, shown in table.shown_labels.items():
+        if not name.startswith(EXTERNAL):
+            columns.append(Column(shown.header, table.values(name), text=shown.text))
+    return columns
+
+
+def mode_column(table: RunTable) -> Column:
     """The frequency of the hydraulic mode."""
-    return Column("f_h [Hz]", [row.mode_frequency for row in rows], text=lambda f: hole_or(f, f"{f:.1f}"))
+    return Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: hole_or(f, f"{f:.1f}"))
 
 
-def delta_columns(rows: Sequence[TableRow], delta: Callable[[TableRow], Levels]) -> list[Column]:
+def delta_columns(delta: Array) -> list[Column]:
     """δ of each level; the largest positive one of a row stands out, unless it rounds to zero."""
-    values = [delta(row) for row in rows]
-    best = [largest_positive(levels) for levels in values]
+    best = best_levels(delta)
     return [
         Column(
             f"δd{level + 1}",
-            [levels[level] for levels in values],
+            own,
             text=signed,
-            strong=[
-                k for k, levels in enumerate(values) if best[k] == level and signed(levels[level]) != "0.0"
-            ],
+            strong=[k for k in np.flatnonzero(best == level).tolist() if signed(own[k]) != "0.0"],
         )
-        for level in range(len(values[0]) if values else 0)
+        for level, own in enumerate(delta.T)
     ]
 
 
-def doubt_columns(rows: Sequence[TableRow]) -> list[Column]:
+def doubt_columns(table: RunTable) -> list[Column]:
     """The marks of rows to read with care; nothing if there are none."""
-    marks = [" ".join(doubt.mark for doubt in row.doubts) for row in rows]
+    marks = [" ".join(doubt.mark for doubt in doubts_of(verdict)) for verdict in table.verdicts]
     return [Column("Verdict", marks, is_text=True)] if any(marks) else []
 
 
-def doubt_notes(rows: Sequence[TableRow]) -> tuple[str, ...]:
+def doubt_notes(table: RunTable) -> tuple[str, ...]:
     """What the marks mean, those that occur."""
-    found = {doubt.word for row in rows for doubt in row.doubts}
+    found = {doubt.word for verdict in set(table.verdicts) for doubt in doubts_of(verdict)}
     words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in found)
     return (f"Verdict: {words}.",) if words else ()
 
@@ -133,7 +135,8 @@ def doubt_notes(rows: Sequence[TableRow]) -> tuple[str, ...]:
 def band_sentence(table: RunTable) -> str:
     """Bands of the levels, and where the hydraulic mode lies at the least and at the largest EBM."""
     bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
-    found = sorted((row.bulk_modulus, row.mode_frequency) for row in table.rows if row.status == "ok")
+    known = table.of(table.is_ok)
+    found = sorted(zip(known[names.BULK_MODULUS].tolist(), known[names.MODE_FREQUENCY].tolist(), strict=True))
     ends = {modulus: (f, _level_at(table, f)) for modulus, f in found}
     texts = [f"{f:.1f} ({level}) at {modulus_text(beta)}" for beta, (f, level) in ends.items()]
     modes = ", ".join(texts) if len(texts) <= _MOST else f"{texts[0]} to {texts[-1]}"

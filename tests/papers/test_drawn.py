@@ -10,7 +10,7 @@ import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
-from hydrofdi.papers.maddahi2015.controls import alarm
+from hydrofdi.papers.maddahi2015.controls import alarm_verdicts
 from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.papers.maddahi2015.study import study_experiment
 from hydrofdi.report import runs
@@ -76,14 +76,13 @@ def test_runs_that_share_neither_leakage_nor_bulk_modulus_are_no_grid(tmp_path, 
 
 def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
     analysis = study_experiment(made(tmp_path, BOTH % 200))
-    rows = analysis.table.rows
-    raised = [row for row in rows if row.is_sealed and row.bulk_modulus > 551e6]
-    assert len(analysis.sealed) == len(raised) > 100
+    table = analysis.table
+    raised = table.of(table.is_sealed & (table[names.BULK_MODULUS] > 551e6))
+    assert {*analysis.sealed.positions} == {*raised.positions}
+    assert len(raised) > 100
     assert len(analysis.leaky) == 200
-    alarms = {each.row.bulk_modulus: alarm(each.row.details.fixed) for each in analysis.sealed}
-    for row in raised:
-        d3 = row.details.fixed[2]
-        assert alarms[row.bulk_modulus] == (d3 > 0.0 and d3 == max(row.details.fixed))
+    delta = analysis.sealed.changes("fixed")
+    assert alarm_verdicts(delta) == [d[2] > 0.0 and d[2] == max(d) for d in delta]
 
 
 def test_chosen_values_that_meet_are_a_grid(tmp_path):

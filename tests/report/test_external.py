@@ -63,15 +63,16 @@ def test_the_mean_external_flow_is_that_of_the_chamber_pressure(data, leaking):
 
 
 def test_a_leak_out_of_chamber_1_lowers_its_pressure_and_a4(data):
-    rows = {
-        (row.external_coefficients, row.is_sealed, row.bulk_modulus): row for row in analyze(data).table.rows
-    }
+    table = analyze(data).table
+    pressure, delta = table[names.MEAN_CHAMBER_1_PRESSURE], table.changes("matched", names.APPROXIMATION_RMS)
+    keys = zip(*table.external_coefficients.T, table.is_sealed, table[names.BULK_MODULUS], strict=True)
+    rows = {key: (pressure[k], delta[k, 3]) for k, key in enumerate(keys)}
     assert len(rows) == 12
-    for (coefficients, is_sealed, beta), row in rows.items():
-        tight = rows[(0.0, 0.0), is_sealed, beta]
-        if coefficients[0]:
-            assert row.mean_pressure < tight.mean_pressure
-            assert row.approximations.matched[3] > tight.approximations.matched[3] + 5.0
+    for (first, _, is_sealed, beta), row in rows.items():
+        tight = rows[0.0, 0.0, is_sealed, beta]
+        if first:
+            assert row[0] < tight[0]
+            assert row[1] > tight[1] + 5.0
 
 
 def test_every_form_shows_delta_of_a4_against_both_baselines(printed, leaking):
@@ -119,11 +120,11 @@ def test_an_experiment_that_varies_no_external_leakage_has_no_such_section(small
 def test_claims_and_controls_look_at_the_runs_without_external_leakage(data, small_sweep):
     analysis = study_experiment(data)
     assert len(analysis.grid.scenarios) == 1
-    assert [each.row.bulk_modulus for each in analysis.sealed] == [827e6]
+    assert analysis.sealed[names.BULK_MODULUS].tolist() == [827e6]
     assert len(analysis.leaky) == 2
     checked = {run for each in analysis.claims for check in analysis.checks(each) for run in check["runs"]}
-    tight = {row.run_id for row in analysis.table.rows if row.external_coefficients == (0.0, 0.0)}
-    assert checked <= tight
+    table = analysis.table
+    assert checked <= {*table.of((table.external_coefficients == 0.0).all(axis=1)).texts(names.RUN_ID)}
 
 
 def test_a_baseline_that_names_no_external_leakage_is_reported(tmp_path):

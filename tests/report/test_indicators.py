@@ -13,12 +13,7 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.registry import indicator_kind
 from hydrofdi.papers import make_report
 from hydrofdi.report.forms.page import render_markdown, render_page
-from hydrofdi.report.indicators import (
-    healthy_spread,
-    measured_indicator,
-    relative_change,
-    study_indicator,
-)
+from hydrofdi.report.indicators import healthy_spread, measured_indicator, relative_change
 from hydrofdi.report.table import Table
 from hydrofdi.store.layout import names
 from tests.report.rows import rows
@@ -39,7 +34,7 @@ def with_ring(made_up):
             f"{LABEL}.{output.name}": np.where(np.isnan(frequencies), np.nan, 0.02)
             for output in indicator.outputs
         } | {f"{LABEL}.frequency": np.array(frequencies)}
-        study = study_indicator(measured_indicator(LABEL, indicator, columns), data)
+        study = measured_indicator(LABEL, indicator, replace(data, columns=data.columns | columns))
         made = make_report(data)
         return replace(made, analysis=replace(made.analysis, indicators=(study,)))
 

@@ -46,5 +46,5 @@ def test_without_a_baseline_for_what_varies_there_is_no_table_of_zeros(tmp_path)
 
 
 def test_rows_ascend_along_what_varies(tmp_path):
-    rows = report_of(tmp_path, AGAINST_50).analysis.table.rows
-    assert [row.labels["friction.viscous"] for row in rows] == [40.0, 50.0, 70.0]
+    table = report_of(tmp_path, AGAINST_50).analysis.table
+    assert table.values("friction.viscous") == [40.0, 50.0, 70.0]

@@ -81,9 +81,10 @@ def test_ready_sweep_over_noise_shows_the_spread_of_the_healthy_actuator(tmp_pat
     sweep = swept(tmp_path, config, "--set", "record.duration=2 s")
     table = run_table(read_results(sweep.directory))
     spreads: dict[float, list[float]] = {}
-    for row in table.rows:
-        if row.is_sealed and row.labels["measurement.seed"] < 8:
-            spreads.setdefault(row.labels["pressure_1_sensor.noise"], []).append(row.details.fixed[0])
+    sealed = table.of(table.is_sealed)
+    for labels, delta in zip(sealed.labels, sealed.changes("fixed"), strict=True):
+        if labels["measurement.seed"] < 8:
+            spreads.setdefault(labels["pressure_1_sensor.noise"], []).append(delta[0])
     assert [len(values) for values in spreads.values()] == [8, 8, 8]
     deviations = [np.std(spreads[noise]) for noise in (1e3, 5e3, 20e3)]
     assert 0.0 < deviations[0] < deviations[1] < deviations[2]

@@ -46,8 +46,14 @@ def test_a_row_keeps_its_labels_where_the_sweep_would_be_expanded_in_another_ord
         friction, tmp_path, lambda c: c["sweep"]["grid"].update({"friction.viscous": [250.0, 50.0]})
     )
     before, after = (
-        {row.run_id: (row.labels, row.leakage_request, row.details.rms) for row in run_table(data).rows}
-        for data in map(read_results, (friction.file, path))
+        dict(
+            zip(
+                table.texts("run_id"),
+                zip(table.labels, table["detail_rms"].tolist(), strict=True),
+                strict=True,
+            )
+        )
+        for table in map(run_table, map(read_results, (friction.file, path)))
     )
     assert after == before
     assert {labels["friction.viscous"] for labels, *_ in after.values()} == {50.0, 70.0, 250.0}

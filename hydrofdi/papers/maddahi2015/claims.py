@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.papers.maddahi2015.grid import Array, Mode, ModeGrid
+from hydrofdi.papers.maddahi2015.grid import Mode, ModeGrid
+from hydrofdi.report.runs import Array, best_levels
 
 D2, D3 = 1, 2
 """Positions of the two levels that the sentences are about."""
@@ -178,13 +179,6 @@ def claim_margins(grid: ModeGrid) -> dict[str, Array]:
     found = {claim.id: [check.margin for check in claim.checks(grid)] for claim in CLAIMS}
     undecided = np.full(len(grid.scenarios), np.nan)
     return {name: np.min(margins, axis=0) if margins else undecided for name, margins in found.items()}
-
-
-def best_levels(delta: Array) -> NDArray[np.int64]:
-    """Position of the largest δ above zero along the last axis; −1 if there is none."""
-    known = np.where(np.isnan(delta), -np.inf, delta)
-    found: NDArray[np.int64] = np.where(known.max(axis=-1) > 0.0, known.argmax(axis=-1), -1)
-    return found
 
 
 def alarms(delta: Array) -> NDArray[np.bool_]:

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
-from hydrofdi.papers.maddahi2015.claims import D3
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.papers.maddahi2015.claims import D3, alarms
 from hydrofdi.papers.maddahi2015.standings import Outcome, Standing
 from hydrofdi.report.document import Block
-from hydrofdi.report.runs import Levels, RunTable, TableRow, largest_positive, level_name
+from hydrofdi.report.runs import (
+    Array,
+    RunTable,
+    best_levels,
+    leaks_out_more,
+    level_names,
+    normal_bulk_modulus,
+)
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import (
+    delta_columns,
     flow_text,
     joined,
     labels_text,
@@ -22,95 +32,104 @@ from hydrofdi.report.wording import (
     signed,
 )
 from hydrofdi.settings.readable import HOLE
+from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
 _WORDS = {True: "alarm", False: "silent", None: "open"}
 
 
-@dataclass(frozen=True)
-class Control:
-    """A run without further external leakage, and what else varies: dotted parameter → value in SI."""
+def controls(table: RunTable) -> tuple[RunTable, RunTable]:
+    """The sealed runs above the normal EBM, and the leaky runs; by what else varies, leakage and EBM.
 
-    row: TableRow
-    labels: dict[str, Any]
-
-    @property
-    def conditions(self) -> str:
-        """EBM and further parameters in words."""
-        return ", ".join(filter(None, [modulus_text(self.row.bulk_modulus), labels_text(self.labels)]))
-
-    def sealed(self, standing: Standing) -> Outcome:
-        """Where the d3 rule alarms, by δd3."""
-        position = self.row.position
-        number = float(standing.shown[position, D3])
-        return standing.level(self.conditions, standing.fixed[:, position], D3, number)
-
-    @property
-    def best_level(self) -> int | None:
-        """The level with the largest positive δ against the matched baseline; None if there is none."""
-        return largest_positive(self.row.details.matched)
-
-    @property
-    def best_name(self) -> str | None:
-        """Its name."""
-        return level_name(self.best_level)
-
-    @property
-    def best_word(self) -> str:
-        """The same in a word; ``open`` if the run is missing or failed."""
-        return "open" if math.isnan(sum(self.row.details.matched)) else self.best_name or "none"
-
-    @property
-    def best_delta(self) -> float:
-        """Its δ [%]."""
-        return math.nan if self.best_level is None else self.row.details.matched[self.best_level]
-
-    def _labelled(self, *records: dict[str, Any]) -> dict[str, Any]:
-        first, *settled = records
-        return first | ({"settled": settled[0]} if settled else {}) | (
-            {"labels": self.labels} if self.labels else {}
-        )  # fmt: skip
-
-    def alarm_record(self, standings: Sequence[Standing]) -> dict[str, Any]:
-        """What the d3 rule says of the run without any leak."""
-        records = []
-        for standing in standings:
-            levels = tuple(standing.shown[self.row.position].tolist())
-            phases = self.sealed(standing).phases("delta_d3_percent")
-            records.append({"alarm": alarm(levels), "delta_fixed_percent": levels, **phases})
-        modulus = {"bulk_modulus_MPa": convert(self.row.bulk_modulus, "MPa")}
-        return modulus | self._labelled(*records)
-
-    def best_record(self, standings: Sequence[Standing]) -> dict[str, Any]:
-        """The best level of a leaky run."""
-        outcomes = (each.level("", each.matched[:, self.row.position], self.best_level) for each in standings)
-        return {
-            "leakage_L_per_min": convert(self.row.leakage_flow, "L/min"),
-            "bulk_modulus_MPa": convert(self.row.bulk_modulus, "MPa"),
-            "level": self.best_name,
-            "delta_matched_percent": self.best_delta,
-        } | self._labelled(*(each.phases("delta_matched_percent") for each in outcomes))
+    Both without further external leakage.
+    """
+    kept = table.of(~leaks_out_more(table.data)[table.positions])
+    varied = tuple(name for name in table.label_names if len(set(kept.values(name))) > 1)
+    kept = replace(kept, label_names=varied)
+    labels = [tuple(each.values()) for each in kept.labels]
+    order = {key: place for place, key in enumerate(dict.fromkeys(labels))}
+    codes = np.array([order[key] for key in labels])
+    moduli = kept[names.BULK_MODULUS]
+    is_raised = kept.is_sealed & (moduli > normal_bulk_modulus(table.data)) & (table.n_level > D3)
+    places = np.lexsort((moduli, kept.leakage_requests, codes))
+    return kept.of(places[is_raised[places]]), kept.of(places[~kept.is_sealed[places]])
 
 
-def alarm(levels: Levels) -> bool | None:
-    """Whether δd3 is positive and the largest; None if the run is missing or failed."""
-    return None if any(map(math.isnan, levels)) else largest_positive(levels) == D3
+def alarm_verdicts(delta: Array) -> list[bool | None]:
+    """Whether δd3 is positive and the largest of each run; None if it is missing or failed."""
+    pairs = zip(alarms(delta), np.asarray(np.isnan(delta).any(axis=1)), strict=True)
+    return [None if is_open else bool(is_alarm) for is_alarm, is_open in pairs]
 
 
-def controls(table: RunTable) -> tuple[tuple[Control, ...], tuple[Control, ...]]:
-    """The sealed runs above the normal EBM, and the leaky runs; by labels, leakage and EBM."""
-    rows = [row for row in table.rows if not row.leaks_out_more]
-    varied = [name for name in table.label_names if len({row.labels[name] for row in rows}) > 1]
-    found = [Control(row, {name: row.labels[name] for name in varied}) for row in rows]
-    order = {key: place for place, key in enumerate(dict.fromkeys(tuple(c.labels.values()) for c in found))}
-    found.sort(key=lambda c: (order[tuple(c.labels.values())], c.row.leakage_request, c.row.bulk_modulus))
-    is_raised = [c.row.is_sealed and c.row.bulk_modulus > table.normal_bulk_modulus for c in found]
-    sealed = [c for c, raised in zip(found, is_raised, strict=True) if raised and table.n_level > D3]
-    return tuple(sealed), tuple(c for c in found if not c.row.is_sealed)
+def sealed_outcomes(sealed: RunTable, standing: Standing) -> list[Outcome]:
+    """Where the d3 rule alarms, by δd3, at each EBM and further parameters."""
+    return [
+        standing.level(
+            ", ".join(filter(None, [modulus_text(modulus), labels_text(labels)])),
+            standing.fixed[:, position],
+            D3,
+            float(standing.shown[position, D3]),
+        )
+        for modulus, labels, position in zip(
+            sealed[names.BULK_MODULUS].tolist(), sealed.labels, sealed.positions, strict=True
+        )
+    ]
 
 
-def controls_block(sealed: Sequence[Control], leaky: Sequence[Control]) -> Block:
+def best_deltas(leaky: RunTable) -> tuple[NDArray[np.int64], Array]:
+    """The level with the largest positive δ against the matched baseline, −1 if none is; and that δ [%]."""
+    delta = leaky.changes("matched")
+    best = best_levels(delta)
+    return best, np.where(best < 0, np.nan, delta[np.arange(len(best)), best])
+
+
+def controls_record(
+    sealed: RunTable, leaky: RunTable, standings: Sequence[Standing]
+) -> dict[str, list[dict[str, Any]]]:
+    """What the d3 rule says of each run without any leak, and the best level of each leaky run."""
+    alarmed, ranked = [], []
+    best, deltas = best_deltas(leaky)
+    for standing in standings:
+        shown = standing.shown[sealed.positions]
+        outcomes = (each.phases("delta_d3_percent") for each in sealed_outcomes(sealed, standing))
+        said = zip(alarm_verdicts(shown), shown.tolist(), outcomes, strict=True)
+        alarmed.append([{"alarm": a, "delta_fixed_percent": levels, **phases} for a, levels, phases in said])
+        levels = zip(leaky.positions, best.tolist(), strict=True)
+        found = (standing.level("", standing.matched[:, at], level) for at, level in levels)
+        ranked.append([each.phases("delta_matched_percent") for each in found])
+    leads = {
+        "leakage_L_per_min": [convert(flow, "L/min") for flow in leaky.leakage_flows.tolist()],
+        "bulk_modulus_MPa": _megapascals(leaky),
+        "level": level_names(best),
+        "delta_matched_percent": deltas.tolist(),
+    }
+    return {
+        "sealed_alarms": _records(sealed, {"bulk_modulus_MPa": _megapascals(sealed)}, alarmed),
+        "best_level_matched": _records(leaky, leads, ranked),
+    }
+
+
+def _megapascals(table: RunTable) -> list[float]:
+    return [convert(modulus, "MPa") for modulus in table[names.BULK_MODULUS].tolist()]
+
+
+def _records(
+    table: RunTable, leads: dict[str, list[Any]], views: Sequence[list[dict[str, Any]]]
+) -> list[dict[str, Any]]:
+    """A record for each run: its lead, what holds as configured, and settled."""
+    return [
+        {key: values[k] for key, values in leads.items()}
+        | views[0][k]
+        | ({"settled": views[1][k]} if len(views) > 1 else {})
+        | ({"labels": labels} if labels else {})
+        for k, labels in enumerate(table.labels)
+    ]
+
+
+def controls_block(sealed: RunTable, leaky: RunTable) -> Block:
     """Does the d3 rule alarm on a sealed actuator; which level is best under a matched baseline."""
+    is_open = np.asarray(np.isnan(leaky.changes("matched")).any(axis=1))
+    best = zip(is_open, level_names(best_deltas(leaky)[0]), strict=True)
     return Block(
         "controls",
         "Controls: no leak, and a matched baseline",
@@ -118,7 +137,7 @@ def controls_block(sealed: Sequence[Control], leaky: Sequence[Control]) -> Block
             _counts("The d3 rule on sealed runs above the normal EBM, without any leak", _said(sealed)),
             _counts(
                 "The level with the largest positive δ of leaky modes against the matched baseline",
-                [each.best_word for each in leaky],
+                ["open" if unknown else name or "none" for unknown, name in best],
             ),
         ),
         (_alarm_table(sealed), _best_table(leaky)),
@@ -126,8 +145,8 @@ def controls_block(sealed: Sequence[Control], leaky: Sequence[Control]) -> Block
     )
 
 
-def _said(sealed: Sequence[Control]) -> list[str]:
-    return [_WORDS[alarm(each.row.details.fixed)] for each in sealed]
+def _said(sealed: RunTable) -> list[str]:
+    return [_WORDS[verdict] for verdict in alarm_verdicts(sealed.changes("fixed"))]
 
 
 def _counts(lead: str, words: Sequence[str]) -> str:
@@ -136,30 +155,30 @@ def _counts(lead: str, words: Sequence[str]) -> str:
     return f"{lead}: {joined(parts) or 'there is none'}."
 
 
-def _lead(found: Sequence[Control], *more: Column) -> Iterator[Column]:
+def _lead(table: RunTable, *more: Column) -> Iterator[Column]:
     """What says which run a row is."""
-    yield Column("Parameters", [labels_text(each.labels) for each in found], is_text=True)
+    yield Column("Parameters", [labels_text(each) for each in table.labels], is_text=True)
     yield from more
-    yield modulus_column([each.row.bulk_modulus for each in found])
+    yield modulus_column(table[names.BULK_MODULUS])
 
 
-def _alarm_table(sealed: Sequence[Control]) -> Table:
-    deltas = [each.row.details.fixed for each in sealed]
+def _alarm_table(sealed: RunTable) -> Table:
     said = _said(sealed)
     marked = [k for k, word in enumerate(said) if word == _WORDS[True]]
     columns = (
         *_lead(sealed),
         Column("d3 rule", said, is_text=True, strong=marked),
-        *(Column(f"δd{level}", each, text=signed) for level, each in enumerate(zip(*deltas, strict=True), 1)),
+        *(replace(each, strong=()) for each in delta_columns(sealed.changes("fixed"))),
     )
     title = "The d3 rule on the sealed actuator: δ [%] against the fixed baseline"
     return Table(columns, title, "sealed-alarms")
 
 
-def _best_table(leaky: Sequence[Control]) -> Table:
+def _best_table(leaky: RunTable) -> Table:
+    best, deltas = best_deltas(leaky)
     columns = (
-        *_lead(leaky, Column("Leakage [L/min]", [flow_text(each.row.leakage_flow) for each in leaky])),
-        Column("Best level", [each.best_name or HOLE for each in leaky], is_text=True),
-        Column("δ [%]", [each.best_delta for each in leaky], text=signed),
+        *_lead(leaky, Column("Leakage [L/min]", [flow_text(flow) for flow in leaky.leakage_flows])),
+        Column("Best level", [name or HOLE for name in level_names(best)], is_text=True),
+        Column("δ [%]", deltas, text=signed),
     )
     return Table(columns, "The best level of each mode against the matched baseline", "best-levels")

@@ -16,11 +16,9 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.sweeps.sweep import SweepConfig
-from hydrofdi.report.runs import baseline_changes, label_names, leaks_out_more, normal_bulk_modulus
+from hydrofdi.report.runs import Array, baseline_changes, label_names, leaks_out_more, normal_bulk_modulus
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
-
-Array = NDArray[np.float64]
 
 ABSENT = -1
 """Position of a run that the experiment does not ask for."""
@@ -108,7 +106,7 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
     flows = tuple(_flow(data, leaky, normal) for leaky in positions[0, 1:])
     nothing = np.empty(0)
     grid = ModeGrid(tuple(scenarios), flows, tuple(moduli), normal, positions, nothing, nothing, lack)
-    return grid.holding(*baseline_changes(data))
+    return grid.holding(**baseline_changes(data))
 
 
 def _axes(

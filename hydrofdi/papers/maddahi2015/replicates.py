@@ -12,14 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hydrofdi.papers.maddahi2015.claims import best_levels
-from hydrofdi.papers.maddahi2015.grid import Array
 from hydrofdi.papers.maddahi2015.standings import Mask
 from hydrofdi.report.composition import View
 from hydrofdi.report.document import Block
-from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.forms.numbers import plain
 from hydrofdi.report.intervals import clustered_share
-from hydrofdi.report.runs import RunTable, TableRow
+from hydrofdi.report.runs import Array, RunTable, best_levels
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import modulus_column, share_text, signed, span_text
 from hydrofdi.settings.counting import counted
@@ -44,7 +42,7 @@ class HealthyRange(NamedTuple):
 class ReplicatedRows(NamedTuple):
     """δ of rows against the mean of replicates [%], and whether it lies outside, both (n_row, n_level)."""
 
-    rows: list[TableRow]
+    rows: RunTable
     deltas: Array
     outside: Mask
 
@@ -80,11 +78,11 @@ def study_replicates(table: RunTable, data: ExperimentData) -> ReplicateStudy | 
         return None
     rows = {}
     for name, baseline in (("fixed", data.fixed_baseline), ("matched", data.matched_baseline)):
-        own = [row for row in table.rows if int(baseline[row.position]) in ranges]
-        healthy = [ranges[int(baseline[row.position])] for row in own]
+        own = table.of(np.isin(baseline[table.positions], list(ranges)))
+        healthy = [ranges[position] for position in baseline[own.positions].tolist()]
         means = np.array([each.mean for each in healthy]).reshape(-1, rms.shape[1])
         ends = np.array([each.ends for each in healthy]).reshape(-1, 2, rms.shape[1])
-        delta = percentage_change(means, rms[[row.position for row in own]])
+        delta = percentage_change(means, rms[own.positions])
         rows[name] = ReplicatedRows(own, delta, (delta < ends[:, 0]) | (delta > ends[:, 1]))
     return ReplicateStudy(
         table.has_settled, sorted(ranges.values(), key=lambda each: each.bulk_modulus), rows
@@ -117,13 +115,15 @@ def _record(study: ReplicateStudy) -> dict[str, Any]:
         ],
         "rows": [
             {
-                "run_id": row.run_id,
+                "run_id": run_id,
                 "baseline": baseline,
-                "delta_percent": list(map(finite, delta)),
+                "delta_percent": plain(delta),
                 "outside_healthy_range": outside,
             }
             for baseline, own in study.rows.items()
-            for row, delta, outside in zip(own.rows, own.deltas.tolist(), own.outside.tolist(), strict=True)
+            for run_id, delta, outside in zip(
+                own.rows.texts(names.RUN_ID), own.deltas, own.outside.tolist(), strict=True
+            )
         ],
         "alarms_on_healthy": {
             f"d{level}": {"alarms": share.count, "of": share.total, "interval_95": [share.low, share.high]}
@@ -150,8 +150,8 @@ def _levels_table(study: ReplicateStudy) -> Table:
     columns = [Column("Level", [f"d{k + 1}" for k in range(study.alarms.shape[1])], is_text=True)]
     for title, name, is_sealed in (("Leaky", "matched", False), ("Sealed", "fixed", True)):
         own = study.rows[name]
-        kept = [row.is_sealed is is_sealed for row in own.rows]
-        texts = [f"{n} of {sum(kept)}" for n in own.outside[kept].sum(axis=0).tolist()]
+        kept = own.rows.is_sealed == is_sealed
+        texts = [f"{n} of {kept.sum()}" for n in own.outside[kept].sum(axis=0).tolist()]
         columns.append(Column(f"{title} outside", texts))
     shares = [clustered_share(each, np.arange(len(each))) for each in study.alarms.T]
     texts = [share_text(share, with_interval=True) for share in shares]

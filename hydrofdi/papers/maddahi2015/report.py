@@ -13,7 +13,7 @@ from hydrofdi.papers.maddahi2015.conclusions import (
     guarded_block,
     standing_blocks,
 )
-from hydrofdi.papers.maddahi2015.controls import controls_block
+from hydrofdi.papers.maddahi2015.controls import controls_block, controls_record
 from hydrofdi.papers.maddahi2015.scenario_tables import scenario_blocks
 from hydrofdi.papers.maddahi2015.scenarios import scenarios_record
 from hydrofdi.papers.maddahi2015.study import Study, study_experiment
@@ -58,7 +58,7 @@ class StudyReport(Report):
         study = self.analysis
         if not study.has_results:
             return compose_empty(study, _LEAD)
-        return document_of(study.table.name, _LEAD, _blocks(study), study.data)
+        return document_of(study.data.experiment.name, _LEAD, _blocks(study), study.data)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON; numbers that do not exist are None.
@@ -71,14 +71,12 @@ class StudyReport(Report):
         for _, data in asked_views(study):
             record |= data
         is_single = study.scenarios is None
-        sealed, leaky = (study.sealed, study.leaky) if is_single else ((), ())
         record |= {
             "claims": claims_record(study),
             "guarded_claims": list(study.data.experiment.claims),
-            "controls": {
-                "sealed_alarms": [each.alarm_record(study.standings) for each in sealed],
-                "best_level_matched": [each.best_record(study.standings) for each in leaky],
-            },
+            "controls": controls_record(study.sealed, study.leaky, study.standings)
+            if is_single
+            else {"sealed_alarms": [], "best_level_matched": []},
             "reference": deviations(study.table, study.data.experiment.reference) if is_single else [],
         }
         if study.scenarios is not None:

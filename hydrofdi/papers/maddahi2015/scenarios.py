@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.papers.maddahi2015.claims import CLAIMS, D2, best_levels
-from hydrofdi.papers.maddahi2015.grid import ABSENT, Array, ModeGrid
+from hydrofdi.papers.maddahi2015.claims import CLAIMS, D2
+from hydrofdi.papers.maddahi2015.grid import ABSENT, ModeGrid
 from hydrofdi.papers.maddahi2015.standings import Mask, Standing
 from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.axes import MOST_VALUES, fifths
 from hydrofdi.report.intervals import Share, clustered_share
+from hydrofdi.report.runs import Array, best_levels
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.store.results import MISSING

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.papers.maddahi2015.claims import alarms, best_levels, claim_margins
-from hydrofdi.papers.maddahi2015.grid import ABSENT, Array, ModeGrid
+from hydrofdi.papers.maddahi2015.claims import alarms, claim_margins
+from hydrofdi.papers.maddahi2015.grid import ABSENT, ModeGrid
 from hydrofdi.report.document import group_breaks
-from hydrofdi.report.runs import baseline_changes
+from hydrofdi.report.runs import Array, baseline_changes, best_levels
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import HOLE
@@ -84,11 +84,11 @@ class Standing:
         held = sum(value > 0.0 for value in values)
         return Outcome(self.title, claim, held, int(np.isfinite(values).sum()), number, tuple(values))
 
-    def level(self, name: str, deltas: Array, level: int | None, number: float = math.nan) -> Outcome:
+    def level(self, name: str, deltas: Array, level: int, number: float = math.nan) -> Outcome:
         """Where a level has the largest positive δ of a run; `deltas` has shape (n_phase, n_level)."""
         known = deltas[np.isfinite(deltas).all(axis=1)]
-        held = int((best_levels(known) == (-1 if level is None else level)).sum()) if len(known) else 0
-        values = np.full(len(deltas), math.nan) if level is None else deltas[:, level]
+        held = int((best_levels(known) == level).sum()) if len(known) else 0
+        values = np.full(len(deltas), math.nan) if level < 0 else deltas[:, level]
         return Outcome(self.title, name, held, len(known), number, tuple(values.tolist()))
 
     def alarms(self, fixed: Array) -> Mask:
@@ -130,14 +130,14 @@ def _standings(grid: ModeGrid, data: ExperimentData) -> Iterator[Standing]:
             return
         own = baseline_changes(data, variable)
         fixed, matched = (
-            (np.moveaxis(each, 1, 0) for each in baseline_changes(data, over_phases))
+            (np.moveaxis(each, 1, 0) for each in baseline_changes(data, over_phases).values())
             if over_phases in data.columns
-            else (each[None] for each in own)
+            else (each[None] for each in own.values())
         )
-        of_view = grid.holding(*own)
+        of_view = grid.holding(**own)
         margins = [claim_margins(grid.holding(*phase)) for phase in zip(fixed, matched, strict=True)]
         over = {claim: np.stack([margin[claim] for margin in margins]) for claim in margins[0]}
-        yield Standing(title, of_view, own[0], fixed, matched, claim_margins(of_view), over)
+        yield Standing(title, of_view, own["fixed"], fixed, matched, claim_margins(of_view), over)
 
 
 def phases_table(

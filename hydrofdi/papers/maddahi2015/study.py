@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult
-from hydrofdi.papers.maddahi2015.controls import Control, controls
+from hydrofdi.papers.maddahi2015.controls import controls, sealed_outcomes
 from hydrofdi.papers.maddahi2015.grid import ModeGrid, arrange_modes
 from hydrofdi.papers.maddahi2015.scenarios import ScenarioStudy, study_scenarios
 from hydrofdi.papers.maddahi2015.standings import Outcome, Standing, standings
 from hydrofdi.report.analysis import Analysis, analyze
+from hydrofdi.report.runs import RunTable
 from hydrofdi.report.wording import mode_name
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
@@ -31,8 +32,8 @@ class Study(Analysis):
 
     grid: ModeGrid
     standings: tuple[Standing, ...]
-    sealed: tuple[Control, ...]
-    leaky: tuple[Control, ...]
+    sealed: RunTable
+    leaky: RunTable
     scenarios: ScenarioStudy | None
 
     @cached_property
@@ -62,7 +63,7 @@ class Study(Analysis):
     @cached_property
     def alarm_outcomes(self) -> list[Outcome]:
         """How the alarms on the sealed actuator stand over the start phases."""
-        return [control.sealed(each) for each in self.standings for control in self.sealed]
+        return [found for each in self.standings for found in sealed_outcomes(self.sealed, each)]
 
     def checks(self, result: ClaimResult) -> Iterator[dict[str, Any]]:
         """Each check of a claim in each scenario; its runs are the healthy one, then the leaky ones."""

@@ -13,11 +13,12 @@ from hydrofdi.papers.maddahi2015.standings import points
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.changes import changes_block
 from hydrofdi.report.document import Block, group_breaks
-from hydrofdi.report.runs import RunTable, TableRow
+from hydrofdi.report.runs import RunTable
 from hydrofdi.report.table import Column, Table
-from hydrofdi.report.wording import kilopascal, leakage_label, mode_name, modulus_column, signed
+from hydrofdi.report.wording import kilopascal, leakage_texts, mode_name, modulus_column, signed
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import HOLE
+from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
 NONE_GIVEN = (
@@ -43,29 +44,28 @@ def table2_block(study: Study) -> Block | None:
     table = study.table
     if table.label_names or study.grid.lack:
         return None
-    requests = sorted({row.leakage_request for row in table.rows})[:2]
-    tables = [_table2([row for row in table.rows if row.leakage_request == q]) for q in reversed(requests)]
+    requests = np.unique(table.leakage_requests)[:2]
+    tables = [_table2(table.of(table.leakage_requests == each)) for each in reversed(requests)]
     legend = "RMS of the details of P_1; δ against the fixed, δ′ against the matched baseline."
     return Block("table2", "Table 2: the small leakage over the EBM", (legend,), tuple(tables))
 
 
-def _table2(rows: list[TableRow]) -> Table:
+def _table2(rows: RunTable) -> Table:
     """One line per level and EBM."""
-    rows = sorted(rows, key=lambda row: row.bulk_modulus)
-    pairs = [(level, row) for level in range(len(rows[0].details.rms)) for row in rows]
-    sealed = rows[0].is_sealed
+    levels = [f"d{level + 1}" for level in range(rows.n_level) for _ in range(len(rows))]
+    sealed = bool(rows.is_sealed[0])
     return Table(
         (
-            Column("Level", [f"d{level + 1}" for level, _ in pairs], is_text=True),
-            modulus_column([row.bulk_modulus for _, row in pairs]),
-            Column("RMS [kPa]", [row.details.rms[level] for level, row in pairs], text=kilopascal),
-            Column("δ [%]", [row.details.fixed[level] for level, row in pairs], text=signed),
-            Column("δ′ [%]", [row.details.matched[level] for level, row in pairs], text=signed),
+            Column("Level", levels, is_text=True),
+            modulus_column(np.tile(rows[names.BULK_MODULUS], rows.n_level)),
+            Column("RMS [kPa]", rows[names.DETAIL_RMS].T.ravel(), text=kilopascal),
+            Column("δ [%]", rows.changes("fixed").T.ravel(), text=signed),
+            Column("δ′ [%]", rows.changes("matched").T.ravel(), text=signed),
         ),
-        "Control: no leakage" if sealed else f"Small leakage: {leakage_label(rows[0])} L/min",
+        "Control: no leakage" if sealed else f"Small leakage: {leakage_texts(rows)[0]} L/min",
         "table2-sealed" if sealed else "table2-leaky",
         (),
-        group_breaks([level for level, _ in pairs]),
+        group_breaks(levels),
         n_lead=2,
     )
 
@@ -77,11 +77,11 @@ def deviations(table: RunTable, reference: ReferenceConfig) -> list[dict[str, An
 
 def _deviation(table: RunTable, cell: ReferenceCell, general: float) -> dict[str, Any]:
     level, is_delta, computed = int(cell.level[1:]) - 1, cell.delta is not None, math.nan
-    asked = (cell.leakage, cell.bulk_modulus)
-    for row in table.rows if level < table.n_level else ():
-        if np.allclose((row.leakage_flow, row.bulk_modulus), asked, rtol=1e-6, atol=0.0):
-            computed = (row.details.fixed if is_delta else row.details.rms)[level]
-            break
+    rows = np.stack([table.leakage_flows, table[names.BULK_MODULUS]], axis=1)
+    is_it = np.isclose(rows, (cell.leakage, cell.bulk_modulus), rtol=1e-6, atol=0.0).all(axis=1)
+    if is_it.any() and level < table.n_level:
+        levels = table.changes("fixed") if is_delta else table[names.DETAIL_RMS]
+        computed = float(levels[is_it.argmax(), level])
     published = cell.delta if cell.delta is not None else cell.rms
     assert published is not None
     deviation = computed - published if is_delta else 100.0 * (computed - published) / published

@@ -40,10 +40,10 @@ def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
     """The figures of any experiment."""
     against = " and the ".join(analysis.baselines) or "fixed"
     caption = f"δ of each run and level against the {against} baseline"
-    if len({row.is_sealed for row in analysis.table.rows}) > 1:
+    if len({*analysis.table.is_sealed.tolist()}) > 1:
         caption += "; sealed controls on top"
     figures = {}
-    if len(analysis.table.rows) <= MOST_DRAWN:
+    if len(analysis.table) <= MOST_DRAWN:
         figures["sensitivity"] = FigureKind(caption, partial(draw_sensitivity, analysis))
     if any(each.responses for each in analysis.responses.axes):
         caption = "Each feature over each parameter that varies: median and range of the runs with each value"

@@ -37,10 +37,10 @@ def test_a_figure_shows_what_it_did(reports, experiment, name):
 
 def test_the_lines_of_the_heat_map_are_the_runs_of_a_small_sweep(reports):
     drawn = structure(draw_figure(reports["modes"], "sensitivity"))
-    rows = reports["modes"].analysis.table.rows
+    table = reports["modes"].analysis.table
     assert drawn["axes"][0]["x"]["ticks"] == ["Leakage\n[L/min]", "EBM\n[MPa]"]
     assert drawn["axes"][0]["texts"][:4] == ["sealed", "400", "sealed", "551"]
-    assert drawn["axes"][1]["cells"] == [[len(rows), 5]]
+    assert drawn["axes"][1]["cells"] == [[len(table), 5]]
 
 
 def test_every_figure_can_be_drawn_and_saved(reports):

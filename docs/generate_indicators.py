@@ -8,13 +8,17 @@
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from importlib.metadata import entry_points
+from itertools import groupby
 from pathlib import Path
 
 from hydrofdi.indicators import indicator_names
-from hydrofdi.indicators.description import Description, describe
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.description import Description, Option, describe
 from hydrofdi.indicators.registry import GROUP
 
 PAGE = Path(__file__).parent / "indicators.md"
@@ -27,47 +31,99 @@ def page() -> str:
     """The text of docs/indicators.md."""
     added = {point.name for point in entry_points(group=GROUP)}
     indicators = [describe(name) for name in indicator_names() if name not in added]
-    parts = [*_overview(indicators), *(line for each in indicators for line in _section(each))]
+    shared = _Shared(indicators)
+    parts = [*_overview(indicators), *shared.tables()]
+    parts += [line for each in indicators for line in _section(each, shared)]
     return PAGE.read_text(encoding="utf-8").partition(MARK)[0] + MARK + "\n" + "\n".join(parts) + "\n"
 
 
 def _overview(indicators: list[Description]) -> Iterator[str]:
-    yield "| indicator | what it measures | channels | outputs | cost | source |"
-    yield "|---|---|---|---|---|---|"
+    yield "| indicator | what it measures | channels | cost |"
+    yield "|---|---|---|---|"
     for each in indicators:
-        channels = ", ".join(f"`{channel}`" for channel in each.channels)
-        cells = f"[`{each.name}`](#{each.name})", each.summary, channels, _names(each), each.cost, each.source
-        yield _row(*cells)
+        channels = ", ".join(f"`{channel}`" for channel in each.channels) + " (SI)" * each.needs_scale
+        yield _row(f"[`{each.name}`](#{each.name})", each.summary, channels, each.cost)
     yield (
-        "\nCheap indicators cost less than the simulation of the record; `make bench` measures all of them."
-        " Channels and outputs are those without options."
+        "\nCheap indicators cost less than the simulation of the record. Channels are those without options;"
+        " those marked SI cannot be in counts. An arrow shows how a leak moves an output."
     )
 
 
-def _section(indicator: Description) -> Iterator[str]:
-    yield f"\n### {indicator.name}\n\n{indicator.summary}"
+class _Shared:
+    """Options and outputs that several indicators have with the same text: they stand in two tables, once."""
+
+    def __init__(self, indicators: list[Description]) -> None:
+        self.options = _common((option.name, option.text) for each in indicators for option in each.options)
+        self.outputs = _common((out.name, _meaning(out)) for each in indicators for out in each.outputs)
+        self._indicators = indicators
+
+    def default(self, name: str) -> str:
+        """The most frequent default of a shared option."""
+        options = (each for indicator in self._indicators for each in indicator.options if each.name == name)
+        return Counter(each.default for each in options if self.has_option(each)).most_common(1)[0][0]
+
+    def has_option(self, option: Option) -> bool:
+        return self.options.get(option.name) == option.text
+
+    def has_output(self, output: Output) -> bool:
+        return self.outputs.get(output.name) == _meaning(output)
+
+    def tables(self) -> Iterator[str]:
+        yield "\n### Shared options\n\nOptions of several indicators, with the usual default:\n"
+        yield from (_option(name, self.default(name), text) for name, text in self.options.items())
+        yield "\n### Shared outputs\n"
+        units = {out.name: out.unit for each in self._indicators for out in each.outputs}
+        yield from (f"- `{name}` [{units[name]}]: {meaning}" for name, meaning in self.outputs.items())
+
+
+def _common(pairs: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Name → text of the pairs that occur at least twice, the most frequent text of each name."""
+    counts = Counter(pairs).most_common()
+    return dict(reversed([(name, text) for (name, text), count in reversed(counts) if count > 1]))
+
+
+def _section(indicator: Description, shared: _Shared) -> Iterator[str]:
+    yield f"\n### {indicator.name}\n"
     if indicator.equation:
-        yield f"\nEquation: {indicator.equation}."
+        yield f"Equation: {indicator.equation}."
+    yield f"Source: {indicator.source}."
     if indicator.caution:
         yield f"\n**Caution.** {indicator.caution}"
-    if indicator.needs_scale:
-        yield "\nIt needs channels in SI, not raw counts."
     if indicator.optional_channels:
-        optional = ", ".join(f"`{each}`" for each in indicator.optional_channels)
-        yield f"\nIt looks at {optional} where a record has it."
+        yield f"\nOptional channels: {', '.join(f'`{each}`' for each in indicator.optional_channels)}."
     if indicator.options:
-        yield "\n| option | default | meaning |\n|---|---|---|"
-        for option in indicator.options:
-            yield _row(f"`{option.name}`", f"`{option.default}`", option.text.replace("``", "`"))
-    yield "\n| output | unit | under leakage | meaning |\n|---|---|---|---|"
-    for output in indicator.outputs:
-        dims = "".join(f" × {length} {name}" for name, length in output.dims.items())
-        yield _row(f"`{output.name}`", output.unit, output.departure, f"{output.long_name}{dims}")
+        yield "\nOptions:\n"
+    others = {each.name: each.default for each in indicator.options if shared.has_option(each)}
+    if others:
+        unusual = {
+            name: f" ({default})" * (default != shared.default(name)) for name, default in others.items()
+        }
+        yield f"- [shared](#shared-options): {', '.join(f'`{name}`{own}' for name, own in unusual.items())}"
+    own = [option for option in indicator.options if not shared.has_option(option)]
+    yield from (_option(option.name, option.default, option.text) for option in own)
+    yield "\nOutputs:\n"
+    if common := [output for output in indicator.outputs if shared.has_output(output)]:
+        yield f"- [shared](#shared-outputs): {', '.join(f'`{out.name}`{_arrow(out)}' for out in common)}"
+    own_outputs = (out for out in indicator.outputs if not shared.has_output(out))
+    for _, alike in groupby(own_outputs, lambda out: _DIGITS.sub("#", f"{out.name} {_meaning(out)}")):
+        first, *rest = alike
+        names = f"`{first.name}`{f' … `{rest[-1].name}`' if rest else ''}"
+        yield f"- {names}{_arrow(first)} [{first.unit}]: {_meaning(first)}{', and so on' if rest else ''}"
 
 
-def _names(indicator: Description) -> str:
-    names = [f"`{output.name}`" for output in indicator.outputs]
-    return ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]}"
+_DIGITS = re.compile(r"\d+")
+
+
+def _option(name: str, default: str, text: str) -> str:
+    return f"- `{name}` (`{default}`): {text.replace('``', '`')}"
+
+
+def _arrow(output: Output) -> str:
+    return {"rises": "↑", "falls": "↓", "departs": "↕"}.get(output.departure, "")
+
+
+def _meaning(output: Output) -> str:
+    return output.long_name + "".join(f" × {length} {name}" for name, length in output.dims.items())
 
 
 def _row(*cells: str) -> str:

@@ -16,7 +16,7 @@ from hydrofdi.cli.app import application
 INTRODUCTION = """\
 # Commands
 
-Each takes `--help`. What you can fix is one line per mistake and exit code 2. `--json` is for programs
+Each takes `--help`. Mistakes that you can fix are listed one per line; the exit code is then 2. `--json` is for programs
 ([keys and exit codes](../../json.md)).
 """
 

@@ -17,7 +17,7 @@ _PAGES = {
     "CHANGELOG.md": "reference/changelog.md",
     "CONTRIBUTING.md": "reference/contributing.md",
     "docs/decisions": "decisions/index.md",
-    "docs/deploy": "monitoring.md",
+    "docs/deploy": "monitoring-states.md",
     "results/table3": "reference/table3.md",
     "results/table3/table3.md": "reference/table3.md",
 }

@@ -55,7 +55,7 @@ html_favicon = "_static/logo.svg"
 html_sidebars = {"index": [], "gallery": []}
 html_theme_options = {
     "logo": {
-        "text": "hydrofdi",
+        "text": f"hydrofdi {version}",
         "image_light": "_static/logo.svg",
         "image_dark": "_static/logo-dark.svg",
         "alt_text": "",

@@ -16,8 +16,8 @@ from hydrofdi.cli.app import application
 INTRODUCTION = """\
 # Commands
 
-Each takes `--help`. Mistakes that you can fix are listed one per line; the exit code is then 2. `--json` is for programs
-([keys and exit codes](../../json.md)).
+Each takes `--help`. Mistakes that you can fix are listed one per line; the exit code is then 2. `--json` is
+for programs ([keys and exit codes](../../json.md)).
 """
 
 _CODE = re.compile(r"'(hydrofdi [^']*|--[^']*)'|(?<![\w`-])(--[a-z][a-z-]+)|([\w.]+='[^']*')")

@@ -25,10 +25,9 @@ from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator
-from hydrofdi.monitor.lines import Line, WindowLine
+from hydrofdi.monitor.lines import Line, Sink, StreamLines, WindowLine
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import monitor
-from hydrofdi.monitor.sinks import Sink, StreamLines
 from hydrofdi.monitor.sources.contract import Position, Reading
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch, windower_of

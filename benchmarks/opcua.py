@@ -8,7 +8,7 @@ A server in a separate process writes four nodes in real time; this process read
 import multiprocessing
 import time
 
-from hydrofdi.monitor.opcua.configuration import OpcUaConfig
+from hydrofdi.monitor.configuration import OpcUaConfig
 from hydrofdi.monitor.opcua.source import OpcUaSource
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig

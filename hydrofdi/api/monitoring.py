@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, closing
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,21 @@ from hydrofdi.api.arguments import names_of, path_of, refusal
 from hydrofdi.api.records.sources import frequency_of
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.configuration import load_monitor_config
-from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine, line_record
+from hydrofdi.monitor.configuration import MonitorConfig, MqttAddress, is_mqtt, load_monitor_config
+from hydrofdi.monitor.lines import (
+    Condition,
+    Event,
+    EventKind,
+    Line,
+    Sink,
+    StreamLines,
+    WindowLine,
+    is_said,
+    line_record,
+)
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import Ending, monitor
-from hydrofdi.monitor.sinks import Sink, StreamLines, open_sinks
+from hydrofdi.monitor.mqtt.sending import MqttSink
 from hydrofdi.monitor.sources.opening import open_stream
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
@@ -80,7 +91,9 @@ def run_monitor(
         is_resumed=state is not None,
     )
     watch = Watch(file)
-    others = open_sinks(settings, file, metrics, addresses)
+    with ExitStack() as stack:
+        others = [stack.enter_context(closing(sink)) for sink in _sinks(settings, file, metrics, addresses)]
+        stack.pop_all()
     sinks = [shown(file, stream.name), *others]
     return monitor(
         watch,
@@ -90,6 +103,24 @@ def run_monitor(
         log=None if log is None else WindowLog(path_of(log), file.unit),
         stop=stop,
     )
+
+
+def _sinks(
+    config: MonitorConfig, file: DetectorFile, metrics: str | None, events: Sequence[str]
+) -> Iterator[Sink]:
+    if metrics is not None:
+        try:
+            from hydrofdi.monitor.metrics import MetricsSink
+        except ModuleNotFoundError as error:
+            if error.name != "prometheus_client":
+                raise
+            raise ConfigError("metrics needs the extra: pip install 'hydrofdi[monitor]'") from None
+        yield MetricsSink(metrics, file)
+    for text in events:
+        if not is_mqtt(text):
+            given = text.partition("://")[0]
+            raise ConfigError(f"events: {given!r}: give mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
+        yield MqttSink(MqttAddress.parse(text), config.mqtt, file.unit)
 
 
 def calls(on_line: OnLine | None) -> Shown:
@@ -104,7 +135,7 @@ class _Calls:
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
         """Hand the lines on."""
         for line in lines:
-            if self._on_line is not None and not getattr(line, "is_silent", False):
+            if self._on_line is not None and is_said(line):
                 self._on_line(line_record(line, self._unit))
         return ()
 

@@ -16,8 +16,7 @@ from hydrofdi.api.arguments import names_of, positive_of
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.monitor.configuration import load_monitor_config
-from hydrofdi.monitor.mqtt.configuration import MqttAddress, is_mqtt
+from hydrofdi.monitor.configuration import MqttAddress, is_mqtt, load_monitor_config
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.streams import Chunk
 from hydrofdi.records.writing import titled

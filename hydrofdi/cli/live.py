@@ -24,7 +24,7 @@ from hydrofdi.settings.counting import counted
 if TYPE_CHECKING:
     from hydrofdi.api.detectors.windows import JudgedWindow, Tally
     from hydrofdi.detectors.trained.file import DetectorFile
-    from hydrofdi.monitor.sinks import Sink
+    from hydrofdi.monitor.lines import Sink
 
 INTERRUPTED = 130
 

@@ -1,16 +1,16 @@
-"""Settings of a monitor in addition to its detector and its source: a YAML file."""
+"""Settings of a monitor in addition to its detector and its source: a YAML file; addresses of sources."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from datetime import tzinfo
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, Literal, Self, TypeVar
+from urllib.parse import unquote, urlsplit
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.mqtt.configuration import MqttConfig
-from hydrofdi.monitor.opcua.configuration import OpcUaConfig
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.dates import time_zone
 from hydrofdi.records.measured.description.checks import channel_mistakes
@@ -19,6 +19,190 @@ from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.validation import read_yaml, validated
 
 Placed = TypeVar("Placed", bound=Section)
+
+_PORTS = {"mqtt": 1883, "mqtts": 8883}
+
+
+def is_mqtt(text: str) -> bool:
+    """Whether a text is meant as an address of MQTT."""
+    return text.partition("://")[0].lower() in _PORTS and "://" in text
+
+
+@dataclass(frozen=True)
+class MqttAddress:
+    """A topic of a broker.
+
+    Attributes
+    ----------
+    host : str
+    port : int
+    topic : str
+    is_secure : bool
+        Whether the connection is encrypted (``mqtts``).
+    """
+
+    host: str
+    port: int
+    topic: str
+    is_secure: bool
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """The address in a text such as ``mqtts://broker.example/press/samples``; by default on this machine.
+
+        Raises
+        ------
+        ConfigError
+            It is not such an address, does not name a single topic, or contains ``@`` as for credentials
+            (write ``%40`` in a topic).
+        """
+        scheme, _, rest = text.partition("://")
+        place, _, topic = rest.partition("/")
+        if "@" in rest:
+            raise ConfigError(
+                f"{scheme}://…: all users of the machine can see credentials in an address; use"
+                " 'mqtt.password_file', or HYDROFDI_MQTT_USERNAME and HYDROFDI_MQTT_PASSWORD"
+                " (in a topic, write %40)"
+            )
+        try:
+            parts = urlsplit(f"//{place}")
+            host, port = parts.hostname or "localhost", parts.port
+            host.encode("idna")
+        except ValueError:
+            raise ConfigError(f"{text}: expected mqtt://host:port/topic") from None
+        topic = unquote(topic)
+        if scheme.lower() not in _PORTS or not topic or "\0" in topic:
+            raise ConfigError(f"{text}: expected mqtt://host:port/topic, or mqtts:// for TLS")
+        if "+" in topic or "#" in topic:
+            raise ConfigError(f"{text}: names several topics; a stream is one topic, without '+' and '#'")
+        return cls(host, port or _PORTS[scheme.lower()], topic, scheme.lower() == "mqtts")
+
+    @property
+    def broker(self) -> str:
+        """Host and port."""
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+    def __str__(self) -> str:
+        return f"{'mqtts' if self.is_secure else 'mqtt'}://{self.broker}/{self.topic}"
+
+
+class MqttConfig(Section):
+    """Connections to MQTT 5 brokers. Messages are sent and read at quality of service 1."""
+
+    client_id: str = Field(default="", max_length=128)
+    """Name under which the broker keeps the messages of a source while the monitor is disconnected. Two
+    clients with the same name disconnect each other. By default a digest of the name of the machine, the path
+    of the detector and the topic."""
+
+    keepalive: Annotated[float, SI("s", least=5.0, most=3600.0)] = 30.0
+    """A connection without a response for about this time [s] is closed."""
+
+    session_expiry: Annotated[float, SI("s", least=0.0, most=4.0e9)] = 604_800.0
+    """How long the broker keeps messages for a disconnected monitor [s], if its own limits allow."""
+
+    ca_file: Path | None = None
+    """Certificates (PEM) that sign the broker's certificate; by default those of the operating system."""
+
+    certificate: Path | None = None
+    """Certificate (PEM) of this client, if the broker requires one."""
+
+    key: Path | None = None
+    """Private key (PEM) of the certificate."""
+
+    verify: bool = True
+    """Whether the broker's certificate is checked; with ``false`` anyone on the route can read and change
+    messages."""
+
+    username: str = ""
+    """User name; by default from the environment variable HYDROFDI_MQTT_USERNAME."""
+
+    password_file: Path | None = None
+    """File that contains only the password, readable only by its owner; by default the environment variable
+    HYDROFDI_MQTT_PASSWORD."""
+
+    windows: bool = False
+    """Whether ``--events`` sends windows to a topic as well as events."""
+
+    @model_validator(mode="after")
+    def _has_both(self) -> Self:
+        if (self.certificate is None) != (self.key is None):
+            raise ValueError("'certificate' and 'key' belong together")
+        return self
+
+
+SCHEME = "opc.tcp"
+_PORT = 4840
+
+
+class OpcUaConfig(Section):
+    """An OPC UA server: its security and its sampling."""
+
+    publishing_interval: Annotated[float, SI("s", least=0.01, most=60.0)] = 0.5
+    """Interval at which the server sends its samples [s]."""
+
+    wait: Annotated[float, SI("s", above=0.0, most=600.0)] = 2.0
+    """How long a sample waits for a node that has sent neither a value for its instant nor a later one [s];
+    afterwards the channel counts as missing."""
+
+    queue: Annotated[float, SI("s", above=0.0, most=3600.0)] = 60.0
+    """Length of the queue of samples waiting for the monitor [s]; beyond it, whole windows are dropped."""
+
+    security: Literal["none", "Basic256Sha256", "Aes128Sha256RsaOaep", "Aes256Sha256RsaPss"] = "none"
+    """Policy for signing and encryption. ``none``: anyone on the network can read and change samples."""
+
+    certificate: Path | None = None
+    """Certificate of this monitor, PEM or DER; the server must trust it."""
+
+    key: Path | None = None
+    """Private key of the certificate, PEM or DER, without a passphrase."""
+
+    server_certificate: Path | None = None
+    """Certificate of the server, PEM or DER; a server with another certificate is refused."""
+
+    username: str = ""
+    """User name; by default from the environment variable HYDROFDI_OPCUA_USERNAME. Anonymous if neither is
+    set."""
+
+    password_file: Path | None = None
+    """File that contains only the password, readable only by its owner; by default the environment variable
+    HYDROFDI_OPCUA_PASSWORD."""
+
+    @model_validator(mode="after")
+    def _whole_security(self) -> Self:
+        files = {name: getattr(self, name) for name in ("certificate", "key", "server_certificate")}
+        given = [name for name, path in files.items() if path is not None]
+        missing = [name for name, path in files.items() if path is None]
+        if self.security != "none" and missing:
+            raise ValueError(f"security {self.security} also needs {', '.join(missing)}")
+        if self.security == "none" and given:
+            raise ValueError(f"{given[0]} needs a policy; write 'security: Basic256Sha256'")
+        return self
+
+
+def server_url(source: str) -> str:
+    """The full address of a server.
+
+    Parameters
+    ----------
+    source : str
+        Such as ``opc.tcp://plc.example:4840/path``; the default port is 4840.
+
+    Raises
+    ------
+    ConfigError
+        It is not such an address, or contains credentials.
+    """
+    try:
+        parts = urlsplit(source)
+        host, port = parts.hostname, parts.port or _PORT
+    except ValueError:
+        host, port = None, 0
+    if not host or parts.scheme != SCHEME or parts.query or parts.fragment:
+        raise ConfigError(f"write the address of an OPC UA server as {SCHEME}://host:port/path")
+    if "@" in source:
+        raise ConfigError("write no user or password in an address: others can read it; see 'opcua.username'")
+    host = f"[{host}]" if ":" in host else host
+    return f"{SCHEME}://{host}:{port}{parts.path}"
 
 
 class LimitsConfig(Section):

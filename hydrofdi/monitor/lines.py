@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, Protocol, TextIO
 
 from hydrofdi.detectors.trained.charting import ChartReading
 from hydrofdi.detectors.trained.judging import Verdict
+from hydrofdi.records.streams import Chunk
 
 
 class Condition(StrEnum):
@@ -123,6 +125,63 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
 def line_text(line: Line, unit: str = "1") -> str:
     """A line as one line of JSON, with a line end."""
     return json.dumps(line_record(line, unit), ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def is_said(line: Line) -> bool:
+    """Whether a line is more than counted."""
+    return not (isinstance(line, Event) and line.is_silent)
+
+
+def lines_text(lines: Sequence[Line], unit: str) -> str:
+    """All lines except silent ones, as lines of JSON."""
+    return "".join(line_text(line, unit) for line in lines if is_said(line))
+
+
+class Sink(Protocol):
+    """A receiver of lines: standard output, a broker, metrics, a view.
+
+    A sink that may be slow has a bounded queue of its own and never blocks the monitor; only standard output
+    and the log may block it.
+    """
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Take the samples and the lines of a reading; return the sink's own events."""
+        ...
+
+    def close(self) -> None:
+        """Send what is left, within a few seconds, and end."""
+        ...
+
+
+class StreamLines:
+    """Writes each line as JSON, except silent ones, and flushes after each step.
+
+    Parameters
+    ----------
+    stream : file object
+        Standard output.
+    unit : str
+        Unit of scores.
+    """
+
+    def __init__(self, stream: TextIO, unit: str = "1") -> None:
+        self._stream, self._unit = stream, unit
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Write lines.
+
+        Raises
+        ------
+        BrokenPipeError
+            Nobody reads the output any more.
+        """
+        if text := lines_text(lines, self._unit):
+            self._stream.write(text)
+            self._stream.flush()
+        return ()
+
+    def close(self) -> None:
+        """Do nothing: all lines are written."""
 
 
 def _window(line: WindowLine, unit: str) -> dict[str, Any]:

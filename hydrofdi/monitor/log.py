@@ -9,8 +9,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from hydrofdi.errors import StoreError
-from hydrofdi.monitor.lines import Line
-from hydrofdi.monitor.sinks import lines_text
+from hydrofdi.monitor.lines import Line, lines_text
 from hydrofdi.monitor.sources.contract import Position
 from hydrofdi.monitor.sources.growing_file import found_again, place_in
 from hydrofdi.store.files import open_own, reason, write_all

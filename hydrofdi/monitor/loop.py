@@ -7,9 +7,8 @@ from contextlib import ExitStack
 from enum import StrEnum
 
 from hydrofdi.errors import StoreError
-from hydrofdi.monitor.lines import Event, EventKind, Line
+from hydrofdi.monitor.lines import Event, EventKind, Line, Sink, is_said
 from hydrofdi.monitor.log import WindowLog
-from hydrofdi.monitor.sinks import Sink
 from hydrofdi.monitor.sources.contract import Reading, StreamSource
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.watch import Watch
@@ -139,7 +138,7 @@ class _Monitor:
         """Pass lines to the sinks, the state and the log, in this order, so that no line is lost."""
         lines = [*self._pending, *lines]
         self._pending = [line for sink in self._sinks for line in sink.put(chunk, lines)]
-        is_due = self._is_unstored or self._source.wants_confirmation or any(map(_is_said, lines))
+        is_due = self._is_unstored or self._source.wants_confirmation or any(map(is_said, lines))
         if self._log is not None:
             self._log.take(lines)
         try:
@@ -165,10 +164,6 @@ class _Monitor:
         if error is None and self._is_unstored:
             self._pending.append(Event(EventKind.NOT_STORED, "stores its state again", is_end=True))
         self._is_unstored = error is not None
-
-
-def _is_said(line: Line) -> bool:
-    return not (isinstance(line, Event) and line.is_silent)
 
 
 _WORDS = {EventKind.MALFORMED: "malformed", EventKind.DROPPED: "lost"}

@@ -13,9 +13,8 @@ from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
-from hydrofdi.monitor.configuration import LimitsConfig, MonitorConfig
+from hydrofdi.monitor.configuration import LimitsConfig, MonitorConfig, MqttAddress, MqttConfig
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.mqtt.sending import SamplePublisher
 from hydrofdi.monitor.mqtt.source import MqttSource
 from hydrofdi.records.channels import Channel

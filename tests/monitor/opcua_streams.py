@@ -5,8 +5,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from hydrofdi.monitor.configuration import OpcUaConfig
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.opcua.configuration import OpcUaConfig
 from hydrofdi.monitor.opcua.source import OpcUaSource
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig

@@ -3,7 +3,7 @@ from threading import Thread
 import pytest
 
 from hydrofdi.monitor.lines import Event, EventKind
-from hydrofdi.monitor.sources.inbox import Inbox
+from hydrofdi.monitor.sources.contract import Inbox
 
 
 def put(inbox, start, n=10, **options):

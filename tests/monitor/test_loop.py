@@ -16,10 +16,9 @@ from hypothesis import strategies as st
 
 from hydrofdi.cli.live import _stop_signals
 from hydrofdi.errors import StoreError
-from hydrofdi.monitor.lines import Event, EventKind, WindowLine
+from hydrofdi.monitor.lines import Event, EventKind, StreamLines, WindowLine
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import Ending, monitor
-from hydrofdi.monitor.sinks import StreamLines
 from hydrofdi.monitor.sources import growing_file
 from hydrofdi.monitor.sources.growing_file import GrowingFile
 from hydrofdi.monitor.state import StateFile, Stored

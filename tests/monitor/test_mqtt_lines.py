@@ -5,8 +5,8 @@ import sys
 from dataclasses import replace
 
 from hydrofdi.detectors.trained.judging import Verdict
+from hydrofdi.monitor.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
-from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.mqtt.sending import MqttSink
 from tests.monitor.brokers import Broker, needs_mosquitto, running
 from tests.monitor.mqtt_streams import SOON, client_at, killed, wait_for
@@ -108,7 +108,7 @@ def test_lines_come_in_order_over_a_broker_that_starts_again(broker, closing):
 
 SENDER = """
 import sys, time
-from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
+from hydrofdi.monitor.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.mqtt.sending import MqttSink
 MqttSink(MqttAddress.parse(sys.argv[1]), MqttConfig())
 time.sleep(60)

@@ -3,8 +3,8 @@
 import pytest
 
 from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.certificates import Authority
 from tests.monitor.mqtt_streams import connected, events, source_at, until

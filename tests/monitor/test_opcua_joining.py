@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.monitor.opcua.joining import Joiner, NodeValue
+from hydrofdi.monitor.opcua.source import Joiner, NodeValue
 
 PERIOD = 0.01
 

@@ -17,8 +17,8 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 from cryptography.x509.oid import NameOID
 
 from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.configuration import OpcUaConfig
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.opcua.configuration import OpcUaConfig
 from hydrofdi.monitor.opcua.source import OpcUaSource
 from tests.monitor.opcua_server import LoopbackServer
 from tests.monitor.opcua_streams import CHANNELS, NODES, P1, RATE, Reader, connected, opened

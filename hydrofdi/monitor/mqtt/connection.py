@@ -11,8 +11,8 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.lines import Event, EventKind
-from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.security import credentials, exposed, network_reason, usable
 
 if TYPE_CHECKING:

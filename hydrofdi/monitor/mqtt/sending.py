@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
+from hydrofdi.monitor.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.lines import Event, EventKind, Line, WindowLine, line_text
-from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.mqtt.connection import MqttConnection
 from hydrofdi.records.streams import Chunk
 

@@ -12,11 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.mqtt.configuration import MqttAddress, MqttConfig
+from hydrofdi.monitor.configuration import MonitorConfig, MqttAddress, MqttConfig
 from hydrofdi.monitor.mqtt.connection import MqttConnection
-from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource, joined, malformed
-from hydrofdi.monitor.sources.inbox import Inbox
+from hydrofdi.monitor.sources.contract import Inbox, Position, Reading, StreamSource, joined, malformed
 from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import Chunk

@@ -6,9 +6,9 @@ import asyncio
 import logging
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from asyncua import ua
 from asyncua.client.client import Client
@@ -17,11 +17,17 @@ from asyncua.crypto.uacrypto import CertProperties
 from asyncua.ua.attribute_ids import AttributeIds
 from asyncua.ua.uaerrors import UaError, UaStatusCodeError
 from cryptography import x509
-from cryptography.hazmat.primitives.serialization import Encoding, load_der_private_key, load_pem_private_key
+from cryptography.hazmat.primitives.serialization import (
+    Encoding,
+    NoEncryption,
+    PrivateFormat,
+    load_der_private_key,
+    load_pem_private_key,
+)
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.opcua.configuration import OpcUaConfig, credentials
-from hydrofdi.monitor.security import network_reason, usable
+from hydrofdi.monitor.configuration import OpcUaConfig
+from hydrofdi.monitor.security import credentials, network_reason, usable
 
 logging.getLogger("asyncua").addHandler(logging.NullHandler())
 
@@ -44,12 +50,11 @@ class LostError(Exception):
     """A server cannot be reached, refuses, or is lost; the text is the reason."""
 
 
-@dataclass(frozen=True)
-class _KeyFiles:
-    """Contents of the files, in DER or as they are, and the application URI in the monitor's certificate."""
+class _KeyFiles(NamedTuple):
+    """Certificates and key in DER, and the application URI in the monitor's certificate."""
 
     certificate: bytes
-    private_key: CertProperties
+    private_key: bytes
     server_certificate: bytes
     application_uri: str
 
@@ -70,7 +75,11 @@ class Server:
 
     def __init__(self, url: str, config: OpcUaConfig) -> None:
         self.url, self.config = url, config
-        self.user, self.password = credentials(config)
+        self.user, self.password = credentials("opcua", config.username, config.password_file)
+        if self.user and not self.password:
+            raise ConfigError("opcua.password_file: is missing; there is a user without a password")
+        if self.password and config.security == "none":
+            raise ConfigError("opcua.security: none would send the password unencrypted; choose a policy")
         self._files = _key_files(config)
 
     async def changes(
@@ -134,9 +143,8 @@ class Server:
         if not any((each.ServerCertificate or b"").startswith(files.server_certificate) for each in offered):
             raise LostError("its certificate is not 'server_certificate'")
         client.application_uri = files.application_uri
-        server = CertProperties(files.server_certificate, "der")
-        own = CertProperties(files.certificate, "der")
-        await client.set_security(policy, own, files.private_key, server_certificate=server)
+        own, key, server = (CertProperties(content, "der") for content in files[:3])
+        await client.set_security(policy, own, key, server_certificate=server)
 
     async def _subscribe(
         self,
@@ -216,13 +224,10 @@ def _reason(error: Exception) -> str:
 
 def _key_files(config: OpcUaConfig) -> _KeyFiles | None:
     """The files of a configuration; None if nothing is encrypted."""
-    if config.certificate is None or config.key is None or config.server_certificate is None:
+    if config.security == "none":
         return None
-    own = _certificate("certificate", config.certificate)
-    server = _certificate("server_certificate", config.server_certificate)
-    with usable("opcua.key", config.key):
-        content = config.key.read_bytes()
-        key = (load_pem_private_key if _is_pem(content) else load_der_private_key)(content, password=None)
+    own, server = (_read(f"{each}certificate", config, _CERTIFICATE) for each in ("", "server_"))
+    key = _read("key", config, _KEY, password=None)
     if key.public_key() != own.public_key():
         raise ConfigError(f"opcua.key: {config.key}: does not belong to the certificate")
     try:
@@ -231,17 +236,17 @@ def _key_files(config: OpcUaConfig) -> _KeyFiles | None:
     except (x509.ExtensionNotFound, IndexError):
         message = "has no application URI; servers require it"
         raise ConfigError(f"opcua.certificate: {config.certificate}: {message}") from None
-    properties = CertProperties(content, "pem" if _is_pem(content) else "der")
-    return _KeyFiles(own.public_bytes(Encoding.DER), properties, server.public_bytes(Encoding.DER), uri)
+    content = key.private_bytes(Encoding.DER, PrivateFormat.PKCS8, NoEncryption())
+    return _KeyFiles(own.public_bytes(Encoding.DER), content, server.public_bytes(Encoding.DER), uri)
 
 
-def _certificate(key: str, path: Path) -> x509.Certificate:
+_CERTIFICATE = x509.load_pem_x509_certificate, x509.load_der_x509_certificate
+_KEY = load_pem_private_key, load_der_private_key
+
+
+def _read(key: str, config: OpcUaConfig, loaders: tuple[Any, Any], **more: None) -> Any:
+    """What the file of a setting contains, in PEM or DER."""
+    path: Path = getattr(config, key)
     with usable(f"opcua.{key}", path):
         content = path.read_bytes()
-        return (x509.load_pem_x509_certificate if _is_pem(content) else x509.load_der_x509_certificate)(
-            content
-        )
-
-
-def _is_pem(content: bytes) -> bool:
-    return b"-----BEGIN" in content
+        return loaders[b"-----BEGIN" not in content](content, **more)

@@ -105,7 +105,7 @@ def _text(
 
 
 def _mqtt(text: str, config: MonitorConfig, file: DetectorFile, detector: Path) -> StreamSource:
-    from hydrofdi.monitor.mqtt.configuration import MqttAddress
+    from hydrofdi.monitor.configuration import MqttAddress
     from hydrofdi.monitor.mqtt.source import MqttSource
 
     return MqttSource(MqttAddress.parse(text), config, detector, file.channels)

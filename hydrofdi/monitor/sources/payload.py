@@ -41,10 +41,6 @@ class SampleClock:
         first, self.n_sample = self.n_sample, self.n_sample + n_time
         return np.arange(first, self.n_sample) / self.sampling_frequency
 
-    def skip(self, n_time: int) -> None:
-        """Leave a gap for samples that cannot be read."""
-        self.n_sample += n_time
-
 
 _FREQUENCY = "sampling_frequency"
 _MOST_KEYS = 256
@@ -88,13 +84,9 @@ class PayloadReader:
         """
         if len(payload) > self._largest:
             raise PayloadError(f"is larger than {counted(self._largest, 'byte')}")
-        try:
-            return self.chunk(parsed(payload))
-        except PayloadError:
-            lines = [line for line in payload.splitlines() if line.strip()]
-            if len(lines) < 2 or not lines[0].rstrip().endswith(b"}"):
-                raise
-        return joined([self.chunk(parsed(line)) for line in lines])
+        lines = [line for line in payload.splitlines() if line.strip()]
+        are_objects = len(lines) > 1 and lines[0].rstrip().endswith(b"}")
+        return joined([self.chunk(parsed(line)) for line in (lines if are_objects else [payload])])
 
     def chunk(self, found: Mapping[str, Any]) -> Chunk:
         """The samples of one JSON object.

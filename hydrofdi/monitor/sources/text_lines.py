@@ -101,7 +101,7 @@ class CsvLines:
                 ) from None
             self._rows.titles, self.header, self._channels, error = [], [], {}, failure
         if self._clock is not None:
-            self._clock.skip(1)
+            self._clock.n_sample += 1
         return [malformed("line", text, str(error))]
 
     def _begin(self, text: str) -> None:
@@ -170,43 +170,24 @@ class JsonLines:
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:
         """Samples of complete lines."""
-        chunks: list[Chunk] = []
-        objects: list[tuple[str, dict[str, Any]]] = []
-        for line in lines:
-            if not line or line.isspace():
-                continue
-            try:
-                objects.append((line, parsed(line)))
-            except PayloadError as error:
-                chunks += [*self._samples(objects), self._refused(line, error)]
-                objects = []
-        return chunks + self._samples(objects)
+        kept = [line for line in lines if line.strip()]
+        return [
+            self._refused(kept[place], found) if isinstance(found, ValueError) else found
+            for place, found in runs(kept, self._together)
+        ]
 
-    def _samples(self, objects: Sequence[tuple[str, dict[str, Any]]]) -> list[Chunk]:
-        together = self._together([found for _, found in objects])
-        return [together] if together else self._one_by_one(objects)
+    def _together(self, lines: Sequence[str]) -> Chunk:
+        """A line, or lines with the same keys and one sample each, as one block."""
+        objects = [parsed(line) for line in lines]
+        if len({tuple(found) for found in objects}) > 1:
+            raise PayloadError("lines have different keys")
+        if len(objects) == 1:
+            return self._reader.chunk(objects[0])
+        return self._reader.chunk({key: [found[key] for found in objects] for key in objects[0]})
 
-    def _together(self, objects: Sequence[dict[str, Any]]) -> Chunk | None:
-        """Objects with the same keys and one sample each, as one block; None for other objects."""
-        if len(objects) < 2 or len({tuple(found) for found in objects}) > 1:
-            return None
-        try:
-            return self._reader.chunk({key: [found[key] for found in objects] for key in objects[0]})
-        except PayloadError:
-            return None
-
-    def _one_by_one(self, objects: Sequence[tuple[str, dict[str, Any]]]) -> list[Chunk]:
-        chunks = []
-        for line, found in objects:
-            try:
-                chunks.append(self._reader.chunk(found))
-            except PayloadError as error:
-                chunks.append(self._refused(line, error))
-        return chunks
-
-    def _refused(self, line: str, error: PayloadError) -> Chunk:
+    def _refused(self, line: str, error: ValueError) -> Chunk:
         if self._clock is not None:
-            self._clock.skip(1)
+            self._clock.n_sample += 1
         return malformed("line", line, str(error))
 
 

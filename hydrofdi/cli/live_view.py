@@ -12,11 +12,12 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.live import Live
 from rich.text import Text
 
+from hydrofdi.api.detectors.promise import promise_text
 from hydrofdi.api.monitoring import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.readable import percent, percentage, plain, shown_quantity, time_text
+from hydrofdi.settings.readable import plain, shown_quantity, time_text
 
 _FRAMES_IN_A_SECOND = 4.0
 _FIRST_DATE = 1e9
@@ -46,8 +47,7 @@ class LiveView:
         self._condition, self._since = Condition.UNKNOWN, 0.0
         self._samples: Chunk | None = None
         self._is_connected = True
-        self._n_unread, self._unread = 0, ""
-        self._n_judged = self._n_beyond = 0
+        self._unread: list[str] = []
         self._windows = deque[WindowLine](maxlen=_MOST_LINES)
         self._events = deque[Event](maxlen=_MOST_LINES)
         self._alarms = deque[float](maxlen=_MOST_ALARMS)
@@ -75,12 +75,13 @@ class LiveView:
             yield from self._lines()
 
     def _take(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
-        if chunk is not None and chunk.readable.n_time:
-            self._samples, self._arrived = chunk.readable, time.monotonic()
-            self._is_connected, self._n_unread = True, 0
+        if chunk is not None and (readable := chunk.readable).n_time:
+            self._samples, self._arrived = readable, time.monotonic()
+            self._is_connected, self._unread = True, []
+            self._counts["unread"] = 0
         if chunk is not None and chunk.unread:
-            self._unread = self._unread if self._n_unread else next(iter(chunk.unread.values()))
-            self._n_unread += len(chunk.unread)
+            self._unread = [*self._unread, *chunk.unread.values()][:1]
+            self._counts["unread"] += len(chunk.unread)
         for line in lines:
             if isinstance(line, Event):
                 self._take_event(line)
@@ -90,8 +91,7 @@ class LiveView:
             if line.verdict.fault is not None:
                 self._faults[line.verdict.fault.kind] += 1
             else:
-                self._n_judged += 1
-                self._n_beyond += bool(line.verdict.alarm)
+                self._counts.update(judged=1, beyond=int(bool(line.verdict.alarm)))
             self._windows.append(line)
 
     def _take_event(self, event: Event) -> None:
@@ -113,7 +113,7 @@ class LiveView:
             yield Text(", ".join(shown))
         yield Text(f"{self._file.score_name}: alarm {self._file.limits_text}")
         yield Text("; ".join(self._counted()))
-        yield Text(_promise(self._file, self._noun))
+        yield Text(promise_text(self._file))
         yield Text("Events (Ctrl-C ends)", "bold")
         yield from (Text(_event_text(event)) for event in list(self._events)[-3:])
         yield Text(f"Last {self._noun}s", "bold")
@@ -124,11 +124,11 @@ class LiveView:
         silence = time.monotonic() - self._arrived
         patience = max(_SILENT_AFTER, 2.0 * self._file.n_sample / self._file.sampling_frequency)
         if self._samples is not None and self._is_connected and silence <= patience:
-            began = f"since {instant_text(self._since)}" if self._windows else f"no {self._noun} judged yet"
+            began = f"since {_instant_text(self._since)}" if self._windows else f"no {self._noun} judged yet"
             return f"{self._condition.upper()} {began}", _STYLES[self._condition]
         why = "" if self._is_connected else "disconnected, "
-        if self._n_unread:
-            why += f"{self._n_unread:,} malformed: {self._unread}"
+        if self._unread:
+            why += f"{self._counts['unread']:,} malformed: {self._unread[0]}"
         elif self._samples is None:
             why += f"waiting for samples for {time_text(silence)}"
         else:
@@ -146,15 +146,13 @@ class LiveView:
             what += f", chart {plain(line.chart.statistic, 3)} of {plain(line.chart.limit, 3)}"
         if verdict.doubt:
             what += f"; doubtful: {verdict.doubt}"
-        return Text(f"{instant_text(line.end):>12}  {score:>12}  {what}", style, no_wrap=True)
+        return Text(f"{_instant_text(line.end):>12}  {score:>12}  {what}", style, no_wrap=True)
 
     def _counted(self) -> Iterator[str]:
         """The numbers of windows, of alarms, and of what is wrong with the stream."""
-        n_alarm = self._counts[EventKind.ALARM_RAISED]
-        yield (
-            f"{counted(self._n_judged, self._noun)} judged, {self._n_beyond:,} beyond the limit,"
-            f" {counted(n_alarm, 'alarm')}"
-        )
+        judged, alarms = (self._counts[kind] for kind in ("judged", EventKind.ALARM_RAISED))
+        beyond = f"{self._counts['beyond']:,} beyond the limit"
+        yield f"{counted(judged, self._noun)} judged, {beyond}, {counted(alarms, 'alarm')}"
         if self._faults:
             kinds = ", ".join(f"{kind} {n:,}" for kind, n in self._faults.most_common())
             yield f"{self._faults.total():,} not judged ({kinds})"
@@ -166,30 +164,16 @@ class LiveView:
         yield f"{self._source}, watched for {lasted}; at the end: {self._condition}"
         yield from self._counted()
         if self._alarms:
-            yield f"the last alarms were raised at {', '.join(map(instant_text, self._alarms))}"
-
-
-def _promise(file: DetectorFile, noun: str) -> str:
-    """The promise of the detector, and the records behind it."""
-    rests = f"from {counted(file.basis.n_window, f'healthy {noun}')}"
-    if file.chart is not None and file.config.chart is not None:
-        wanted, (least, most) = time_text(file.config.chart.false_alarm_every), file.chart.interval
-        ends = f"{time_text(least)} to {'no upper end' if most is None else time_text(most)}"
-        return f"Promise: one false alarm in {wanted} of operation ({ends}), {rests}"
-    low, high = file.limits.interval
-    ends = f"{percentage(low)} to {percent(high)}"
-    rate = percent(file.limits.false_alarm_rate)
-    return f"Promise: {rate} of healthy {noun}s lie beyond the limit ({ends}), {rests}"
+            yield f"the last alarms were raised at {', '.join(map(_instant_text, self._alarms))}"
 
 
 def _event_text(event: Event) -> str:
-    instant = "" if event.time is None else f"{instant_text(event.time)}: "
-    is_alarm = event.kind in (EventKind.ALARM_RAISED, EventKind.ALARM_CLEARED)
-    kind = f"{event.kind.replace('_', ' ').upper()}, " if is_alarm else ""
-    return f"{instant}{kind}{event.text}"
+    kind = event.kind.replace("_", " ")
+    named = f"{kind.upper() if kind.startswith('alarm') else kind}, {event.text}"
+    return named if event.time is None else f"{_instant_text(event.time)}: {named}"
 
 
-def instant_text(instant: float) -> str:
+def _instant_text(instant: float) -> str:
     """An instant on the clock of a stream [s]: local time if it counts from 1970."""
     if instant < _FIRST_DATE:
         return f"{instant:,.1f} s"

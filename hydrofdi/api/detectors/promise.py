@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from typing import Any
 
 from hydrofdi.api.assumed_plant import assumption_text, constants_text
@@ -41,6 +42,11 @@ def sentences(file: DetectorFile, left_out: LeftOut, *, is_unlabelled: bool) -> 
     yield from _basis(file, left_out)
     yield from _doubts(file, is_unlabelled=is_unlabelled)
     yield from _chart(file)
+
+
+def promise_text(file: DetectorFile) -> str:
+    """What the chart promises; without one, what the threshold does."""
+    return next(chain(_chart(file), _promise(file)))
 
 
 def _what(file: DetectorFile) -> str:

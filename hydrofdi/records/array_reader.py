@@ -11,7 +11,7 @@ import os
 import pickle
 import signal
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from io import BytesIO
 from typing import Any, cast
 
@@ -60,67 +60,55 @@ def open_hdf5(content: Any) -> Any:
     return file
 
 
-class Hdf5File:
+Opened = tuple[Mapping[str, Any], dict[str, str], Callable[[], None]]
+"""Name → array or dataset, name → unit if one is stated, and what releases the file."""
+
+
+def _hdf5(content: str | BytesIO) -> Opened:
     """Datasets of HDF5 by their path; MAT files of version 7.3 are HDF5."""
+    import h5py
 
-    def __init__(self, content: str | BytesIO) -> None:
-        import h5py
+    file, datasets = open_hdf5(content), dict[str, Any]()
 
-        self._file = open_hdf5(content)
-        self._datasets: dict[str, Any] = {}
+    def keep(name: str | bytes, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.shape is not None:
+            datasets[_text(name)] = item
 
-        def keep(name: str | bytes, item: Any) -> None:
-            if isinstance(item, h5py.Dataset) and item.shape is not None:
-                self._datasets[_text(name)] = item
-
-        self._file.visititems(keep)
-        self.shapes = {name: item.shape for name, item in self._datasets.items()}
-
-    def array(self, name: str) -> Any:
-        """Values of a dataset, with fill values, scale and offset of NetCDF applied."""
-        dataset = self._datasets[name]
-        values, attributes = dataset[()], dataset.attrs
-        if not _PACKING & attributes.keys() or np.asarray(values).dtype.kind not in "iuf":
-            return values
-        missing = np.isin(values, [attributes[key] for key in _MISSING & attributes.keys()])
-        scale, offset = attributes.get("scale_factor", 1.0), attributes.get("add_offset", 0.0)
-        return np.where(missing, np.nan, np.asarray(values, dtype=np.float64) * scale + offset)
-
-    def unit(self, name: str) -> str:
-        """The attribute ``units`` or ``unit``; empty if there is none."""
-        attributes = self._datasets[name].attrs
-        found = next((attributes[key] for key in ("units", "unit") if key in attributes), "")
-        return _text(found) if isinstance(found, str | bytes) else ""
-
-    def close(self) -> None:
-        """Release the file."""
-        self._file.close()
+    file.visititems(keep)
+    found = {
+        name: next((item.attrs[key] for key in ("units", "unit") if key in item.attrs), "")
+        for name, item in datasets.items()
+    }
+    units = {name: _text(unit) for name, unit in found.items() if isinstance(unit, str | bytes)}
+    return datasets, units, file.close
 
 
-class MatFile:
-    """Variables of MAT files up to version 7, and fields of structures as ``structure/field``."""
+def _unpacked(dataset: Any) -> Any:
+    """Values of a dataset, with fill values, scale and offset of NetCDF applied."""
+    values, attributes = dataset[()], dataset.attrs
+    if not _PACKING & attributes.keys() or np.asarray(values).dtype.kind not in "iuf":
+        return values
+    missing = np.isin(values, [attributes[key] for key in _MISSING & attributes.keys()])
+    scale, offset = attributes.get("scale_factor", 1.0), attributes.get("add_offset", 0.0)
+    return np.where(missing, np.nan, np.asarray(values, dtype=np.float64) * scale + offset)
 
-    def __init__(self, content: str | BytesIO) -> None:
-        from scipy.io import loadmat
 
-        variables = loadmat(cast(Any, content), appendmat=False, simplify_cells=True)
-        own = {name: value for name, value in variables.items() if not name.startswith("__")}
-        leaves = dict(_leaves("", own))
-        self._units = {name: _stated(leaves, name) for name in leaves}
-        stating = {_place_of_unit(name) for name, unit in self._units.items() if unit}
-        self._arrays = {name: array for name, array in leaves.items() if name not in stating}
-        self.shapes = {name: array.shape for name, array in self._arrays.items()}
+def _mat(content: str | BytesIO) -> Opened:
+    """Variables of MAT files up to version 7, and fields of structures as ``structure/field``.
 
-    def array(self, name: str) -> Any:
-        """Values of a variable."""
-        return self._arrays[name]
+    The unit of a variable is the field with its name in the structure ``units`` beside it: ``rig/units/P1``
+    for ``rig/P1``.
+    """
+    from scipy.io import loadmat
 
-    def unit(self, name: str) -> str:
-        """The field with a variable's name in the structure ``units`` beside it; empty if there is none."""
-        return self._units[name]
-
-    def close(self) -> None:
-        """Do nothing: the file is not kept open."""
+    variables = loadmat(cast(Any, content), appendmat=False, simplify_cells=True)
+    own = {name: value for name, value in variables.items() if not name.startswith("__")}
+    leaves = dict(_leaves("", own))
+    places = {name: "/".join((*name.split("/")[:-1], "units", name.split("/")[-1])) for name in leaves}
+    stated = {name: leaves[place] for name, place in places.items() if place in leaves}
+    units = {name: str(unit) for name, unit in stated.items() if unit.dtype.kind == "U" and unit.size == 1}
+    arrays = leaves.keys() - {places[name] for name in units}
+    return {name: leaves[name] for name in leaves if name in arrays}, units, lambda: None
 
 
 def main() -> None:
@@ -128,7 +116,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    file: Hdf5File | MatFile | None = None
+    opened: Opened | None = None
     while True:
         try:
             seconds, kind, action, *of = pickle.load(sys.stdin.buffer)
@@ -136,14 +124,16 @@ def main() -> None:
             return
         faulthandler.dump_traceback_later(seconds, exit=True)
         try:
+            answer: Any = None
             if action == "open":
                 content = of[0] if isinstance(of[0], str) else BytesIO(of[0])
-                file = (Hdf5File if kind == "HDF5" else MatFile)(content)
-                answer: Any = file.shapes
-            else:
-                assert file is not None
-                answer = getattr(file, action)(*of)
-                answer = _plain(answer) if action == "array" else answer
+                opened = (_hdf5 if kind == "HDF5" else _mat)(content)
+                answer = {name: array.shape for name, array in opened[0].items()}, opened[1]
+            elif action == "array" and opened:
+                found = opened[0][of[0]]
+                answer = _plain(_unpacked(found) if hasattr(found, "attrs") else found)
+            elif opened:
+                opened[2]()
         except Exception as error:
             answer = OSError(" ".join(str(error).split())[:120] or type(error).__name__)
         pickle.dump(answer, answers, protocol=5)
@@ -167,17 +157,6 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
             yield from _leaves(f"{path}/{name}" if path else str(name), inner)
     else:
         yield path, np.asarray(value)
-
-
-def _place_of_unit(name: str) -> str:
-    """Path of a variable's unit in a structure ``units``: ``rig/units/P1`` for ``rig/P1``."""
-    structure, slash, variable = name.rpartition("/")
-    return f"{structure}{slash}units/{variable}"
-
-
-def _stated(leaves: Mapping[str, Any], name: str) -> str:
-    unit = leaves.get(_place_of_unit(name))
-    return str(unit) if unit is not None and unit.dtype.kind == "U" and unit.size == 1 else ""
 
 
 def _text(value: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -11,11 +12,11 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.sensing.channels import CHANNELS, CLOCK, Channel, random_generator
-from hydrofdi.sensing.conversion import quantised, saturated, systematic_error
-from hydrofdi.sensing.feedback import feedback_noise
-from hydrofdi.sensing.lagging import LaggedRuns
+from hydrofdi.sensing.dynamics import LagLanes
 from hydrofdi.sensing.noise import gaussian_noise, noise_autocovariance
-from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
+from hydrofdi.sensing.sampling import Clocks, interpolated_signal, sampling_instants
+from hydrofdi.simulation.inputs import steps_per_control
+from hydrofdi.simulation.inputs import SignalByName
 from hydrofdi.simulation.trajectory import Trajectory
 
 Signal = NDArray[np.float64]
@@ -122,3 +123,127 @@ def sensor_reading(channel: Channel, run: RunParameters, samples: Signal, time: 
     if sensor.bits is not None and sensor.lowest is not None:
         reading = quantised(reading, sensor.lowest, sensor.resolution)
     return np.asarray(reading, dtype=float)
+
+
+Value = Any
+"""A float, or an array of any shape."""
+
+
+def systematic_error(time: Value, bias: float, drift: float) -> Value:
+    """Error from bias and drift of a sensor, in the unit of the signal.
+
+    Parameters
+    ----------
+    time : array_like
+        Time since the start of the record [s].
+    bias : float
+        In the unit of the signal.
+    drift : float
+        In the unit of the signal per second.
+    """
+    return bias + drift * np.asarray(time)
+
+
+def saturated(signal: Value, lowest: float | None, highest: float | None) -> Value:
+    """The signal limited to a range; None means no limit."""
+    if lowest is None and highest is None:
+        return signal
+    return np.clip(signal, lowest, highest)
+
+
+def quantised(signal: Value, lowest: float, resolution: float) -> Value:
+    """The signal rounded to the nearest levels of a converter.
+
+    Parameters
+    ----------
+    signal : array_like
+    lowest : float
+        The first level, in the unit of the signal.
+    resolution : float
+        Step between adjacent levels (LSB), in the unit of the signal.
+    """
+    return lowest + resolution * np.round((np.asarray(signal) - lowest) / resolution)
+
+
+def quantisation_noise(resolution: float) -> float:
+    """Standard deviation of quantisation noise, in the unit of the signal.
+
+    It is modelled as white noise with uniform distribution over one level. This holds if the signal changes
+    by more than one level between samples, or if its noise covers one level.
+
+    Parameters
+    ----------
+    resolution : float
+        Step between adjacent levels (LSB).
+    """
+    return resolution / math.sqrt(12.0)
+
+
+class LaggedRuns:
+    """Lags of several runs in parallel: reads their signals at every solver step and samples the outputs.
+
+    Parameters
+    ----------
+    runs : sequence of RunParameters, length n_run
+        Runs with the same ``run`` section.
+
+    Attributes
+    ----------
+    samples : dict of Channel to ndarray, shape (n_run, n_time)
+        Samples of the channels that have a lag in any run, in the units of their signals.
+    """
+
+    def __init__(self, runs: Sequence[RunParameters]) -> None:
+        lags = {channel: [channel.lags(run) for run in runs] for channel in CHANNELS}
+        self._lanes = {channel: LagLanes(of_runs) for channel, of_runs in lags.items() if any(of_runs)}
+        self._clocks = _clocks(runs)
+        self.samples = {channel: np.zeros((len(runs), runs[0].record.n_sample)) for channel in self._lanes}
+
+    def __call__(self, first_step: int, signal: SignalByName) -> None:
+        """Process the signals of consecutive steps, starting at step `first_step`."""
+        for channel, samples in self.samples.items():
+            values = np.array(signal(channel.signal)[:, : len(samples)], order="C")
+            self._lanes[channel].advance(values)
+            self._clocks.sample(values, first_step, samples)
+
+
+def _clocks(runs: Sequence[RunParameters]) -> Clocks:
+    record = runs[0].record
+    time = np.arange(record.n_sample) / record.sampling_frequency
+    deviations = np.zeros((len(runs), record.n_sample))
+    for lane, parameters in enumerate(runs):
+        if jitter := parameters.measurement.jitter:
+            deviations[lane] = sampling_instants(time, jitter, random_generator(parameters, CLOCK)) - time
+    return Clocks(record, deviations)
+
+
+LOOP = "position_feedback"
+"""Random source of the noise in the loop at instants that are not sampled."""
+
+
+def feedback_noise(run: RunParameters) -> NDArray[np.float64] | None:
+    """White noise of the position at the samples of the controller of a run.
+
+    Its variance is that of a record sampled at the rate of the controller, without the anti-alias filter. At
+    instants that the record samples too, both have the same noise, if the noise of the record is white with
+    the same variance and there is no jitter.
+
+    Returns
+    -------
+    ndarray, shape (n_control,), or None
+        [m]; None if there is no noise.
+    """
+    sensor, record, shared = run.position_sensor, run.record, run.measurement
+    own_rate = record.model_copy(update={"sampling_frequency": 1.0 / run.control.sample_time})
+    unfiltered = shared.model_copy(update={"anti_alias": None})
+    (variance,) = noise_autocovariance(sensor, unfiltered, own_rate)
+    if not run.control.is_measured or variance == 0.0:
+        return None
+    steps = np.arange(0, record.n_step, steps_per_control(run))
+    noise = gaussian_noise((variance,), steps.size, random_generator(run, LOOP))
+    recorded = noise_autocovariance(sensor, shared, record)
+    if len(recorded) == 1 and math.isclose(recorded[0], variance) and shared.jitter == 0.0:
+        sampled = steps % record.steps_per_sample == 0
+        samples = gaussian_noise(recorded, record.n_sample, random_generator(run, "position_sensor"))
+        noise[sampled] = samples[steps[sampled] // record.steps_per_sample]
+    return noise

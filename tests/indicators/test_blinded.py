@@ -8,7 +8,7 @@ from hydrofdi.errors import Issue
 from hydrofdi.indicators import Indicator, Output, measure
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
-from hydrofdi.records.measured import measured_source
+from hydrofdi.records.measured.source import measured_source
 
 P1 = Channel.CHAMBER_1_PRESSURE
 

@@ -5,7 +5,7 @@ import pytest
 
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import Channel
-from hydrofdi.records.measured import measured_source
+from hydrofdi.records.measured.source import measured_source
 from tests.records.test_vtnsi import DATA, description
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the vtnsi records are not here")

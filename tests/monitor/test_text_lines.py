@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.measured import plain_file_source
 from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.records.measured.source import plain_file_source
 from tests.monitor.streams_of_text import read_in_pieces, reader, samples
 
 CSV = b"time [ms],P1 [bar],u [V]\n0,100,1\n1,101.5,\n2,nan,-3\n"

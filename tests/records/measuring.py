@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.records.measured import measured_source
+from hydrofdi.records.measured.source import measured_source
 
 P1, P2, SUPPLY = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.SUPPLY_PRESSURE
 POSITION, VOLTAGE = Channel.PISTON_POSITION, Channel.INPUT_VOLTAGE

@@ -5,7 +5,7 @@ from textwrap import dedent
 import pytest
 
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.records.measured import measured_source, plain_file_source
+from hydrofdi.records.measured.source import measured_source, plain_file_source
 from tests.records.measuring import P1, USUAL, batches, kinds, one
 
 

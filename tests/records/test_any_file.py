@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.records import Channel
-from hydrofdi.records.measured import measured_source, plain_file_source
 from hydrofdi.records.measured.formats import reading_apart
+from hydrofdi.records.measured.source import measured_source, plain_file_source
 from hydrofdi.units import parse_unit
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64).filter(lambda x: abs(x) < 1e290)

@@ -9,7 +9,7 @@ import pytest
 import scipy.io
 
 from hydrofdi.errors import DataError, StoreError
-from hydrofdi.records.measured import measured_source, plain_file_source
+from hydrofdi.records.measured.source import measured_source, plain_file_source
 from hydrofdi.store.reading import read_experiment
 from tests.records.measuring import P1, P2, described, one
 

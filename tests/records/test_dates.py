@@ -7,7 +7,7 @@ import pytest
 
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records.dates import unix_seconds
-from hydrofdi.records.measured import measured_source, plain_file_source
+from hydrofdi.records.measured.source import measured_source, plain_file_source
 from tests.records.measuring import P1, described, kinds
 
 FORMS = [

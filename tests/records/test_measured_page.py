@@ -6,9 +6,9 @@ import re
 
 import numpy as np
 
-from hydrofdi.records.measured import measured_source
 from hydrofdi.records.measured.columns import NAMES
 from hydrofdi.records.measured.description.sections import MeasuredConfig
+from hydrofdi.records.measured.source import measured_source
 from hydrofdi.settings.schema import described_schema
 from tests.commands import run
 from tests.conftest import REPOSITORY

@@ -10,8 +10,8 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.record_measures import measure_sources
-from hydrofdi.records.measured import measured_source, plain_file_source
 from hydrofdi.records.measured.forming import path_pattern
+from hydrofdi.records.measured.source import measured_source, plain_file_source
 from tests.records.measuring import P1, POSITION, USUAL, VOLTAGE, batches, csv_of, described, kinds, one
 
 RNG = np.random.default_rng(5)

@@ -13,11 +13,11 @@ import psutil
 import pytest
 import scipy.io
 
-from hydrofdi.records.measured import measured_source
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats import reading_apart
 from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.rejection import RejectionError
+from hydrofdi.records.measured.formats.table import RejectionError
+from hydrofdi.records.measured.source import measured_source
 from tests.records.measuring import P1, described
 
 BAR = np.array([100.0, 101.5, 99.25])

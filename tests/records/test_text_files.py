@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.records.measured import measured_source, plain_file_source
 from hydrofdi.records.measured.formats import text as formats_text
+from hydrofdi.records.measured.source import measured_source, plain_file_source
 from tests.records.measuring import P1, P2, USUAL, batches, csv_of, described, kinds, one
 
 PRESSURE = np.array([100.0, 101.5, 99.25, 102.125])

@@ -9,7 +9,7 @@ import pytest
 import pywt
 
 from hydrofdi.indicators import make_indicators, measure
-from hydrofdi.records.measured import measured_source
+from hydrofdi.records.measured.source import measured_source
 from tests.conftest import REPOSITORY
 from tests.records.measuring import P1, P2, POSITION, SUPPLY, kinds
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.sensing import quantisation_noise
-from hydrofdi.sensing.conversion import quantised
+from hydrofdi.sensing.measurement import quantised
 from hydrofdi.sensing.noise import gaussian_noise
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
 from hydrofdi.transforms.configuration import WaveletConfig

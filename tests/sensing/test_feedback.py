@@ -9,8 +9,7 @@ import pytest
 
 from hydrofdi.config import RunParameters
 from hydrofdi.sensing import Measurement
-from hydrofdi.sensing.conversion import quantised, saturated
-from hydrofdi.sensing.feedback import feedback_noise
+from hydrofdi.sensing.measurement import feedback_noise, quantised, saturated
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
 from hydrofdi.simulation.trajectory import Trajectory

@@ -242,7 +242,7 @@ def open_source(
         from hydrofdi.config import load_experiment
 
         return SimulatedRecords(load_experiment(path, settings), name, channels)
-    from hydrofdi.records.measured import measured_source, plain_file_source, plain_folder_source
+    from hydrofdi.records.measured.source import measured_source, plain_file_source, plain_folder_source
 
     if kind == "description":
         return measured_source(path)
@@ -276,7 +276,7 @@ def _kind(path: Path) -> str:
 
 def _kind_of_folder(path: Path) -> str:
     from hydrofdi.api.stored import require_single, results_files
-    from hydrofdi.records.measured import plain_files
+    from hydrofdi.records.measured.source import plain_files
     from hydrofdi.store.reading import REQUEST_FILE
 
     is_sweep, results = (path / REQUEST_FILE).exists(), results_files(path)

@@ -12,8 +12,8 @@ from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import CyclesConfig, SegmentConfig, TrimConfig
+from hydrofdi.records.measured.formats.table import RejectionError
 from hydrofdi.records.measured.recording import Recording, Sampling
-from hydrofdi.records.measured.rejection import RejectionError
 from hydrofdi.records.stuck import BAND, Direction, drive_edges
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import glob
+import os
 import re
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PurePath, PurePosixPath
 
 import numpy as np
 
@@ -25,10 +27,8 @@ from hydrofdi.records.measured.cutting import (
 )
 from hydrofdi.records.measured.defects import Ranges, defects
 from hydrofdi.records.measured.description.sections import MeasuredConfig
-from hydrofdi.records.measured.files import place_of
-from hydrofdi.records.measured.formats.table import Table
+from hydrofdi.records.measured.formats.table import RejectionError, Table
 from hydrofdi.records.measured.recording import Recording, read_recording, recording_of
-from hydrofdi.records.measured.rejection import RejectionError
 
 _FIELD = re.compile(r"\{([A-Za-z_][A-Za-z0-9_]*)\}")
 OWN_NAMES = ("folder", "file", "direction")
@@ -273,3 +273,44 @@ def _batch(
         },
         labels=tuple(record.label for record in records) if labels else None,
     )
+
+
+_DIGITS = re.compile(r"(\d+)")
+
+
+def matching_files(folder: Path, pattern: str) -> list[Path]:
+    """Files that match a pattern, in natural order: run 2 before run 10.
+
+    Leading parts of the pattern that exist literally are taken literally, including brackets and stars.
+
+    Parameters
+    ----------
+    folder : path
+        Base of relative patterns.
+    pattern : str
+    """
+    parts = PurePath(pattern).parts
+    literal = 0
+    while literal < len(parts) and os.path.lexists(folder.joinpath(*parts[: literal + 1])):
+        literal += 1
+    start = folder.joinpath(*parts[:literal])
+    if literal == len(parts):
+        return [start] if start.is_file() else []
+    found = glob.glob(os.path.join(*parts[literal:]), root_dir=start, recursive=True)
+    return in_natural_order(start / name for name in found if (start / name).is_file())
+
+
+def in_natural_order(paths: Iterable[Path]) -> list[Path]:
+    """Paths in natural order: numbers in them are sorted by value."""
+    return sorted(paths, key=lambda path: _natural(path.as_posix()))
+
+
+def place_of(path: Path, folder: Path) -> str:
+    """The path relative to a folder, with forward slashes: the name of a record."""
+    return Path(os.path.relpath(path, folder)).as_posix()
+
+
+def _natural(text: str) -> tuple[list[tuple[str, int]], str]:
+    pieces = _DIGITS.split(text)
+    numbers = [int(piece) for piece in pieces[1::2]] + [0]
+    return list(zip(pieces[::2], numbers, strict=True)), text

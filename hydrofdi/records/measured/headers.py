@@ -23,9 +23,8 @@ from hydrofdi.records.measured.columns import (
 )
 from hydrofdi.records.measured.description.sections import ChannelConfig, MeasuredConfig, TimeConfig
 from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.formats.table import Table
+from hydrofdi.records.measured.formats.table import RejectionError, Table
 from hydrofdi.records.measured.recording import counts_samples
-from hydrofdi.records.measured.rejection import RejectionError
 from hydrofdi.units import parse_unit, similar_units
 
 _SUGGESTED = {

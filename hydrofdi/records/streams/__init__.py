@@ -1,8 +1,7 @@
 """Streams: samples are checked as they come and cut into windows, which do not depend on the chunks."""
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.streams.checks import EvenStream, Finding
-from hydrofdi.records.streams.chunk import Chunk, State, Window
+from hydrofdi.records.streams.checks import Chunk, EvenStream, Finding, State, Window
 from hydrofdi.records.streams.windows import Windower, make_windower, windows_of
 
 __all__ = [

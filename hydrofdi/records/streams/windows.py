@@ -12,8 +12,7 @@ import numpy as np
 from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.streams.checks import EvenStream
-from hydrofdi.records.streams.chunk import Chunk, State, Window
+from hydrofdi.records.streams.checks import Chunk, EvenStream, State, Window
 from hydrofdi.records.stuck import Direction, drive_edges, frozen_time, must_change
 from hydrofdi.settings.counting import counted
 

@@ -14,8 +14,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.columns import split_title
-from hydrofdi.records.measured.formats.table import Table
-from hydrofdi.records.measured.rejection import RejectionError, damage_named
+from hydrofdi.records.measured.formats.table import RejectionError, Table, damage_named
 from hydrofdi.settings.counting import counted
 
 _EXACT = 2**53
@@ -35,8 +34,8 @@ class ArrayTable(Table):
         Name → shape, known before the arrays are read. The longer axis of a matrix is time.
     load : callable
         Name → array, as the file contains it.
-    units : callable, optional
-        Name → unit that the file states, empty if it states none.
+    units : mapping of str to str, optional
+        Name → unit that the file states.
     """
 
     def __init__(
@@ -45,9 +44,9 @@ class ArrayTable(Table):
         what: str,
         shapes: Mapping[str, tuple[int, ...]],
         load: Callable[[str], Any],
-        units: Callable[[str], str] | None = None,
+        units: Mapping[str, str] | None = None,
     ) -> None:
-        self.place, self._what, self._load, self._units = place, what, load, units
+        self.place, self._what, self._load, self._units = place, what, load, units or {}
         self._columns = [column for name, shape in shapes.items() for column in _columns(name, shape)]
         self._last: tuple[str, Any] = "", None
         self.titles = [name if number is None else f"{name}[{number + 1}]" for name, number in self._columns]
@@ -55,9 +54,7 @@ class ArrayTable(Table):
     def unit(self, position: int) -> str:
         """Unit that the file states."""
         name = self._columns[position][0]
-        with damage_named(self._what):
-            stated = "" if self._units is None else self._units(name)
-        return stated or split_title(name)[1]
+        return self._units.get(name) or split_title(name)[1]
 
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_row,)."""

@@ -11,9 +11,8 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats.arrays import ArrayTable, Content, content_of, npz_table
 from hydrofdi.records.measured.formats.reading_apart import table_read_apart
-from hydrofdi.records.measured.formats.table import Table
+from hydrofdi.records.measured.formats.table import Table, damage_named
 from hydrofdi.records.measured.formats.text import TextTable
-from hydrofdi.records.measured.rejection import damage_named
 from hydrofdi.settings.messages import nearest
 
 

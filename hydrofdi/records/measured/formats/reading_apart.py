@@ -15,7 +15,7 @@ from typing import IO, Any, cast
 
 from hydrofdi.records import array_reader
 from hydrofdi.records.measured.formats.arrays import ArrayTable, Content
-from hydrofdi.records.measured.rejection import RejectionError, damage_named
+from hydrofdi.records.measured.formats.table import RejectionError, damage_named
 
 SECONDS = 60.0
 """Time limit of a request [s], plus one second for each megabyte of the file."""
@@ -41,10 +41,8 @@ def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayT
             given = str(content.absolute()) if isinstance(content, Path) else content.getvalue()
             size = content.stat().st_size if isinstance(content, Path) else len(given)
             reader.seconds = SECONDS + size / _BYTES_PER_SECOND
-            shapes = reader.ask("open", given)
-        yield ArrayTable(
-            place, kind, shapes, lambda name: reader.ask("array", name), lambda name: reader.ask("unit", name)
-        )
+            shapes, units = reader.ask("open", given)
+        yield ArrayTable(place, kind, shapes, lambda name: reader.ask("array", name), units)
     finally:
         try:
             reader.ask("close")

@@ -1,11 +1,17 @@
 """A detector by hand, streams that it watches, and a source that gives them."""
 
+import json
+
 import numpy as np
 
 from hydrofdi.detectors.trained.configuration import ChartConfig
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.judging import Judge
+from hydrofdi.monitor.log import WindowLog
+from hydrofdi.monitor.loop import monitor
 from hydrofdi.monitor.sources.contract import Reading
+from hydrofdi.monitor.state import StateFile
+from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.made import FREQUENCY, detector, signals, window
@@ -106,3 +112,17 @@ class Kept:
 
 class Killed(BaseException):
     """The process ends here."""
+
+
+def live(folder, source, sinks=(), stop=lambda: False, file=None, state_file=None):
+    """One life of a monitor with its state and its log in a folder; gives how it ended."""
+    file = file or made_detector()
+    state_file = state_file or StateFile(folder / "state", file, source.name)
+    log = WindowLog(folder / "log.jsonl", file.unit)
+    return monitor(Watch(file), source, sinks, state_file=state_file, log=log, stop=stop)
+
+
+def logged(folder, without=("started", "resumed", "stopped")):
+    """Lines of the log that do not tell of starts and ends."""
+    records = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
+    return [each for each in records if each.get("event") not in without]

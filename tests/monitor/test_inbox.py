@@ -2,7 +2,7 @@ from threading import Thread
 
 import pytest
 
-from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.sources.contract import Inbox
 
 
@@ -18,23 +18,6 @@ def everything(inbox):
             return numbers, events
         numbers += [number for item in items for number in item]
         events += more
-
-
-def test_items_come_out_in_order_and_not_more_than_wanted():
-    inbox = Inbox(100)
-    put(inbox, 0)
-    put(inbox, 10)
-    assert inbox.take(0.0, 15)[0] == [range(10)]
-    assert everything(inbox)[0] == [*range(10, 20)]
-
-
-def test_a_reader_that_waits_is_woken():
-    inbox, got = Inbox(100), []
-    reader = Thread(target=lambda: got.append(inbox.take(60.0, 1)))
-    reader.start()
-    inbox.say(Event(EventKind.CONNECTED, "there"))
-    reader.join()
-    assert got[0][1][0].kind is EventKind.CONNECTED
 
 
 def test_a_full_inbox_drops_one_long_piece_and_says_it_once():

@@ -23,7 +23,7 @@ from hydrofdi.monitor.sources import growing_file
 from hydrofdi.monitor.sources.growing_file import GrowingFile
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.watch import Watch
-from tests.monitor.streams import P1, Kept, Killed, Samples, made_detector, stream
+from tests.monitor.streams import P1, Kept, Killed, Samples, live, logged, made_detector, stream
 
 FILE = made_detector()
 MADE = stream(40, leaking=[12, 13, 30], stuck=[20, 21])
@@ -56,18 +56,10 @@ class KilledAfterState(StateFile):
 
 
 def run(folder, source=None, sinks=(), stop=lambda: False, file=FILE, kill_after_state=0):
-    """One life of a monitor; gives how it ended."""
     source = source or Samples(MADE)
     state_file = KilledAfterState(folder / "state", file, source.name)
     state_file.left = kill_after_state
-    log = WindowLog(folder / "log.jsonl", file.unit)
-    return monitor(Watch(file), source, sinks, state_file=state_file, log=log, stop=stop)
-
-
-def logged(folder):
-    """Lines of the log that do not tell of starts and ends."""
-    records = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
-    return [each for each in records if each.get("event") not in ("started", "resumed", "stopped")]
+    return live(folder, source, sinks, stop, file, state_file)
 
 
 @pytest.fixture(scope="module")

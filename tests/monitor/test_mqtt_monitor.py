@@ -1,6 +1,5 @@
 """A monitor of a stream over MQTT: its windows are those of the undisturbed stream, whatever breaks."""
 
-import json
 import random
 import sys
 import time
@@ -9,14 +8,10 @@ from itertools import count
 
 import pytest
 
-from hydrofdi.monitor.log import WindowLog
-from hydrofdi.monitor.loop import monitor
 from hydrofdi.monitor.mqtt import source as mqtt_source
-from hydrofdi.monitor.state import StateFile
-from hydrofdi.monitor.watch import Watch
 from tests.monitor.brokers import needs_mosquitto
 from tests.monitor.mqtt_streams import connected, killed, publisher_at, source_at, wait_for
-from tests.monitor.streams import N_SAMPLE, Kept, Killed, Samples, made_detector, part, stream
+from tests.monitor.streams import N_SAMPLE, Kept, Killed, Samples, live, logged, made_detector, part, stream
 
 pytestmark = needs_mosquitto
 
@@ -43,15 +38,11 @@ class KilledAt(Kept):
 
 
 def run(folder, source, sinks=(), stop=lambda: False):
-    """One life of a monitor."""
-    state_file = StateFile(folder / "state", FILE, source.name)
-    log = WindowLog(folder / "log.jsonl", FILE.unit)
-    monitor(Watch(FILE), source, sinks, state_file=state_file, log=log, stop=stop)
+    live(folder, source, sinks, stop, FILE)
 
 
-def logged(folder):
-    records = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
-    return [each for each in records if each.get("event") not in CONCERNS_CONNECTIONS]
+def of_samples(folder):
+    return logged(folder, CONCERNS_CONNECTIONS)
 
 
 def is_complete(folder):
@@ -75,7 +66,7 @@ def n_logged(folder):
 def undisturbed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("undisturbed")
     run(folder, Samples(MADE))
-    return logged(folder)
+    return of_samples(folder)
 
 
 @pytest.fixture
@@ -117,7 +108,7 @@ def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturb
                 continue
         sending.result()
     assert life == 12
-    assert logged(tmp_path) == undisturbed
+    assert of_samples(tmp_path) == undisturbed
 
 
 def test_a_broker_that_starts_again_in_mid_stream_changes_no_window(subscribed, undisturbed, tmp_path):
@@ -132,7 +123,7 @@ def test_a_broker_that_starts_again_in_mid_stream_changes_no_window(subscribed, 
         run(tmp_path, source_of(subscribed), stop=is_complete(tmp_path))
         for other in others:
             other.result()
-    assert _windows(logged(tmp_path)) == _windows(undisturbed)
+    assert _windows(of_samples(tmp_path)) == _windows(undisturbed)
 
 
 def _windows(lines):
@@ -161,4 +152,4 @@ def test_sigkill_and_broken_brokers_change_no_window(subscribed, undisturbed, tm
                 subscribed.stop()
                 subscribed.start()
         sending.result()
-    assert logged(tmp_path) == undisturbed
+    assert of_samples(tmp_path) == undisturbed

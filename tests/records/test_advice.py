@@ -9,22 +9,6 @@ from hydrofdi.records.measured.source import measured_source, plain_file_source
 from tests.records.measuring import P1, USUAL, batches, kinds, one
 
 
-@pytest.mark.parametrize(
-    ("header", "meant"), [("Bar", "'bar'"), ("barg", "'bar'"), ("BAR", "'bar'"), ("mpa", "'MPa' or 'mPa'")]
-)
-def test_an_unknown_unit_is_answered_by_similar_ones_alone(tmp_path, header, meant):
-    usual = USUAL.replace("{column: P1, unit: bar}", "P1")
-    with pytest.raises(DataError, match=f"did you mean {meant}") as raised:
-        batches(tmp_path, usual, a_csv=f"P1 [{header}]\n1\n2\n")
-    assert "unit: Pa" not in str(raised.value)
-
-
-def test_a_unit_without_similar_ones_gets_no_scale(tmp_path):
-    usual = USUAL.replace("{column: P1, unit: bar}", "P1")
-    with pytest.raises(DataError, match="unknown unit 'torr'; give 'gain'"):
-        batches(tmp_path, usual, a_csv="P1 [torr]\n1\n2\n")
-
-
 def test_another_spelling_agrees_with_its_unit_alone(tmp_path):
     batch = one(tmp_path, a_csv="P1 [Bar]\n1\n2\n")
     assert batch[P1].tolist() == [[1e5, 2e5]]
@@ -53,11 +37,6 @@ def test_a_suggestion_that_is_copied_as_it_is_gives_no_numbers(tmp_path, text):
     (tmp_path / "m.yaml").write_text(dedent(suggestion), encoding="utf-8")
     with pytest.raises((ConfigError, DataError)):
         list(measured_source(tmp_path / "m.yaml").batches())
-
-
-def test_a_suggestion_names_the_column_of_time(tmp_path):
-    with pytest.raises(DataError, match=r"(?s)time: {column: 'time', unit: s}\n.*column: 'P1', unit: bar}"):
-        plain(tmp_path, "time [sec],P1 [Bar]\n0,1\n1,2\n")
 
 
 def test_the_unit_decides_what_is_time(tmp_path):

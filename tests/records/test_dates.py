@@ -5,7 +5,7 @@ from textwrap import dedent
 import numpy as np
 import pytest
 
-from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.errors import DataError
 from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.measured.source import measured_source, plain_file_source
 from tests.records.measuring import P1, described, kinds
@@ -71,12 +71,6 @@ def test_other_times_are_refused_with_a_remedy(tmp_path, text, sentence):
 def test_a_missing_date_rejects_the_record(tmp_path):
     (rejected,) = plain(tmp_path, text_of(FORMS[0]) + ";7\n").rejected
     assert "1 sampling instants are missing" in rejected.remark.message
-
-
-def test_dates_need_no_unit_and_a_wrong_one_says_so(tmp_path):
-    description = "files: run.csv\ntime: {column: time, unit: ISO}\nchannels: {chamber_1_pressure: P1}\n"
-    with pytest.raises(ConfigError, match="'ISO' is not a unit of time; dates need no unit"):
-        measured_source(described(tmp_path, description, run_csv=text_of(FORMS[0])))
 
 
 def test_arrays_may_hold_dates(tmp_path):

@@ -15,8 +15,7 @@ from hydrofdi.sensing.channels import CHANNELS, CLOCK, Channel, random_generator
 from hydrofdi.sensing.dynamics import LagLanes
 from hydrofdi.sensing.noise import gaussian_noise, noise_autocovariance
 from hydrofdi.sensing.sampling import Clocks, interpolated_signal, sampling_instants
-from hydrofdi.simulation.inputs import steps_per_control
-from hydrofdi.simulation.inputs import SignalByName
+from hydrofdi.simulation.inputs import SignalByName, steps_per_control
 from hydrofdi.simulation.trajectory import Trajectory
 
 Signal = NDArray[np.float64]

@@ -10,9 +10,10 @@ from hydrofdi.detectors.trained.judging import Judge
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
 from hydrofdi.monitor.watch import Watch, windower_of
 from hydrofdi.records import Channel
-from hydrofdi.records.streams import Chunk, windows_of
+from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.made import detector, window
 from tests.monitor.streams import N_SAMPLE, lines_of, made_detector, part, rearranged, stream
+from tests.records.streams.plain import windows_of
 
 FILES = {
     "side by side": made_detector(),

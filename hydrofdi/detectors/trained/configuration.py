@@ -16,7 +16,7 @@ from hydrofdi.indicators import Indicator, Output
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.streams import Windower, make_windower
+from hydrofdi.records.streams import CycleWindower, TimeWindower, Windower
 from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.messages import describe_error, listed, nearest
 from hydrofdi.settings.quantities import SI, Section
@@ -66,16 +66,11 @@ class WindowConfig(Section):
         drive: tuple[float, float] | None,
     ) -> Windower:
         """The windower of a stream with these windows, not of estimates."""
-        return make_windower(
-            "cycle" if self.by == "cycle" else "time",
-            n_sample,
-            self.n_every(n_sample, sampling_frequency),
-            channels=channels,
-            sampling_frequency=sampling_frequency,
-            drive_channel=self.channel,
-            drive=drive,
-            edge=self.edge,
-        )
+        if self.by == "cycle":
+            assert drive is not None
+            return CycleWindower(n_sample, channels, sampling_frequency, self.channel, drive, self.edge)
+        n_every = self.n_every(n_sample, sampling_frequency)
+        return TimeWindower(n_sample, n_every, channels, sampling_frequency)
 
 
 class ChartConfig(Section):

@@ -18,8 +18,7 @@ from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.indicators.recursive import RecursiveIndicator, instants
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.records.streams import Chunk, State
-from hydrofdi.records.streams.windows import fault_of
+from hydrofdi.records.streams import Chunk, State, fault_of
 
 _INDICATOR = "indicator."
 _HELD = "held"

@@ -23,8 +23,7 @@ from hydrofdi.detectors.trained.measuring import (
 from hydrofdi.errors import Issue
 from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.records.streams import Chunk, EvenStream, Window, Windower
-from hydrofdi.records.streams.windows import TimeWindower
+from hydrofdi.records.streams import Chunk, EvenStream, TimeWindower, Window, Windower
 
 _CHUNK = 2**17
 """Number of samples of a record that are cut at a time; overlapping windows multiply their memory."""

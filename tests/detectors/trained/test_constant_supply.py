@@ -6,8 +6,8 @@ import pytest
 from hydrofdi.detectors.trained.judging import Judge
 from hydrofdi.detectors.trained.measuring import channel_facts, learned_range
 from hydrofdi.records import Channel
-from hydrofdi.records.streams import make_windower, windows_of
 from tests.detectors.trained.made import FREQUENCY, detector, signals
+from tests.records.streams.plain import make_windower, windows_of
 
 PS = Channel.SUPPLY_PRESSURE
 CHANNELS = tuple(sorted({PS, *detector("flow_balance", direction="both").channels}))

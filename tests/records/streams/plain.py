@@ -2,7 +2,8 @@
 
 import math
 
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records import Channel
+from hydrofdi.records.streams import Chunk, CycleWindower, EvenStream, TimeWindower
 
 
 def accepted(time, frequency):
@@ -84,3 +85,16 @@ def run(stream, windower, parts, states=None):
             held, ended = windower.step(held, piece)
             windows += ended
     return pieces, windows, findings, (state, held)
+
+
+def make_windower(by, n_sample, n_every=None, *, channels, sampling_frequency, drive=None, edge="rising"):
+    """Windows by time, or by cycles of the command."""
+    if by == "time":
+        return TimeWindower(n_sample, n_every or n_sample, channels, sampling_frequency)
+    return CycleWindower(n_sample, channels, sampling_frequency, Channel.INPUT_VOLTAGE, drive, edge)
+
+
+def windows_of(time, channels, windower):
+    """Windows of a whole record: those of a stream of its samples."""
+    stream = EvenStream(windower.sampling_frequency, windower.needs)
+    return run(stream, windower, [Chunk(time, channels)])[1]

@@ -3,8 +3,16 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.streams import EvenStream, make_windower, windows_of
-from tests.records.streams.plain import accepted, chunks, cycle_windows, run, time_windows
+from hydrofdi.records.streams import EvenStream
+from tests.records.streams.plain import (
+    accepted,
+    chunks,
+    cycle_windows,
+    make_windower,
+    run,
+    time_windows,
+    windows_of,
+)
 
 P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE
 steps = st.one_of(

@@ -3,7 +3,7 @@ import pytest
 
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.cutting import edges
-from hydrofdi.records.streams import make_windower, windows_of
+from tests.records.streams.plain import make_windower, windows_of
 
 P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE
 LOW, HIGH = [-1.0] * 4, [1.0] * 4

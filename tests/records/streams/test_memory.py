@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.records.channels import Channel
-from hydrofdi.records.streams import Chunk, EvenStream, make_windower
+from hydrofdi.records.streams import Chunk, EvenStream
+from tests.records.streams.plain import make_windower
 
 P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE
 FREQUENCY, N_CHUNK = 1000.0, 50_000

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
-from itertools import chain
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import TypeAdapter, model_validator
@@ -41,7 +40,7 @@ from hydrofdi.config.sections.sensor import (
     VelocitySensorConfig,
     VoltageSensorConfig,
 )
-from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.settings.quantities import SI, Section, field_quantity
 from hydrofdi.transforms.configuration import WaveletConfig
 
 
@@ -333,12 +332,6 @@ def parameter_unit(name: str) -> str | None:
 def parameter_quantity(name: str) -> SI | None:
     """Unit and limits of a dotted name; None if it is not a quantity."""
     return field_quantity(_field(name))
-
-
-def field_quantity(field: FieldInfo) -> SI | None:
-    """Unit and limits of a field of a section; None if it is not a quantity."""
-    nested = [getattr(part, "__metadata__", ()) for part in getattr(field.annotation, "__args__", ())]
-    return next((part for part in chain(field.metadata, *nested) if isinstance(part, SI)), None)
 
 
 def _field(name: str) -> FieldInfo:

@@ -11,22 +11,12 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
-from hydrofdi.config.request import RunParameters, field_quantity, parameter_names, parameter_unit
+from hydrofdi.config.request import RunParameters, parameter_names, parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.settings.quantities import Section
+from hydrofdi.config.sweeps.distributions import LAWS
+from hydrofdi.settings.quantities import Section, field_quantity
 from hydrofdi.settings.readable import number_text, readable_unit, shown_quantity, typeset
 from hydrofdi.units import convert
-
-_WRITTEN = {
-    "uniform": "{} … {} {unit}",
-    "integers": "{} … {} {unit}",
-    "loguniform": "{} … {} {unit} (logarithmic)",
-    "normal": "{} ± {} {unit} (normal)",
-    "truncated_normal": "{} ± {} {unit} (normal), from {} to {} {unit}",
-    "lognormal": "{} {unit}, factor {} (lognormal)",
-    "triangular": "{} … {} … {} {unit} (triangular)",
-}
-
 
 _UNITS: ContextVar[Mapping[str, str]] = ContextVar("units of the reader", default=MappingProxyType({}))
 """Dotted name → unit in which the reader writes it."""
@@ -118,7 +108,7 @@ def shown_value(name: str, value: Any) -> str:
     parameter = shown_parameter(name, arguments[:n_own])
     texts = [parameter.text(argument) for argument in arguments[:n_own]]
     texts += [number_text(argument) for argument in arguments[n_own:]]
-    written = _WRITTEN.get(kind, "")
+    written = LAWS[kind].shown if kind in LAWS else ""
     if not written or len(texts) != written.count("{}"):
         written = f"{' or '.join(texts)} {{unit}}"
     unit = typeset(parameter.unit) if any(map(_is_number, arguments)) and parameter.unit != "1" else ""

@@ -6,7 +6,6 @@ import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from hydrofdi.errors import ConfigError
@@ -104,12 +103,7 @@ class DaskEngine:
             value = replace(receipt, shard=store_shard_bytes(item.directory, content))
         return TaskResult(item, value)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: object, error: object, traceback: object) -> None:
         """Leave the cluster; after an error forget what it still does for us."""
         if error is not None:
             self._client.cancel(

@@ -19,7 +19,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
-from types import ModuleType, TracebackType
+from types import ModuleType
 from typing import Any, Self
 
 from hydrofdi.execution.engine import TaskFailure, TaskResult, raised
@@ -193,12 +193,7 @@ class LocalPoolEngine:
         except IndexError:
             return None
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: object, error: object, traceback: object) -> None:
         """End the workers; after an error in the middle of what they do."""
         for worker in self._crew:
             if error is None and worker.task is None:

@@ -119,8 +119,9 @@ class Indicator(Protocol[Chosen]):
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """Required channels."""
-        ...
+        """Channels that it needs; by default those that its options name."""
+        named: frozenset[Channel] = getattr(self.options, "channels", frozenset())
+        return named
 
     @property
     def optional_channels(self) -> frozenset[Channel]:

@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.records import Channel
-from hydrofdi.settings.quantities import SI
+from hydrofdi.settings.quantities import field_quantity
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.settings.schema import field_texts
 
@@ -70,20 +70,16 @@ def describe(name: str) -> Description:
     """
     kind = indicator_kind(name)
     indicator, texts = sound_indicator(name), field_texts(kind.Options)
-    options = tuple(
-        Option(field, _default(info), _unit(info), " ".join(texts.get(field, "").split()))
-        for field, info in kind.Options.model_fields.items()
-    )
+    options = []
+    for field, info in kind.Options.model_fields.items():
+        unit, default = _unit(info), info.get_default(call_default_factory=True)
+        options.append(Option(field, _shown(default, unit), unit, " ".join(texts.get(field, "").split())))
     return Description(
         name, kind.version, kind.summary, kind.source, kind.equation, kind.caution, kind.is_cheap,
         kind.needs_scale,
         tuple(sorted(indicator.channels)), tuple(sorted(indicator.optional_channels)),
-        tuple(indicator.outputs), options,
+        tuple(indicator.outputs), tuple(options),
     )  # fmt: skip
-
-
-def _default(info: FieldInfo) -> str:
-    return _shown(info.get_default(call_default_factory=True), _unit(info))
 
 
 def _shown(value: Any, unit: str) -> str:
@@ -99,13 +95,5 @@ def _shown(value: Any, unit: str) -> str:
 
 
 def _unit(info: FieldInfo) -> str:
-    quantities = [*info.metadata, *_nested_metadata(info.annotation)]
-    return next((part.unit for part in quantities if isinstance(part, SI)), "")
-
-
-def _nested_metadata(annotation: Any) -> list[Any]:
-    """Metadata of the members of a union, a tuple or a list."""
-    found: list[Any] = []
-    for part in getattr(annotation, "__args__", ()):
-        found += [*getattr(part, "__metadata__", ()), *_nested_metadata(part)]
-    return found
+    quantity = field_quantity(info)
+    return quantity.unit if quantity else ""

@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import field_validator
 
 from hydrofdi.indicators.estimation.ekf_stream import N_SUM, Streams, Tuning, follow, workspace
 from hydrofdi.indicators.estimation.plant import N_STATE, PER_MINUTE, STATES
@@ -111,13 +110,6 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     largest_travel: Annotated[float, SI("m", above=0)] = 5e-6
     """Travel of the spool between two samples above which parameters are not updated [m]: no valve is exactly
     as fast as the nominal one."""
-
-    @field_validator("states")
-    @classmethod
-    def _each_state_once(cls, states: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
-        if len(set(states)) < len(states):
-            raise ValueError("a state is named twice")
-        return states
 
     def measured_states(self, records: RecordBatch) -> Array:
         """P_1, P_2 [MPa] and x_p [mm], shape (n_record, n_time, 3)."""

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import model_validator
 
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.settings.quantities import SI, Section, field_quantity
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,8 @@ def plant_constants(options: Section) -> dict[str, str]:
     for name, info in type(options).model_fields.items():
         marks = [each for each in info.metadata if isinstance(each, PlantConstant)]
         if any(mark.is_used(options) for mark in marks):
-            found[name] = next((each.unit for each in info.metadata if isinstance(each, SI)), "1")
+            quantity = field_quantity(info)
+            found[name] = quantity.unit if quantity else "1"
     return found
 
 
@@ -100,9 +101,9 @@ class NominalActuator(Section):
 
     supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
     """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the
-    median of P_1 + P_2 minus the return pressure, which assumes a matched valve and equal areas; with one
-    pressure, twice its mean minus the pressure that balances the spring. ``auto``: measured, else ``sum``
-    with equal areas, else nominal."""
+    median, in a stream the running mean, of P_1 + P_2 minus the return pressure, which assumes a matched
+    valve and equal areas; with one pressure, twice its mean minus the pressure that balances the spring.
+    ``auto``: measured, else ``sum`` with equal areas, else nominal."""
 
     supply_pressure: Annotated[
         float, SI("Pa", least=1e4, most=2e8), PlantConstant("supply", ("nominal",))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,15 +68,6 @@ _BLOCK = 16
 class ObserverOptions(NominalActuator, RecursiveOptions):
     """Options of observers of the chamber pressures."""
 
-    spool: Literal["measured", "command"] = "measured"
-    """Spool position: ``measured``, or computed from the input voltage with the nominal valve
-    (``command``)."""
-
-    supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
-    """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the running mean
-    of P_1 + P_2 minus the return pressure, which assumes a matched valve and equal areas. ``auto``: measured,
-    else ``sum`` with equal areas, else nominal."""
-
     supply_memory: Annotated[float, SI("s", above=0)] = 5.0
     """Time constant of the mean of P_1 + P_2, for ``supply: sum`` [s]."""
 
@@ -88,7 +79,7 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
     """Pressure difference at which leakage flows are stated [Pa]."""
 
     @property
-    def needed(self) -> frozenset[Channel]:
+    def channels(self) -> frozenset[Channel]:
         """Pressures, position, and what moves the valve."""
         return frozenset(_MEASURED) | self.valve_channels
 

@@ -59,17 +59,17 @@ class ChannelOptions(Section):
     channel: Channel = Channel.CHAMBER_1_PRESSURE
     """Channel to measure."""
 
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """The measured channel."""
+        return frozenset({self.channel})
+
 
 ChosenChannel = TypeVar("ChosenChannel", bound=ChannelOptions)
 
 
 class SingleChannelIndicator(Indicator[ChosenChannel]):
     """An indicator that needs one channel, which its options name."""
-
-    @property
-    def channels(self) -> frozenset[Channel]:
-        """The measured channel."""
-        return frozenset({self.options.channel})
 
     @property
     def unit(self) -> str:

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.indicators.single_channel import ChannelOptions
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
 
@@ -127,14 +128,18 @@ class SteppingOptions(Section):
     """Jumps that follow another within this time count as part of it [s]."""
 
 
-def stepping_channels(options: SteppingOptions) -> frozenset[Channel]:
-    """Channels required to find the steps."""
-    return frozenset({Channel.INPUT_VOLTAGE} if options.steps == "command" else ())
+class SteppedChannelOptions(ChannelOptions, SteppingOptions):
+    """Options of an indicator of one channel after the steps of the drive."""
 
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """The channel, and the voltage if it shows the steps."""
+        return super().channels | ({Channel.INPUT_VOLTAGE} if self.steps == "command" else set())
 
-def optional_stepping_channels(options: SteppingOptions) -> frozenset[Channel]:
-    """Channels that are used to find the steps if available."""
-    return frozenset({Channel.INPUT_VOLTAGE} if options.steps == "auto" else ())
+    @property
+    def optional_channels(self) -> frozenset[Channel]:
+        """The voltage, if it may show the steps."""
+        return frozenset({Channel.INPUT_VOLTAGE} if self.steps == "auto" else ())
 
 
 def stepping_obstacle(records: RecordBatch, options: SteppingOptions) -> str | None:

@@ -50,7 +50,7 @@ class FrictionLaw:
     has_bristles: bool = False
 
 
-def slope_at_rest(friction: Friction) -> Eigenvalues:
+def _slope_at_rest(friction: Friction) -> Eigenvalues:
     """Eigenvalue function of a law without bristles: damping rate of a piston near rest [1/s]."""
 
     def eigenvalues(p: FrictionParameters, mass: float, speed: float) -> list[complex]:
@@ -124,7 +124,7 @@ def friction_force(
 
 
 @equation
-def threshold_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
+def _threshold_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
     """`friction_force` [N] and a bristle rate of zero."""
     force = friction_force(velocity, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold)
     return force, 0.0
@@ -132,9 +132,9 @@ def threshold_friction(velocity: float, bristle: float, p: FrictionParameters) -
 
 THRESHOLD = FrictionLaw(
     "threshold",
-    threshold_friction,
+    _threshold_friction,
     zone="friction zone",
-    eigenvalues=slope_at_rest(threshold_friction),
+    eigenvalues=_slope_at_rest(_threshold_friction),
     parameters=frozenset({"velocity_threshold"}),
 )
 
@@ -169,7 +169,7 @@ def smooth_friction_force(
 
 
 @equation
-def smooth_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
+def _smooth_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
     """`smooth_friction_force` [N] and a bristle rate of zero."""
     force = smooth_friction_force(
         velocity, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold
@@ -179,9 +179,9 @@ def smooth_friction(velocity: float, bristle: float, p: FrictionParameters) -> t
 
 SMOOTH = FrictionLaw(
     "smooth",
-    smooth_friction,
+    _smooth_friction,
     zone="friction zone",
-    eigenvalues=slope_at_rest(smooth_friction),
+    eigenvalues=_slope_at_rest(_smooth_friction),
     parameters=frozenset({"velocity_threshold"}),
 )
 
@@ -243,7 +243,7 @@ def bristle_friction_force(
 
 
 @equation
-def bristle_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
+def _bristle_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
     """`bristle_friction_force` [N] and `bristle_rate` [m/s]."""
     rate = bristle_rate(velocity, bristle, p.coulomb, p.breakaway, p.transition, p.bristle_stiffness)
     force = bristle_friction_force(velocity, bristle, rate, p.bristle_stiffness, p.bristle_damping, p.viscous)
@@ -264,7 +264,7 @@ def _eigenvalues(p: FrictionParameters, mass: float, speed: float) -> list[compl
 
 LUGRE = FrictionLaw(
     "lugre",
-    bristle_friction,
+    _bristle_friction,
     zone="bristles",
     eigenvalues=_eigenvalues,
     parameters=frozenset({"bristle_stiffness", "bristle_damping"}),

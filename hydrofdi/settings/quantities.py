@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from hydrofdi.settings.messages import out_of_range
@@ -104,3 +106,15 @@ class SI:
             unit = "" if self.unit == "1" else f" in {self.unit}, or a string with a unit"
             raise ValueError(f"expected a number{unit}")
         return float(value)
+
+
+def field_quantity(field: FieldInfo) -> SI | None:
+    """Quantity of a field, also where it stands in a union, a tuple or a list; None if it has none."""
+    return next(
+        (part for part in (*field.metadata, *_nested(field.annotation)) if isinstance(part, SI)), None
+    )
+
+
+def _nested(annotation: Any) -> Iterator[Any]:
+    for part in getattr(annotation, "__args__", ()):
+        yield from (*getattr(part, "__metadata__", ()), *_nested(part))

@@ -18,6 +18,10 @@ else:
     LawName = Literal[tuple(FRICTION_LAWS)]
 
 
+Conductance = Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))]
+"""Flow per pressure of clearances and external leakage [m³/(s·Pa)]."""
+
+
 class ActuatorConfig(Section):
     """Double-rod cylinder with equal piston areas that moves a mass against a spring."""
 
@@ -145,20 +149,14 @@ class LeakageConfig(Section):
     internal_flow: Annotated[float, SI("m^3/s", least=0, usual=("0.01 mL/min", "1000 L/min"))] | None = None
     """Mean of abs(q_il) over the record [m³/s], from which K_i is solved under the baseline's conditions."""
 
-    external_coefficient: Annotated[
-        float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))
-    ] = 0.0
+    external_coefficient: Conductance = 0.0
     """Coefficient K_e of the external leakage of either chamber [m³/(s·Pa)]."""
 
-    external_coefficient_1: (
-        Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))] | None
-    ) = None
+    external_coefficient_1: Conductance | None = None
     """Coefficient of the external leakage of chamber 1 only [m³/(s·Pa)]; by default
     ``external_coefficient``."""
 
-    external_coefficient_2: (
-        Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))] | None
-    ) = None
+    external_coefficient_2: Conductance | None = None
     """Coefficient of the external leakage of chamber 2 only [m³/(s·Pa)]; by default
     ``external_coefficient``."""
 
@@ -277,9 +275,7 @@ class EdgeConfig(Section):
     lap: Annotated[float, SI("m", usual=("10 nm", "1 mm"))] = 0.0
     """Additional lap of this edge beyond ``valve.lap`` [m]; negative if it opens earlier."""
 
-    lap_leakage: Annotated[
-        float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))
-    ] = 0.0
+    lap_leakage: Conductance = 0.0
     """Additional conductance of its clearance beyond ``valve.lap_leakage`` [m³/(s·Pa)]."""
 
     flow_gain_ratio: Annotated[float, SI("1", above=0, usual=("0.1", "10"))] = 1.0
@@ -357,9 +353,7 @@ class ValveConfig(Section):
     """Distance x_0 that the spool must move before an edge opens [m]: overlap (dead band) where positive,
     underlap (all edges open at the centre) where negative, critical lap where zero (paper)."""
 
-    lap_leakage: Annotated[
-        float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))
-    ] = 0.0
+    lap_leakage: Conductance = 0.0
     """Conductance of the clearance over each of the four edges [m³/(s·Pa)]. None in the paper."""
 
     null_offset: Annotated[float, SI("m", usual=("1 nm", "1 mm"))] = 0.0

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.settings.quantities import SI, Section, field_quantity
 from hydrofdi.settings.readable import shown_quantity
 
 
@@ -66,9 +66,8 @@ class SensorConfig(Section):
         if self.bits is not None and (self.lowest is None or self.highest is None):
             raise ValueError("bits needs a range to divide; give lowest and highest")
         if self.lowest is not None and self.highest is not None and not self._span > 0.0:
-            unit = next(
-                part.unit for part in type(self).model_fields["bias"].metadata if isinstance(part, SI)
-            )
+            quantity = field_quantity(type(self).model_fields["bias"])
+            unit = quantity.unit if quantity else "1"
             lowest, highest = (shown_quantity(end, unit) for end in (self.lower_end, self.upper_end))
             raise ValueError(f"lowest = {lowest} must be below highest = {highest}")
         return self

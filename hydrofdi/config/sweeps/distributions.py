@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,29 +23,13 @@ from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import parse_quantity
 
-ARGUMENTS: dict[str, tuple[str, ...]] = {
-    "uniform": ("low", "high"),
-    "loguniform": ("low", "high"),
-    "normal": ("mean", "deviation"),
-    "truncated_normal": ("mean", "deviation", "low", "high"),
-    "lognormal": ("median", "factor"),
-    "triangular": ("low", "mode", "high"),
-    "integers": ("low", "high"),
-}
-"""Distribution → its arguments. All are values of the parameter, except a deviation (a positive difference of
-two values) and a factor (a number greater than one)."""
-
-DISTRIBUTIONS = (*ARGUMENTS, "choice")
-
-_UNBOUNDED = ("normal", "lognormal")
-
 Quantiles = Callable[..., NDArray[Any]]
 
 
 def argument_values(distribution: dict[Any, list[Any]]) -> list[Any]:
     """The arguments of a distribution that are values of its parameter."""
     ((kind, arguments),) = distribution.items()
-    roles = ARGUMENTS.get(kind, ("value",) * len(arguments))
+    roles = LAWS[kind].arguments if kind in LAWS else ("value",) * len(arguments)
     return [
         value for role, value in zip(roles, arguments, strict=True) if role not in ("deviation", "factor")
     ]
@@ -53,7 +37,7 @@ def argument_values(distribution: dict[Any, list[Any]]) -> list[Any]:
 
 def is_unbounded(distribution: dict[Any, list[Any]]) -> bool:
     """Whether a distribution has an unbounded tail."""
-    return any(kind in _UNBOUNDED for kind in distribution)
+    return any(kind in ("normal", "lognormal") for kind in distribution)
 
 
 def require_order(kind: str, arguments: Sequence[float]) -> None:
@@ -64,7 +48,7 @@ def require_order(kind: str, arguments: Sequence[float]) -> None:
     ValueError
         Their order is wrong, or the deviation or the factor is too small.
     """
-    named = dict(zip(ARGUMENTS[kind], arguments, strict=True))
+    named = dict(zip(LAWS[kind].arguments, arguments, strict=True))
     if "deviation" in named and not named["deviation"] > 0.0:
         raise ValueError(f"the standard deviation must be greater than 0; found {named['deviation']:g}")
     if "factor" in named and not named["factor"] > 1.0:
@@ -90,19 +74,7 @@ def quantiles(distribution: dict[Any, list[Any]], unit: NDArray[np.float64]) -> 
         positions = np.minimum((unit * len(arguments)).astype(int), len(arguments) - 1)
         return [arguments[position] for position in positions]
     inside = np.clip(unit, 2.0**-53, 1.0 - 2.0**-53)
-    return _QUANTILES[kind](inside if is_unbounded(distribution) else unit, *arguments).tolist()  # type: ignore[no-any-return]
-
-
-def _uniform(unit: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
-    return low + (high - low) * unit
-
-
-def _integers(unit: NDArray[np.float64], low: int, high: int) -> NDArray[np.int64]:
-    return low + np.minimum((unit * (high - low + 1)).astype(np.int64), high - low)
-
-
-def _loguniform(unit: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
-    return low * (high / low) ** unit
+    return LAWS[kind].quantiles(inside if is_unbounded(distribution) else unit, *arguments).tolist()  # type: ignore[no-any-return]
 
 
 def _normal(unit: NDArray[np.float64], mean: float, deviation: float) -> NDArray[np.float64]:
@@ -110,10 +82,6 @@ def _normal(unit: NDArray[np.float64], mean: float, deviation: float) -> NDArray
 
     values: NDArray[np.float64] = mean + deviation * ndtri(unit)
     return values
-
-
-def _lognormal(unit: NDArray[np.float64], median: float, factor: float) -> NDArray[np.float64]:
-    return median * np.exp(_normal(unit, 0.0, math.log(factor)))
 
 
 def _truncated_normal(
@@ -132,16 +100,45 @@ def _triangular(unit: NDArray[np.float64], low: float, mode: float, high: float)
     return np.clip(triang.ppf(unit, (mode - low) / width, loc=low, scale=width), low, high)
 
 
-_QUANTILES: dict[str, Quantiles] = {
-    "uniform": _uniform,
-    "loguniform": _loguniform,
-    "normal": _normal,
-    "truncated_normal": _truncated_normal,
-    "lognormal": _lognormal,
-    "triangular": _triangular,
-    "integers": _integers,
+class Law(NamedTuple):
+    """A distribution.
+
+    Its arguments are values of the parameter, except a deviation (a positive difference of two values) and a
+    factor (a number greater than one).
+    """
+
+    arguments: tuple[str, ...]
+    shown: str
+    quantiles: Quantiles
+
+
+LAWS = {
+    "uniform": Law(("low", "high"), "{} … {} {unit}", lambda unit, low, high: low + (high - low) * unit),
+    "loguniform": Law(
+        ("low", "high"),
+        "{} … {} {unit} (logarithmic)",
+        lambda unit, low, high: low * (high / low) ** unit,
+    ),
+    "normal": Law(("mean", "deviation"), "{} ± {} {unit} (normal)", _normal),
+    "truncated_normal": Law(
+        ("mean", "deviation", "low", "high"),
+        "{} ± {} {unit} (normal), from {} to {} {unit}",
+        _truncated_normal,
+    ),
+    "lognormal": Law(
+        ("median", "factor"),
+        "{} {unit}, factor {} (lognormal)",
+        lambda unit, median, factor: median * np.exp(_normal(unit, 0.0, math.log(factor))),
+    ),
+    "triangular": Law(("low", "mode", "high"), "{} … {} … {} {unit} (triangular)", _triangular),
+    "integers": Law(
+        ("low", "high"),
+        "{} … {} {unit}",
+        lambda unit, low, high: low + np.minimum((unit * (high - low + 1)).astype(np.int64), high - low),
+    ),
 }
 
+DISTRIBUTIONS = (*LAWS, "choice")
 
 _ABOUT = re.compile(r"\s*(?:±|\+/-|\+-)\s*(.*)", re.DOTALL)
 """A width about the nominal value, such as ``±20 %`` or ``±1 µm``."""
@@ -182,7 +179,7 @@ def _in_si(source: Source, path: Path, name: str, distribution: Any) -> Any:
         raise _MistakenError(path, f"unknown distribution{nearest(kind, DISTRIBUTIONS)}")
     if isinstance(arguments, str) and (about := _ABOUT.fullmatch(arguments)):
         return {kind: _about_nominal(source, path, name, kind, about[1])}
-    roles = ARGUMENTS.get(kind)
+    roles = LAWS[kind].arguments if kind in LAWS else None
     if not isinstance(arguments, list) or not arguments or (roles and len(arguments) != len(roles)):
         wanted = f"[{', '.join(roles)}]" if roles else "a list of values"
         raise _MistakenError(path, f"expected {wanted}; found {arguments!r}")

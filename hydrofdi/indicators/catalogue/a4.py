@@ -42,10 +42,7 @@ class A4(Indicator[A4Options]):
     equation = "a_4 = sqrt(mean over k of a_4[k]²) of P_1 and of P_2"
     Options = A4Options
 
-    @property
-    def channels(self) -> frozenset[Channel]:
-        """Both chamber pressures."""
-        return frozenset(_CHAMBERS.values())
+    channels = frozenset(_CHAMBERS.values())
 
     @property
     def outputs(self) -> tuple[Output, ...]:

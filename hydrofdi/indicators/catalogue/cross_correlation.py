@@ -35,20 +35,13 @@ class CrossCorrelation(Indicator[CrossCorrelationOptions]):
     absence = "a chamber pressure is constant"
     Options = CrossCorrelationOptions
 
-    @property
-    def channels(self) -> frozenset[Channel]:
-        """Both chamber pressures."""
-        return frozenset(_CHAMBERS)
-
-    @property
-    def outputs(self) -> tuple[Output, ...]:
-        """The peak is a root, so its unit is that of a pressure."""
-        return (
-            Output("coefficient", "1", "correlation coefficient at zero lag"),
-            Output("peak_coefficient", "1", "correlation coefficient at the peak"),
-            Output("peak", "Pa", "signed square root of the cross-covariance at its peak"),
-            Output("lag", "s", "lag of chamber 2 behind chamber 1 at the peak"),
-        )
+    channels = frozenset(_CHAMBERS)
+    outputs = (
+        Output("coefficient", "1", "correlation coefficient at zero lag"),
+        Output("peak_coefficient", "1", "correlation coefficient at the peak"),
+        Output("peak", "Pa", "signed square root of the cross-covariance at its peak"),
+        Output("lag", "s", "lag of chamber 2 behind chamber 1 at the peak"),
+    )
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is not longer than the lags."""

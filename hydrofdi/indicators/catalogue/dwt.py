@@ -9,8 +9,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.records import Array, RecordBatch
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import (
     coefficient_rms,
@@ -86,14 +87,11 @@ def _head_length(wavelet: WaveletConfig) -> int:
     return decomposition_filters(wavelet)[0].size + first_inner
 
 
-class DwtOptions(WaveletConfig):
+class DwtOptions(ChannelOptions, WaveletConfig):
     """Options of `Dwt`."""
 
-    channel: Channel = Channel.CHAMBER_1_PRESSURE
-    """Channel to transform."""
 
-
-class Dwt(Indicator[DwtOptions]):
+class Dwt(SingleChannelIndicator[DwtOptions]):
     """RMS of details d1, d2, … and approximations a1, a2, … of a decimated transform."""
 
     name = "dwt"
@@ -107,14 +105,9 @@ class Dwt(Indicator[DwtOptions]):
     Options = DwtOptions
 
     @property
-    def channels(self) -> frozenset[Channel]:
-        """The transformed channel."""
-        return frozenset({self.options.channel})
-
-    @property
     def outputs(self) -> tuple[Output, ...]:
         """d1 …, a1 …, and the details at each start phase if all phases are measured."""
-        unit, levels = self.options.channel.unit, range(1, self.options.levels + 1)
+        unit, levels = self.unit, range(1, self.options.levels + 1)
         outputs = [
             Output(f"d{level}", unit, f"RMS of the details of level {level}", direction=_fall(level))
             for level in levels
@@ -142,7 +135,7 @@ class Dwt(Indicator[DwtOptions]):
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """RMS in the unit of the channel, each (n_record,); over phases (n_record, n_phase)."""
-        wavelet, signal = self.options, records[self.options.channel]
+        wavelet, signal = self.options, self.signal(records)
         rms = coefficient_rms(signal[:, wavelet.first_sample :], wavelet)
         values = {f"d{level + 1}": rms.detail[:, level] for level in range(wavelet.levels)}
         values |= {f"a{level + 1}": rms.approximation[:, level] for level in range(wavelet.levels)}

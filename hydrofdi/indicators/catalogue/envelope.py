@@ -12,19 +12,16 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.single_channel import (
     Band,
-    ChannelOptions,
     SingleChannelIndicator,
     band_obstacle,
     middle_band,
 )
 from hydrofdi.indicators.stepping import (
-    SteppingOptions,
+    SteppedChannelOptions,
     drive_steps,
-    optional_stepping_channels,
-    stepping_channels,
     stepping_obstacle,
 )
-from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.wavelet import root_mean_square
 
@@ -68,7 +65,7 @@ _ROUNDING = 1e-12
 """Envelope relative to the largest sample below which there is only rounding error."""
 
 
-class EnvelopeOptions(ChannelOptions, SteppingOptions):
+class EnvelopeOptions(SteppedChannelOptions):
     """Options of `Envelope`."""
 
     band: Band | None = None
@@ -94,16 +91,6 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
         "shift within the band changes the amplitude. Heavy damping biases the rate of decay downwards."
     )
     Options = EnvelopeOptions
-
-    @property
-    def channels(self) -> frozenset[Channel]:
-        """The measured channel, and the input voltage if ``steps`` needs it."""
-        return super().channels | stepping_channels(self.options)
-
-    @property
-    def optional_channels(self) -> frozenset[Channel]:
-        """The input voltage, which shows the steps."""
-        return optional_stepping_channels(self.options)
 
     @property
     def outputs(self) -> tuple[Output, ...]:

@@ -9,24 +9,20 @@ import numpy as np
 from pydantic import Field
 
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.single_channel import SingleChannelIndicator
 from hydrofdi.indicators.stepping import (
-    SteppingOptions,
+    SteppedChannelOptions,
     drive_steps,
-    optional_stepping_channels,
-    stepping_channels,
     stepping_obstacle,
 )
-from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.free_motion import less_polynomials, orthonormal_polynomials
 
 
-class PostStepAcOptions(SteppingOptions):
+class PostStepAcOptions(SteppedChannelOptions):
     """Options of `PostStepAc`."""
-
-    channel: Channel = Channel.CHAMBER_1_PRESSURE
-    """Channel to measure."""
 
     delay: Annotated[float, SI("s", least=0)] = 0.0
     """Time excluded after a step [s]."""
@@ -38,7 +34,7 @@ class PostStepAcOptions(SteppingOptions):
     """Degree of the subtracted polynomial."""
 
 
-class PostStepAc(Indicator[PostStepAcOptions]):
+class PostStepAc(SingleChannelIndicator[PostStepAcOptions]):
     """RMS of the detrended pressure after the steps, absolute and relative to the mean level."""
 
     name = "post_step_ac"
@@ -56,28 +52,18 @@ class PostStepAc(Indicator[PostStepAcOptions]):
     Options = PostStepAcOptions
 
     @property
-    def channels(self) -> frozenset[Channel]:
-        """The pressure, and the input voltage if ``steps`` needs it."""
-        return frozenset({self.options.channel}) | stepping_channels(self.options)
-
-    @property
-    def optional_channels(self) -> frozenset[Channel]:
-        """The input voltage, which shows the steps."""
-        return optional_stepping_channels(self.options)
-
-    @property
     def outputs(self) -> tuple[Output, ...]:
         """Means over the steps."""
         return (
             Output(
                 "rms",
-                self.options.channel.unit,
+                self.unit,
                 "RMS about the trend, mean over the steps",
                 direction=Direction.FALLING,
             ),
             Output.quality(
                 "rms_error",
-                self.options.channel.unit,
+                self.unit,
                 "standard error of the RMS from its spread over the steps",
             ),
             Output(
@@ -100,7 +86,7 @@ class PostStepAc(Indicator[PostStepAcOptions]):
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Each (n_record,), in the unit of the channel; NaN if no step is followed by a full window."""
-        signal, n_record = records[self.options.channel], records.n_record
+        signal, n_record = self.signal(records), records.n_record
         window = self._window(records)
         steps = drive_steps(records, self.options, signal).with_window(*window, records.n_time)
         pieces, count = steps.windows(signal, *window), steps.counts(n_record)

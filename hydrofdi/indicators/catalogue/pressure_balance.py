@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from hydrofdi.indicators.balancing import Balance, BalanceOptions
 from hydrofdi.indicators.nominal_actuator import PlantConstant
@@ -21,17 +21,6 @@ class PressureBalanceOptions(BalanceOptions):
 
     load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12), PlantConstant()] = 150e3
     """Stiffness K_ex of the spring that loads the piston [N/m], used in place of the position."""
-
-    @field_validator("load_stiffness", mode="before")
-    @classmethod
-    def _there_is_a_spring(cls, given: Any) -> Any:
-        """The stiffness as given; zero raises the reason."""
-        if given is not None and SI("N/m").parse(given) == 0.0:
-            raise ValueError(
-                "is 0, but this balance takes the position from the force of a spring: it needs a spring load"
-                " (actuator.load_stiffness); flow_balance needs none"
-            )
-        return given
 
     half_window: Annotated[int, Field(strict=True, ge=2, le=100_000)] = 36
     """Half the length of a window [samples]; windows overlap by half."""

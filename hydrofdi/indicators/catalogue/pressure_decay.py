@@ -163,20 +163,17 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         """Channels that may show the rests."""
         return frozenset(_SHOWN_BY.values()) if self.options.rest == "auto" else frozenset()
 
-    @property
-    def outputs(self) -> tuple[Output, ...]:
-        """Rates are negative if a pressure falls, or if the pressures approach each other."""
-        return (
-            Output("chamber_1", "Pa/s", "rate of change of the chamber-1 pressure at rest"),
-            Output("chamber_2", "Pa/s", "rate of change of the chamber-2 pressure at rest"),
-            Output(
-                "difference",
-                "Pa/s",
-                "rate of change of the magnitude of the pressure difference at rest",
-                direction=Direction.FALLING,
-            ),
-            Output.quality("duration", "s", "time at rest that was used"),
-        )
+    outputs = (
+        Output("chamber_1", "Pa/s", "rate of change of the chamber-1 pressure at rest"),
+        Output("chamber_2", "Pa/s", "rate of change of the chamber-2 pressure at rest"),
+        Output(
+            "difference",
+            "Pa/s",
+            "rate of change of the magnitude of the pressure difference at rest",
+            direction=Direction.FALLING,
+        ),
+        Output.quality("duration", "s", "time at rest that was used"),
+    )
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the rests cannot be found."""

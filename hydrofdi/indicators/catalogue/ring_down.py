@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.evaluation.direction import Direction
-from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.single_channel import SingleChannelIndicator
 from hydrofdi.indicators.stepping import (
-    SteppingOptions,
+    SteppedChannelOptions,
     Steps,
     drive_steps,
-    optional_stepping_channels,
-    stepping_channels,
     stepping_obstacle,
 )
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -26,11 +25,8 @@ from hydrofdi.transforms.free_motion import FreeMotion, fit_free_motion
 _LEAST_SAMPLES = 24
 
 
-class RingDownOptions(SteppingOptions):
+class RingDownOptions(SteppedChannelOptions):
     """Options of `RingDown`."""
-
-    channel: Channel = Channel.CHAMBER_1_PRESSURE
-    """Channel to analyse."""
 
     less: Channel | None = None
     """Channel to subtract, such as ``chamber_2_pressure``: the difference scatters less."""
@@ -51,8 +47,13 @@ class RingDownOptions(SteppingOptions):
     """Fraction of the energy of the detrended pressure that the ringing must explain [-]; white noise gives
     less than 0.2."""
 
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """The pressures, and the input voltage if ``steps`` needs it."""
+        return super().channels | (set() if self.less is None else {self.less})
 
-class RingDown(Indicator[RingDownOptions]):
+
+class RingDown(SingleChannelIndicator[RingDownOptions]):
     """Frequency and damping of the hydraulic mode."""
 
     name = "ring_down"
@@ -63,34 +64,20 @@ class RingDown(Indicator[RingDownOptions]):
     absence = "no step of the drive is followed by a full window in which the pressure moves"
     Options = RingDownOptions
 
-    @property
-    def channels(self) -> frozenset[Channel]:
-        """The pressures, and the input voltage if ``steps`` needs it."""
-        less = () if self.options.less is None else (self.options.less,)
-        return frozenset({self.options.channel, *less}) | stepping_channels(self.options)
-
-    @property
-    def optional_channels(self) -> frozenset[Channel]:
-        """The input voltage, which shows the steps."""
-        return optional_stepping_channels(self.options)
-
-    @property
-    def outputs(self) -> tuple[Output, ...]:
-        """Means over the steps that ring, with standard errors from the scatter and from the fits."""
-        return (
-            Output("frequency", "Hz", "natural frequency f_h"),
-            Output.quality("frequency_error", "Hz", "standard error of f_h from the spread over the steps"),
-            Output.quality(
-                "frequency_formal_error", "Hz", "standard error of f_h from the residuals of the fits"
-            ),
-            Output("damping_ratio", "1", "damping ratio ζ", direction=Direction.RISING),
-            Output.quality("damping_ratio_error", "1", "standard error of ζ from the spread over the steps"),
-            Output.quality(
-                "damping_ratio_formal_error", "1", "standard error of ζ from the residuals of the fits"
-            ),
-            Output.quality("steps", "1", "number of steps that ring"),
-            Output("overdamped", "1", "fraction of steps that do not ring", direction=Direction.RISING),
-        )
+    outputs = (
+        Output("frequency", "Hz", "natural frequency f_h"),
+        Output.quality("frequency_error", "Hz", "standard error of f_h from the spread over the steps"),
+        Output.quality(
+            "frequency_formal_error", "Hz", "standard error of f_h from the residuals of the fits"
+        ),
+        Output("damping_ratio", "1", "damping ratio ζ", direction=Direction.RISING),
+        Output.quality("damping_ratio_error", "1", "standard error of ζ from the spread over the steps"),
+        Output.quality(
+            "damping_ratio_formal_error", "1", "standard error of ζ from the residuals of the fits"
+        ),
+        Output.quality("steps", "1", "number of steps that ring"),
+        Output("overdamped", "1", "fraction of steps that do not ring", direction=Direction.RISING),
+    )
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the steps cannot be found, or if a window has too few samples."""
@@ -103,7 +90,7 @@ class RingDown(Indicator[RingDownOptions]):
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Each (n_record,); frequencies in Hz, the others dimensionless."""
-        signal = records[self.options.channel]
+        signal = self.signal(records)
         if self.options.less is not None:
             signal = signal - records[self.options.less]
         steps, pieces = self._pieces(records, signal)

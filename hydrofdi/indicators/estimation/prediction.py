@@ -22,7 +22,6 @@ from hydrofdi.indicators.estimation.plant import (
     mean_rates,
     moved,
     rates,
-    step_of,
     true_pressures,
 )
 from hydrofdi.physics.equation import equation, signed_root
@@ -158,28 +157,6 @@ def keep_moving(state: Array, moving: Moving) -> None:
     """Write the moving states into a state vector."""
     state[0], state[1] = moving.pressure_1, moving.pressure_2
     state[2], state[3] = moving.position, moving.velocity
-
-
-@equation
-def advance(state: Array, path: Array, step: float, supply: float, plant: Plant) -> None:
-    """Advance a state by one sample, in place.
-
-    Parameters
-    ----------
-    state : ndarray, shape (N_STATE,)
-        In the order of ``STATES``.
-    path : ndarray, shape (2 n_step + 1,)
-        Spool position at the starts, middles and end of the Runge-Kutta steps [mm].
-    step : float
-        Runge-Kutta step [s].
-    supply : float
-        Nominal or measured supply pressure [MPa].
-    plant : Plant
-    """
-    moving, a = moving_of(state), actual(held_of(state), supply, plant)
-    for i in range(path.size // 2):
-        moving = step_of(moving, step, path[2 * i], path[2 * i + 1], path[2 * i + 2], a, plant)
-    keep_moving(state, moving)
 
 
 @equation

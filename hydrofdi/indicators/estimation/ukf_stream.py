@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.indicators.estimation.ekf_stream import FIRST_PARAMETER, N_MEASURED, Tuning, find_path
-from hydrofdi.indicators.estimation.plant import N_STATE, Held, Moving, Plant, actual, step_of
+from hydrofdi.indicators.estimation.plant import N_STATE, Plant, actual, step_of
+from hydrofdi.indicators.estimation.prediction import held_of, keep_moving, moving_of
 from hydrofdi.indicators.estimation.square_root import find_gain, grow, shrink, take_triangle, triangularise
 from hydrofdi.physics.equation import equation
 
@@ -149,26 +150,9 @@ def move(
 ) -> None:
     """Advance points by one Runge-Kutta step."""
     for k in range(points.shape[1]):
-        moving, held = moving_at(points, k), held_at(points, k)
+        moving, held = moving_of(points[:, k]), held_of(points[:, k])
         moving = step_of(moving, step, start, middle, end, actual(held, supply, plant), plant)
-        points[0, k], points[1, k] = moving.pressure_1, moving.pressure_2
-        points[2, k], points[3, k] = moving.position, moving.velocity
-
-
-@equation
-def moving_at(points: Array, k: int) -> Moving:
-    """Moving states of a point."""
-    return Moving(points[0, k], points[1, k], points[2, k], points[3, k])
-
-
-@equation
-def held_at(points: Array, k: int) -> Held:
-    """Held states of a point."""
-    return Held(
-        points[4, k], points[5, k], points[6, k], points[7, k],
-        points[8, k], points[9, k], points[10, k], points[11, k],
-        points[12, k], points[13, k],
-    )  # fmt: skip
+        keep_moving(points[:, k], moving)
 
 
 Array = NDArray[np.float64]

@@ -12,6 +12,7 @@ from pydantic import AfterValidator
 
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.evaluation.direction import Direction
+from hydrofdi.indicators.balancing import balance_outputs
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.nominal_signals import (
     P1,
@@ -28,7 +29,7 @@ from hydrofdi.indicators.nominal_signals import (
 from hydrofdi.indicators.plausibility import FLUID
 from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
 from hydrofdi.physics.equation import signed_root
-from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 
 ERROR_1, ERROR_2, COEFFICIENT, COMPRESSIBILITY = range(4)
@@ -147,8 +148,6 @@ Estimated = Literal["leakage", "compressibility"]
 def _with_leakage(estimated: tuple[Estimated, ...]) -> tuple[Estimated, ...]:
     if "leakage" not in estimated:
         raise ValueError("leakage is always estimated: use [leakage] or [leakage, compressibility]")
-    if len(set(estimated)) < len(estimated):
-        raise ValueError("a parameter is named twice")
     return estimated
 
 
@@ -196,18 +195,10 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
     Options = AdaptiveObserverOptions
 
     @property
-    def channels(self) -> frozenset[Channel]:
-        """Pressures, position, and what moves the valve."""
-        return self.options.needed
-
-    @property
     def estimates(self) -> tuple[Output, ...]:
         """Leakage, and the bulk modulus if it is estimated."""
         at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
-        coefficient = Output(
-            "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
-            direction=rising, is_score=False,
-        )  # fmt: skip
+        coefficient, *_ = balance_outputs(self.options.reference_pressure)
         modulus = Output("bulk_modulus", "Pa", "effective bulk modulus β", is_score=False, possible=FLUID)
         return (
             Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),

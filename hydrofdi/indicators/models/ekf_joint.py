@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from pydantic import model_validator
 
-from hydrofdi.evaluation.direction import Direction
+from hydrofdi.indicators.balancing import balance_outputs
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.estimation.plant import STATES
 from hydrofdi.indicators.kalman_filter import LITRE_PER_MINUTE, Estimates, KalmanFilter, KalmanOptions
-from hydrofdi.indicators.plausibility import FLUID, POSITIVE
 from hydrofdi.indicators.recursive import Trace
 from hydrofdi.records import Array
 
@@ -56,18 +56,14 @@ class EkfJoint(KalmanFilter[JointOptions]):
     @property
     def estimates(self) -> tuple[Output, ...]:
         """The leakage first, then the other estimated parameters."""
-        at, chosen = f"at {self.options.reference_pressure / 1e6:g} MPa", self.options.states
+        kept = {each.name: each for each in balance_outputs(self.options.reference_pressure)}
+        chosen = self.options.states
         return (
-            Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=Direction.RISING),
-            Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
-            Output(
-                "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
-                direction=Direction.RISING, is_score=False,
-            ),
-            Output.quality("internal_coefficient_error", "m^3.5/kg^0.5", "standard deviation of K_i"),
-            *(output for name, outputs in _AUXILIARY.items() if name in chosen for output in outputs),
+            replace(kept["leakage"], possible=(None, None), error=""),
+            *(kept[name] for name in ("leakage_error", "internal_coefficient", "internal_coefficient_error")),
+            *(kept[name] for state, names in _AUXILIARY.items() if state in chosen for name in names),
             Output.quality("nis", "1", "mean normalised innovation squared; 1 if the noise is as assumed"),
-        )  # fmt: skip
+        )
 
     def read(self, found: Estimates) -> Mapping[str, Array]:
         """Estimates in SI, each (n_record, n_instant)."""
@@ -102,28 +98,7 @@ class EkfJoint(KalmanFilter[JointOptions]):
 
 
 _AUXILIARY = {
-    "bulk_modulus": (
-        Output("bulk_modulus", "Pa", "effective bulk modulus β", possible=FLUID),
-        Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
-    ),
-    "supply": (Output("supply_pressure", "Pa", "supply pressure", is_score=False, possible=POSITIVE),),
-    "flow_gain": (
-        Output(
-            "flow_gain",
-            "1",
-            "flow gain of the valve relative to its nominal value",
-            is_score=False,
-            possible=POSITIVE,
-        ),
-    ),
-    "offset": (Output("offset", "m", "spool position at which the valve is closed", is_score=False),),
-    "lap": (Output("lap", "m", "lap of the valve", is_score=False),),
-    "clearance": (
-        Output(
-            "clearance",
-            "m^3/(s*Pa)",
-            "conductance of the clearance at a valve edge",
-            is_score=False,
-        ),
-    ),
+    "bulk_modulus": ("bulk_modulus", "bulk_modulus_error"),
+    "supply": ("supply_pressure",),
+    **{name: (name,) for name in ("flow_gain", "offset", "lap", "clearance")},
 }

@@ -25,7 +25,7 @@ from hydrofdi.indicators.nominal_signals import (
 )
 from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
 from hydrofdi.physics.equation import equation, signed_root
-from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 
 _FLOW, _BY_SUPPLY, _BY_OFFSET, _ROOT, _PRESSURE_1, _PRESSURE_2, _POSITION = range(7)
@@ -186,11 +186,6 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
     )
     absence = "no window has an open valve, a pressure difference and all samples"
     Options = ReducedOrderOptions
-
-    @property
-    def channels(self) -> frozenset[Channel]:
-        """Pressures, position, and what moves the valve."""
-        return self.options.needed
 
     @property
     def estimates(self) -> tuple[Output, ...]:

@@ -50,15 +50,6 @@ from hydrofdi.settings.quantities import SI
 class WeakRlsOptions(WindowOptions, RecursiveOptions):
     """Options of `WeakRls`."""
 
-    spool: Literal["measured", "command"] = "measured"
-    """Spool position: ``measured``, or computed from the input voltage with the nominal valve
-    (``command``)."""
-
-    supply: Literal["auto", "measured", "nominal", "sum"] = "auto"
-    """Supply pressure. ``measured``: its channel. ``nominal``: ``supply_pressure``. ``sum``: the mean of
-    P_1 + P_2 over the memory, minus the return pressure; with one pressure, twice its mean minus the pressure
-    that balances the spring. ``auto``: measured, else ``sum`` with equal areas, else nominal."""
-
     memory: Annotated[float, SI("s", above=0)] | Literal["none"] = 5.0
     """Memory of the trace: time after which the weight of a sample falls to 1/e [s]; ``none`` keeps all
     samples. The values of a record always use the whole record."""

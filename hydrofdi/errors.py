@@ -119,6 +119,11 @@ class NotStatedError(ReportError):
         super().__init__(message)
 
 
+def is_interruption(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind an error: h5py makes one of its own of it, in the middle of its calls."""
+    return isinstance(error, KeyboardInterrupt) or (error is not None and is_interruption(error.__context__))
+
+
 class IndicatorWarning(UserWarning):
     """An indicator of another package cannot be used."""
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from math import isfinite, nan
+from itertools import combinations
 from numbers import Real
 from typing import Any
 
@@ -13,59 +15,191 @@ import numpy as np
 
 from hydrofdi.api.arguments import positive_of
 from hydrofdi.api.experiments import Experiment, experiment_of
-from hydrofdi.api.inspection import Inspection, Observability, inspect_experiment
 from hydrofdi.api.notebook import html_sentences
-from hydrofdi.api.selection import Convergence, LeakageTarget, calibrate_flows, converge, select_runs
-from hydrofdi.api.warnings import experiment_warnings
-from hydrofdi.config.shown_values import shown_in
+from hydrofdi.api.selection import (
+    Convergence,
+    LeakageTarget,
+    Selection,
+    calibrate_flows,
+    computed_rows,
+    converge,
+    select_runs,
+)
+from hydrofdi.api.step_limits import lag_limit, step_limits, too_long_sentence
+from hydrofdi.api.warnings import experiment_warnings, period_count, place_in_bands
+from hydrofdi.config import RunParameters
+from hydrofdi.config.request import RunRequest
+from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.errors import ConfigError
+from hydrofdi.execution import Job
+from hydrofdi.indicators.information import Information, Informative, Unknown
+from hydrofdi.indicators.measuring import seen_by
+from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
+from hydrofdi.records import RecordBatch
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.report.wording import labels_text, shown_modulus
+from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import HOLE, readable_unit, two_digits, typeset
+from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.store.layout.names import OBSTACLE
+from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
+from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
 from hydrofdi.units import convert
 
 _MOST_ROWS = 24
 """Most runs that have a row each; for more, such as a sample, the ranges are shown."""
 
+FULL_STROKE = 0.9
+"""Share of the stroke from which on the linearised mode, taken at the centre, is off by far."""
+
+MUCH_NOISE = 0.1
+"""Noise above this share of a level's RMS is warned of; it adds half a percent to that RMS."""
+
+_FEW = 3
+
 
 @dataclass(frozen=True)
+class ModeOfRun:
+    """One run.
+
+    Attributes
+    ----------
+    labels : dict
+        Further varied parameters → their values in SI.
+    bulk_modulus, leakage_coefficient : float
+        β [Pa] and K_i [m^3.5/kg^0.5].
+    mean_leakage_flow, leakage_flow_at_reference : float
+        Mean of abs(q_il), and q_il at 8 MPa [m³/s].
+    piston_share : float
+        Mean leakage flow over the mean of A abs(v_p) [-].
+    frequency, damping_ratio : float
+        f_h [Hz] and ζ [-].
+    level : int
+        Level whose band holds f_h; 0 above d1, one more than there are below all.
+    octaves_to_edge : float
+        Distance of f_h from the nearest edge of a band.
+    stroke_share : float
+        Largest abs(x_p) over V/A [-].
+    status, verdict : str
+    """
+
+    labels: dict[str, Any]
+    bulk_modulus: float
+    leakage_coefficient: float
+    mean_leakage_flow: float
+    leakage_flow_at_reference: float
+    piston_share: float
+    frequency: float
+    damping_ratio: float
+    level: int
+    octaves_to_edge: float
+    stroke_share: float
+    status: str
+    verdict: str
+
+
+@dataclass(frozen=True)
+class NoiseOfLevel:
+    """One level of the chamber-1 pressure.
+
+    Attributes
+    ----------
+    noise : float
+        RMS of the detail coefficients of the sensor's noise, as the anti-alias filter leaves it, and of
+        quantisation, of the noisiest run [Pa].
+    weakest_rms : float
+        Least detail RMS of the pressure itself over the runs that ended well [Pa]; NaN if none did.
+    """
+
+    noise: float
+    weakest_rms: float
+
+    @property
+    def share(self) -> float:
+        """Noise over the least RMS [-]."""
+        return self.noise / self.weakest_rms if self.weakest_rms else math.inf
+
+
+LONGEST, COLLINEAR, _NOTABLE = 20.0, 0.95, 0.3
+"""What is looked at of a record [s]; correlation of collinear unknowns; parts of a direction with a name."""
+
+
+@dataclass(frozen=True)
+class Observability:
+    """What a healthy record of a duration [s] tells an estimator; empty if its estimate diverges along it.
+
+    `weakest` is the direction of the parameters that is known least, and `weakest_left` its deviation over
+    that beforehand. `collinear` lists pairs whose errors behind the record are correlated.
+    """
+
+    indicator: str
+    duration: float
+    weakest: str = ""
+    weakest_left: float = math.nan
+    unknowns: tuple[Unknown, ...] = ()
+    collinear: tuple[tuple[str, str, float], ...] = ()
+
+
+@dataclass(frozen=True, repr=False)
 class Check:
     """Findings on an experiment, as `hydrofdi.check` returns them. True if there are no problems.
 
     Attributes
     ----------
-    inspection : Inspection
-        Step, hydraulic mode and bands, record, leakage, stroke and sensor noise.
+    step : float
+        Runge-Kutta step [s].
+    step_limits : dict
+        Part of the model → longest stable step over all runs [s].
+    modes : tuple of ModeOfRun
+    bands : tuple of (float, float)
+        Band of each level [Hz].
+    n_sample : int
+    n_period : float
+        Periods of the input in the record; NaN if it has none.
+    boundary_shares : tuple of float
+        Share of each level's coefficients that depend on the extension of the record [-].
+    noise : tuple of NoiseOfLevel
+        Noise of the chamber-1 pressure sensor; empty if it has none.
+    n_left_out : int
+        Distinct runs of the experiment that are not among the modes.
+    sampling_frequency : float
+        Of the record [Hz].
+    observability : tuple of Observability
+        What the first run, without a leak, tells each indicator that estimates unknowns.
+    problems, warnings : list of str
+        What makes results wrong, and what to keep in mind when reading them.
     convergence : Convergence or None
         Change of the features when the step is halved; None if this was not requested.
-    settings : tuple of str
-        Warnings of the settings: strange values, parameters without effect, small studies.
     """
 
-    inspection: Inspection
-    convergence: Convergence | None
-    settings: tuple[str, ...]
+    step: float
+    step_limits: dict[str, float]
+    modes: tuple[ModeOfRun, ...]
+    bands: tuple[tuple[float, float], ...]
+    n_sample: int
+    n_period: float
+    boundary_shares: tuple[float, ...]
+    noise: tuple[NoiseOfLevel, ...]
+    n_left_out: int
+    sampling_frequency: float
+    observability: tuple[Observability, ...]
+    problems: list[str]
+    warnings: list[str]
+    convergence: Convergence | None = None
 
     @property
-    def problems(self) -> list[str]:
-        """Problems that make the results wrong."""
-        problems = [*self.inspection.problems]
-        if self.convergence is not None and self.convergence.good_enough is None:
-            problems.append("none of the tested steps is short enough")
-        return problems
-
-    @property
-    def warnings(self) -> list[str]:
-        """Warnings to keep in mind when you read the results."""
-        return list(dict.fromkeys([*self.settings, *self.inspection.warnings]))
+    def binding(self) -> str:
+        """The part of the model that allows the shortest step only."""
+        return min(self.step_limits, key=self.step_limits.__getitem__)
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi check --json`` prints; None in place of what is not finite."""
-        record = asdict(self.inspection) | {"binding": self.inspection.binding}
-        record |= {"problems": self.problems, "warnings": self.warnings}
-        if self.convergence is not None:
-            record["convergence"] = asdict(self.convergence) | {"good_enough": self.convergence.good_enough}
+        record = asdict(self) | {"binding": self.binding}
+        if self.convergence is None:
+            del record["convergence"]
+        else:
+            record["convergence"]["good_enough"] = self.convergence.good_enough
         cleaned: dict[str, Any] = _plain(record)
         return cleaned
 
@@ -74,14 +208,13 @@ class Check:
 
     def _sentences(self) -> list[str]:
         lines = [f"problem: {each}" for each in self.problems]
-        return lines + [f"warning: {each}" for each in self.warnings]
+        return [*lines, *(f"warning: {each}" for each in self.warnings)] or ["no warnings"]
 
     def __repr__(self) -> str:
-        return "\n".join(self._sentences()) or "no warnings"
+        return "\n".join(self._sentences())
 
     def _repr_html_(self) -> str:
-        title = "Results would be wrong" if self.problems else "No problems"
-        return html_sentences(title, self._sentences() or ["no warnings"])
+        return html_sentences("Results would be wrong" if self.problems else "No problems", self._sentences())
 
 
 def _plain(value: Any) -> Any:
@@ -89,7 +222,7 @@ def _plain(value: Any) -> Any:
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def check(
@@ -131,10 +264,10 @@ def check(
     loaded = experiment_of(experiment, settings)
     selection = select_runs(loaded)
     with shown_in(loaded.units):
-        return Check(
-            inspect_experiment(selection),
+        return inspect_experiment(
+            selection,
             converge(selection.jobs, accepted) if halve_step else None,
-            tuple(experiment_warnings(loaded, selection.distinct)),
+            experiment_warnings(loaded, selection.distinct),
         )
 
 
@@ -177,7 +310,191 @@ def calibrate(
     return calibrate_flows(experiment_of(experiment, settings), values)
 
 
-def modes_table(found: Inspection) -> Table:
+def inspect_experiment(
+    selection: Selection, convergence: Convergence | None = None, settings: Iterable[str] = ()
+) -> Check:
+    """Inspect the runs of an experiment; those selected are simulated once.
+
+    Parameters
+    ----------
+    selection : Selection
+        At least one run. Step limits, sensors and inputs of all other runs count as well.
+    convergence : Convergence, optional
+        Belongs to the result.
+    settings : iterable of str
+        Warnings of the settings.
+    """
+    jobs, distinct = selection.jobs, selection.distinct
+    rows = computed_rows(jobs)
+    nominal, analysis = jobs[0].parameters, jobs[0].analysis
+    record, wavelet = nominal.record, analysis.wavelet
+    bands = tuple(level_bands(record.sampling_frequency, wavelet.levels))
+    modes = [_mode_of_run(job, row, bands, selection.labels) for job, row in zip(jobs, rows, strict=True)]
+    step, limits = max(job.parameters.record.step for job in jobs), step_limits(distinct)
+    for mode in modes:
+        if math.isfinite(mode.frequency) and math.isfinite(mode.damping_ratio):
+            limit = lag_limit(2.0 * math.pi * mode.frequency, mode.damping_ratio)
+            limits["hydraulic mode"] = min(limit, limits["hydraulic mode"])
+    noise = noise_of_levels(distinct("wavelet", "pressure_1_sensor", "measurement", "record"), rows)
+    too_long = [
+        too_long_sentence(part, step, limit, record.sampling_frequency)
+        for part, limit in limits.items()
+        if step > limit
+    ]
+    problems = [*too_long, *_failures(modes)]
+    if convergence is not None and convergence.good_enough is None:
+        problems.append("none of the tested steps is short enough")
+    warnings = [*settings, *_unmeasured(jobs, rows), *_noise_warnings(noise), *_verdict_warnings(modes)]
+    return Check(
+        step=step,
+        step_limits=limits,
+        modes=tuple(modes),
+        bands=bands,
+        n_sample=record.n_sample,
+        n_period=period_count(nominal),
+        boundary_shares=tuple(boundary_shares(record.n_sample - analysis.n_discarded, wavelet)),
+        noise=noise,
+        n_left_out=selection.n_left_out,
+        sampling_frequency=record.sampling_frequency,
+        observability=observability(jobs[0]),
+        problems=list(dict.fromkeys(problems)),
+        warnings=list(dict.fromkeys(warnings)),
+        convergence=convergence,
+    )
+
+
+def _mode_of_run(
+    job: Job, row: Mapping[str, Any], bands: Sequence[tuple[float, float]], labels: Sequence[str]
+) -> ModeOfRun:
+    actuator = job.parameters.actuator
+    stroke = actuator.chamber_volume / actuator.piston_area
+    mean, frequency = float(row["mean_internal_leakage_flow"]), float(row["hydraulic_mode_frequency"])
+    piston_flow = actuator.piston_area * float(np.mean(np.abs(row["piston_velocity"])))
+    furthest = max(abs(float(row[f"piston_position_{end}"])) for end in ("min", "max"))
+    level, octaves = place_in_bands(frequency, bands)
+    return ModeOfRun(
+        labels={name: job.parameters.shown_value(name) for name in labels},
+        bulk_modulus=job.parameters.fluid.bulk_modulus,
+        leakage_coefficient=job.leakage_coefficient,
+        mean_leakage_flow=mean,
+        leakage_flow_at_reference=float(internal_leakage_flow(REFERENCE_DROP, job.leakage_coefficient)),
+        piston_share=mean / piston_flow if piston_flow else math.nan,
+        frequency=frequency,
+        damping_ratio=float(row["hydraulic_mode_damping_ratio"]),
+        level=level,
+        octaves_to_edge=octaves,
+        stroke_share=furthest / stroke,
+        status=str(row["status"]),
+        verdict=str(row["verdict"]),
+    )
+
+
+def noise_of_levels(
+    runs: Iterable[RunRequest], rows: Sequence[Mapping[str, Any]]
+) -> tuple[NoiseOfLevel, ...]:
+    """Noise of sensors of runs against computed rows with ideal ones, d1 first; empty if none is noisy."""
+    noises = {(run.wavelet, _autocovariance(run)) for run in runs}
+    if not any(noise[0] for _, noise in noises):
+        return ()
+    levels = min(wavelet.levels for wavelet, _ in noises)
+    noisiest = np.max([noise_rms(wavelet, noise)[:levels] for wavelet, noise in noises], axis=0)
+    signals = np.array([row["detail_rms"][:levels] for row in rows if row["status"] == "ok"])
+    weakest = signals.min(axis=0) if len(signals) else np.full(levels, np.nan)
+    return tuple(NoiseOfLevel(float(noisiest[level]), float(weakest[level])) for level in range(levels))
+
+
+def _autocovariance(run: RunParameters) -> tuple[float, ...]:
+    """Autocovariance of noise and quantisation in the chamber-1 pressure [Pa²]."""
+    sensor = run.pressure_1_sensor
+    variance, *others = noise_autocovariance(sensor, run.measurement, run.record)
+    return variance + quantisation_noise(sensor.resolution) ** 2, *others
+
+
+def _failures(modes: Sequence[ModeOfRun]) -> Iterator[str]:
+    failed: dict[str, list[str]] = {}
+    for mode in (mode for mode in modes if mode.status != "ok"):
+        modulus = shown_value("fluid.bulk_modulus", mode.bulk_modulus)
+        condition = f"EBM {modulus} with K_i {mode.leakage_coefficient:.3g}"
+        failed.setdefault(mode.status, []).append(condition)
+    for status, conditions in failed.items():
+        different = ", ".join([*dict.fromkeys(conditions)][:_FEW])
+        yield f"{status}: {len(conditions)} of {counted(len(modes), 'run')}, such as at {different}"
+
+
+def _unmeasured(jobs: Sequence[Job], rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """A sentence on each reason for which an indicator has no numbers of runs that are computed."""
+    reasons = Counter(
+        (label, str(row[f"{label}{OBSTACLE}"]))
+        for job, row in zip(jobs, rows, strict=True)
+        if row["status"] == "ok"
+        for label in job.analysis.indicators
+    )
+    for (label, reason), count in reasons.items():
+        if reason:
+            yield f"{label} has no numbers in {count} of {counted(len(rows), 'run')}: {reason}"
+
+
+def _noise_warnings(noise: Sequence[NoiseOfLevel]) -> Iterator[str]:
+    for level, each in enumerate(noise, 1):
+        if each.share > MUCH_NOISE:
+            yield (
+                f"sensor noise is {each.share:.0%} of the weakest run's d{level}"
+                f" and raises its RMS by {math.hypot(1.0, each.share) - 1.0:.1%}"
+            )
+
+
+def _verdict_warnings(modes: Sequence[ModeOfRun]) -> Iterator[str]:
+    ended = [mode for mode in modes if mode.status == "ok"]
+    fullest = max((mode.stroke_share for mode in ended), default=0.0)
+    if fullest > FULL_STROKE:
+        yield f"{fullest:.0%} of the stroke is used; a chamber all but vanishes"
+    for word, count in sorted(Counter(mode.verdict for mode in ended).items()):
+        if word != "ok":
+            yield f"{word}: {count} of {counted(len(modes), 'run')}"
+
+
+def observability(job: Job) -> tuple[Observability, ...]:
+    """What a run without a leak, up to 20 s of it, tells each indicator that has unknowns."""
+    made, run = job.analysis.indicators, job.parameters
+    estimators = {label: each for label, each in made.items() if isinstance(each, Informative)}
+    if not estimators or not (trajectory := simulate_batch([run], [0.0])).outcomes[0].is_ok:
+        return ()
+    frequency, first = run.record.sampling_frequency, job.analysis.n_discarded
+    signals = {channel: getattr(trajectory, signal) for channel, signal in SIGNAL_OF_CHANNEL.items()}
+    period = drive_period(run.input, run.load.random_force)
+    record = RecordBatch(signals, frequency, ("",), drive_period=period)
+    record = record.window(first, first + round(LONGEST * frequency))
+    return tuple(
+        _described(label, record.duration, each.information(seen_by(each, record)))
+        for label, each in estimators.items()
+        if each.obstacle(record) is None
+    )
+
+
+def _described(label: str, duration: float, found: Information) -> Observability:
+    if not np.isfinite(found.covariance).all():
+        return Observability(label, duration)
+    unknowns, deviations = found.unknowns, np.sqrt(np.diag(found.covariance))
+    values, directions = np.linalg.eigh(found.covariance[found.n_motion :, found.n_motion :])
+    least_known = directions[:, -1] * np.sign(directions[np.abs(directions[:, -1]).argmax(), -1])
+    names = (each.name for each in unknowns[found.n_motion :])
+    weakest = sorted(zip(names, least_known.tolist(), strict=True), key=lambda part: -abs(part[1]))
+    correlated = found.covariance / np.outer(deviations, deviations)
+    return Observability(
+        label,
+        duration,
+        ", ".join(f"{name} {share:.2f}" for name, share in weakest if abs(share) >= _NOTABLE),
+        math.sqrt(values[-1]),
+        unknowns,
+        tuple(
+            (unknowns[i].name, unknowns[j].name, float(correlated[i, j]))
+            for i, j in combinations(range(len(unknowns)), 2)
+            if abs(correlated[i, j]) > COLLINEAR
+        ),
+    )
+
+
+def modes_table(found: Check) -> Table:
     """The hydraulic mode of each run, or the ranges of many runs."""
     modes, modulus = found.modes, shown_modulus()
     n_band = len(found.bands)
@@ -199,12 +516,13 @@ def modes_table(found: Inspection) -> Table:
         column("stroke_share", "1", "stroke used", ".0%"),
         Column("conditions", conditions, is_text=True, is_shown=has_conditions),
     )
+    left = (f"left out: {counted(found.n_left_out, 'further run')}",) if found.n_left_out else ()
     if len(modes) <= _MOST_ROWS:
-        return Table(columns, n_lead=3)
+        return Table(columns, title="Hydraulic mode", n_lead=3, notes=left)
     names = Column("of_runs", ["least", "median", "largest"], title="of runs", is_text=True)
     numbers = [each for each in columns if each.unit]
     note = f"of {counted(len(modes), 'run')}; --json lists each"
-    return Table((names, *map(_ranges, numbers)), notes=(note,))
+    return Table((names, *map(_ranges, numbers)), title="Hydraulic mode", notes=(note, *left))
 
 
 def _column(
@@ -216,12 +534,12 @@ def _column(
 
 def _ranges(column: Column) -> Column:
     finite = column.array[np.isfinite(column.array)]
-    values = np.quantile(finite, [0.0, 0.5, 1.0]).tolist() if finite.size else [nan] * 3
+    values = np.quantile(finite, [0.0, 0.5, 1.0]).tolist() if finite.size else [math.nan] * 3
     return Column(column.name, values, column.unit, column.title, column.text)
 
 
 def _text(value: float, form: str) -> str:
-    return format(value, form) if isfinite(value) else HOLE
+    return format(value, form) if math.isfinite(value) else HOLE
 
 
 def _litres(flow: float) -> float:
@@ -235,7 +553,7 @@ def _band_name(level: int, n_level: int) -> str:
 
 
 def unknowns_table(found: Observability) -> Table:
-    """Standard deviations of the unknowns of an estimator before and after a record, in SI."""
+    """Standard deviations of the unknowns of an estimator before and after a record, in readable units."""
     units = ["%" if each.unit == "1" else readable_unit(each.unit, each.before) for each in found.unknowns]
     scales = [
         convert(1.0, shown) if shown != each.unit else 1.0
@@ -255,10 +573,24 @@ def unknowns_table(found: Observability) -> Table:
             Column("unit", [*map(typeset, units)], is_text=True),
         ),
         title=f"Standard deviations before and after {found.duration:g} s without a leak: {found.indicator}",
+        notes=tuple(_told(found)),
     )
 
 
-def noise_table(found: Inspection) -> Table:
+def _told(found: Observability) -> Iterator[str]:
+    """The least known direction, and collinear pairs."""
+    if not found.unknowns:
+        yield "nothing: the estimate diverges; do its options fit the actuator?"
+    elif all(each.after >= each.before for each in found.unknowns):
+        yield "the record contains no information on them; does the valve open?"
+    else:
+        left = f"{found.weakest_left:.0%} of the prior deviation remains"
+        yield f"least known: {found.weakest}: {left}"
+        pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
+        yield f"collinear: {pairs or 'none'}"
+
+
+def noise_table(found: Check) -> Table:
     """Noise of the chamber-1 pressure sensor in each level, and its share of the weakest run."""
     levels = found.noise
     return Table(

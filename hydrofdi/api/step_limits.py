@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import EDGES, RunRequest
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.physics.friction import FRICTION_LAWS
-from hydrofdi.physics.hydraulic_mode import HydraulicMode, mode_frequency, valve_flow_pressure_coefficient
+from hydrofdi.physics.hydraulic_mode import mode_frequency, valve_flow_pressure_coefficient
 from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues
 from hydrofdi.simulation.kernels.no_load import largest_opening, no_load_speed
 
@@ -20,36 +20,31 @@ CONTACT_SHARE = 0.25
 """Share of the stable step that resolves the contact with an end stop, which is short and has a kink."""
 
 
-def step_limits(run: RunParameters, mode: HydraulicMode | None = None) -> dict[str, float]:
-    """Part of the model that a run has → longest stable step [s]; its mode is undamped unless it is given."""
-    limits: dict[str, float] = {}
-    for _, part_limits in _PARTS:
-        limits |= part_limits(run)
-    if mode is not None:
-        limits["hydraulic mode"] = _lag_limit(2.0 * math.pi * mode.frequency, mode.damping_ratio)
-    return limits
-
-
-def shortest_step_limits(distinct: Distinct) -> dict[str, float]:
-    """Longest step that is stable in all runs, for each part of the model that some run has."""
+def step_limits(distinct: Distinct) -> dict[str, float]:
+    """Longest step that is stable in all runs [s], for each part of the model that some run has."""
     shortest: dict[str, float] = {}
-    for sections, part_limits in _PARTS:
-        for run in distinct(*sections):
-            for part, limit in part_limits(run).items():
-                shortest[part] = min(limit, shortest.get(part, math.inf))
+    for part, limit, _ in _limits(distinct):
+        shortest[part] = min(limit, shortest.get(part, math.inf))
     return shortest
 
 
+def _limits(distinct: Distinct, *more: str) -> Iterator[tuple[str, float, RunParameters]]:
+    """Parts of the model with the longest stable step of each run; its mode is undamped."""
+    for sections, part_limits in _PARTS:
+        for run in distinct(*sections, *more):
+            yield from ((part, limit, run) for part, limit in part_limits(run).items())
+
+
 def _valve_limits(run: RunParameters) -> dict[str, float]:
-    return {"valve": _lag_limit(run.valve.angular_frequency, run.valve.damping_ratio)}
+    return {"valve": lag_limit(run.valve.angular_frequency, run.valve.damping_ratio)}
 
 
 def _mode_limits(run: RunParameters) -> dict[str, float]:
     actuator, omega = run.actuator, undamped_frequency(run)
-    limits = {"hydraulic mode": _lag_limit(omega, 0.0)}
+    limits = {"hydraulic mode": lag_limit(omega, 0.0)}
     if actuator.end_stops == "elastic":
         stiffness = actuator.mass * omega**2 + actuator.end_stop_stiffness
-        limits["end stops"] = CONTACT_SHARE * _lag_limit(math.sqrt(stiffness / actuator.mass), 0.0)
+        limits["end stops"] = CONTACT_SHARE * lag_limit(math.sqrt(stiffness / actuator.mass), 0.0)
     return limits
 
 
@@ -108,12 +103,10 @@ def undamped_frequency(run: RunParameters) -> float:
 def step_warnings(distinct: Distinct) -> list[str]:
     """A sentence on each part of the model for which the step of some run is too long."""
     shortest: dict[str, tuple[float, float, float]] = {}
-    for sections, part_limits in _PARTS:
-        for run in distinct(*sections, "record"):
-            for part, limit in part_limits(run).items():
-                if run.record.step > limit:
-                    own = limit, run.record.step, run.record.sampling_frequency
-                    shortest[part] = min(shortest.get(part, own), own)
+    for part, limit, run in _limits(distinct, "record"):
+        if run.record.step > limit:
+            own = limit, run.record.step, run.record.sampling_frequency
+            shortest[part] = min(shortest.get(part, own), own)
     return [
         too_long_sentence(part, step, limit, frequency) for part, (limit, step, frequency) in shortest.items()
     ]
@@ -135,5 +128,6 @@ def _valid_step(limit: float, interval: float) -> float:
     return next(sound, interval / first)
 
 
-def _lag_limit(frequency: float, damping_ratio: float) -> float:
+def lag_limit(frequency: float, damping_ratio: float) -> float:
+    """Longest stable step of a lag of second order with an angular frequency [rad/s]."""
     return min(largest_stable_step(value) for value in second_order_eigenvalues(frequency, damping_ratio))

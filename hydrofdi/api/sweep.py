@@ -28,7 +28,7 @@ from hydrofdi.compilation.compiling import cache_directory
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.run_table.runs import Runs, run_identities
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.errors import ConfigError, StoreError, SweepInterrupted
+from hydrofdi.errors import ConfigError, StoreError, SweepInterrupted, is_interruption
 from hydrofdi.execution import (
     Batch,
     BatchReceipt,
@@ -277,11 +277,13 @@ def run_sweep(
                 add_provenance(directory, record | done)
                 _write_file(experiment, directory, plan.table, plan.run_ids, frozenset(recorder.shards))
                 recorder.log_faults(_faults(plan.file))
-    except StoreError:
+    except SweepInterrupted:
+        raise
+    except (Exception, KeyboardInterrupt) as error:
+        if is_interruption(error):
+            raise _interrupted(plan, completed) from None
         _clear_away(directory)
         raise
-    except KeyboardInterrupt as stop:
-        raise stop if isinstance(stop, SweepInterrupted) else _interrupted(plan, completed) from None
     return _summary(plan, completed, start, interrupted=bool(requests))
 
 

@@ -25,6 +25,8 @@ from hydrofdi.errors import (
     HydrofdiError,
     IndicatorWarning,
     ShadowedNameWarning,
+    SweepInterrupted,
+    is_interruption,
     without_credentials,
 )
 from hydrofdi.settings.messages import similar
@@ -58,11 +60,13 @@ class _Commands(TyperGroup):
         try:
             _take_back_ctrl_c()
             return super().invoke(ctx)
-        except KeyboardInterrupt as stop:
-            _complain(str(stop) or "interrupted")
-            return INTERRUPTED
         except BrokenPipeError:
             return _unread()
+        except (Exception, KeyboardInterrupt) as error:
+            if not is_interruption(error):
+                raise
+            _complain(str(error) if isinstance(error, SweepInterrupted) else "interrupted")
+            return INTERRUPTED
 
 
 _GROUPS = {

@@ -24,7 +24,6 @@ from hydrofdi.settings.counting import counted
 if TYPE_CHECKING:
     from hydrofdi.api.detectors.windows import JudgedWindow, Tally
     from hydrofdi.detectors.trained.file import DetectorFile
-    from hydrofdi.monitor.lines import Sink
 
 INTERRUPTED = 130
 
@@ -166,17 +165,12 @@ def monitor(
     sample of it could be read, 130 after Ctrl-C.
     """
 
-    def shown(file: DetectorFile, source: str) -> Sink:
-        if "state" not in settings:
-            tell("no --state: after a restart, the monitor starts from scratch")
-        return _view(file, source, json=json)
-
     with _stop_signals() as asked:
         from hydrofdi.api.detectors.detector import Detector
-        from hydrofdi.api.monitoring import run_monitor
 
-        trained = Detector.load(detector).file
-        ending = run_monitor(trained, detector, source, shown, stop=lambda: bool(asked), **settings)
+        trained = Detector.load(detector)
+        view = _view(trained.file, source, json=json)
+        ending = trained.monitor(source, on_line=view, stop=lambda: bool(asked), **settings)
     return INTERRUPTED if signal.SIGINT in asked else int(ending.name == "UNREADABLE")
 
 
@@ -198,18 +192,16 @@ def _stop_signals() -> Iterator[list[int]]:
             signal.signal(number, handler)
 
 
-def _view(file: DetectorFile, source: str, *, json: bool) -> Sink:
+def _view(file: DetectorFile, source: str, *, json: bool) -> Any:
     """The live view on a terminal, JSON lines elsewhere."""
     console = terminal()
     if json or not console.is_terminal or console.is_dumb_terminal:
-        from hydrofdi.api.monitoring import StreamLines
-
-        return StreamLines(sys.stdout, file.unit)
+        return sys.stdout
     from hydrofdi.cli.live_view import LiveView
 
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")
-    return LiveView(file, source, console)
+    return LiveView(file, without_credentials(source), console)
 
 
 def replay(

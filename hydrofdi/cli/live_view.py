@@ -13,7 +13,7 @@ from rich.live import Live
 from rich.text import Text
 
 from hydrofdi.api.detectors.promise import promise_text
-from hydrofdi.api.monitoring import Condition, Event, EventKind, Line, WindowLine
+from hydrofdi.api.detectors.windows import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.counting import counted

@@ -18,7 +18,6 @@ from hydrofdi.units import convert
 
 if TYPE_CHECKING:
     from hydrofdi.api.check import Check
-    from hydrofdi.api.inspection import Observability
 
 _NAME = re.compile(r"^name: .*$", re.MULTILINE)
 
@@ -120,53 +119,33 @@ def check(config: Config = None, settings: Settings = None, json: Json = False, 
     return 0 if found else 1
 
 
-def _checked(check: Check) -> Iterator[Any]:
+def _checked(found: Check) -> Iterator[Any]:
     """Step, modes, record, noise, what a record tells estimators, and warnings."""
     from rich.text import Text
 
-    from hydrofdi.api.check import convergence_table, modes_table, noise_table
+    from hydrofdi.api.check import convergence_table, modes_table, noise_table, unknowns_table
 
-    found = check.inspection
     limits = sorted(found.step_limits.items(), key=lambda item: item[1])
     yield Text("Step", "bold")
     yield (
         f"{convert(found.step, 'ms'):g} ms, limited by {found.binding}; stable up to [ms]: "
         + ", ".join(f"{part} {convert(limit, 'ms'):.3g}" for part, limit in limits)
     )
-    yield from ("", Text("Hydraulic mode", "bold"), modes_table(found))
-    if found.n_left_out:
-        yield f"left out: {counted(found.n_left_out, 'further run')}"
-    yield from ("", Text("Record", "bold"))
+    yield from ("", modes_table(found), "", Text("Record", "bold"))
     shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
     periods = f", {counted(found.n_period, 'period')}" if math.isfinite(found.n_period) else ""
     yield f"{counted(found.n_sample, 'sample')}{periods}; coefficients at its ends: {shares}"
-    if found.noise:
-        yield from ("", noise_table(found))
-    for estimator in found.observability:
-        yield from ("", *_observability(estimator))
+    tables = [noise_table(found)] if found.noise else []
+    tables += map(unknowns_table, found.observability)
+    if found.convergence is not None:
+        tables.append(convergence_table(found.convergence))
+    for table in tables:
+        yield from ("", table)
     yield ""
     yield from (Text(f"problem: {problem}", "bold red") for problem in found.problems)
-    yield from (Text(f"warning: {warning}") for warning in check.warnings)
-    if not found.problems and not check.warnings:
+    yield from (Text(f"warning: {warning}") for warning in found.warnings)
+    if found and not found.warnings:
         yield "no warnings"
-    if check.convergence is not None:
-        yield from ("", convergence_table(check.convergence))
-
-
-def _observability(found: Observability) -> Iterator[Any]:
-    """Each unknown before and after a record, the least known direction, and collinear pairs."""
-    from hydrofdi.api.check import unknowns_table
-
-    yield unknowns_table(found)
-    if not found.unknowns:
-        yield "nothing: the estimate diverges; do its options fit the actuator?"
-    elif all(each.after >= each.before for each in found.unknowns):
-        yield "the record contains no information on them; does the valve open?"
-    else:
-        left = f"{found.weakest_left:.0%} of the prior deviation remains"
-        yield f"least known: {found.weakest}: {left}"
-        pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found.collinear)
-        yield f"collinear: {pairs or 'none'}"
 
 
 def simulate(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hydrofdi.api.inspection import observability
+from hydrofdi.api.check import observability
 from hydrofdi.api.selection import select_runs
 from hydrofdi.config import load_experiment
 from tests.commands import run_json

@@ -12,6 +12,7 @@ import pytest
 
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config.loading import load_experiment
+from hydrofdi.errors import StoreError, SweepInterrupted
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.execution.engine import TaskFailure
 from runner.processes import COMMAND, kill, nobody_left, run, run_json, start, wait_until, workers
@@ -166,6 +167,20 @@ def test_a_stop_leaves_no_process_and_nothing_that_a_reader_trips_over(long_swee
     assert run_json("verify", out)["sound"]
     run("collect", out, check=0)
     assert run_json("report", out)["rows"]
+
+
+def test_ctrl_c_within_the_library_of_files_is_still_ctrl_c(tmp_path, monkeypatch):
+    def interrupted_library(*_):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt:
+            raise StoreError("FastRLock.__exit__ returned a result with an exception set") from None
+
+    monkeypatch.setattr("hydrofdi.api.sweep.write_experiment", interrupted_library)
+    with pytest.raises(SweepInterrupted):
+        run_sweep(
+            load_experiment({"name": "one", "record": {"duration": "2 s"}}), tmp_path, InProcessEngine()
+        )
 
 
 def test_a_second_sweep_on_a_folder_is_refused_with_process_and_host(long_sweep):

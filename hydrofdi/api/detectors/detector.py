@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from itertools import chain
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TextIO
 
-from hydrofdi.api.arguments import path_of, refusal
+from hydrofdi.api.arguments import names_of, path_of, refusal
 from hydrofdi.api.detectors.healthy_records import LeftOut
 from hydrofdi.api.detectors.judged import windows_table
 from hydrofdi.api.detectors.promise import alarms_per_hour, sentences
 from hydrofdi.api.detectors.windows import Tally, channels_read, judged_windows, watched
 from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.records.columns import Names
-from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.records.sources import Said, frequency_of, sources_of
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.errors import ConfigError, StoreError
+from hydrofdi.monitor.watch import Watch
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import Guessable
 from hydrofdi.settings.readable import percent
 from hydrofdi.store.files import require_regular, write_whole_text
+
+if TYPE_CHECKING:
+    from hydrofdi.monitor.loop import Ending
+
+_log = logging.getLogger(__name__)
 
 
 class Detector(Guessable):
@@ -257,9 +264,9 @@ class Detector(Guessable):
         events: Sequence[str] = (),
         follow: bool = True,
         sampling_frequency: str | float | None = None,
-        on_line: Callable[[dict[str, Any]], None] | None = None,
+        on_line: Callable[[dict[str, Any]], None] | TextIO | None = None,
         stop: Callable[[], bool] = lambda: False,
-    ) -> str:
+    ) -> Ending:
         """Judge a stream for as long as it lasts, as ``hydrofdi monitor`` does.
 
         Parameters
@@ -281,39 +288,63 @@ class Detector(Guessable):
             Whether to wait for more at the end of a file.
         sampling_frequency : str or float, optional
             Of text without a column of time [Hz].
-        on_line : callable, optional
-            Called with each line, as `watch` yields them.
+        on_line : callable or file object, optional
+            Called with each line, as `watch` yields them; to a file, they are written as JSON.
         stop : callable, optional
             Returns whether to end; called several times a second.
 
         Returns
         -------
-        str
-            The reason why it ended, in one sentence.
+        Ending
+            The reason why it ended, a text of one sentence.
 
         Raises
         ------
         ConfigError, DataError, StoreError
             An argument is invalid, or the records cannot be read.
         """
-        from hydrofdi.api.monitoring import calls, run_monitor
+        from hydrofdi.api.monitoring import Calls, open_sinks
+        from hydrofdi.monitor.configuration import load_monitor_config
+        from hydrofdi.monitor.lines import StreamLines
+        from hydrofdi.monitor.log import WindowLog
+        from hydrofdi.monitor.loop import monitor
+        from hydrofdi.monitor.sources.opening import open_stream
+        from hydrofdi.monitor.state import StateFile
 
+        file, unit = self.file, self.file.unit
         if self.path is None and "://" in str(source):
             raise ConfigError("save the detector first: the broker identifies it by the path of its file")
-        return run_monitor(
-            self.file,
+        if not isinstance(metrics, str | None):
+            raise refusal("metrics", "HOST:PORT", metrics)
+        addresses = names_of("events", events, "addresses")
+        stated = load_monitor_config(None if config is None else path_of(config))
+        if state is not None and log is not None and path_of(state).resolve() == path_of(log).resolve():
+            raise ConfigError(f"state and log are the same file, {state}; choose another name for one")
+        stream = open_stream(
+            source if isinstance(source, str) else str(path_of(source)),
+            stated,
+            file,
             self.path or Path("detector.json"),
-            source,
-            calls(on_line),
-            config=config,
-            state=state,
-            log=log,
-            metrics=metrics,
-            events=events,
-            follow=follow,
-            sampling_frequency=sampling_frequency,
+            sampling_frequency=frequency_of(sampling_frequency),
+            is_followed=follow,
+            is_resumed=state is not None,
+        )
+        if state is None:
+            _log.info("no --state: after a restart, the monitor starts from scratch")
+        shown: Any = on_line
+        if not hasattr(shown, "put"):
+            shown = (StreamLines if hasattr(shown, "write") else Calls)(shown, unit)
+        return monitor(
+            Watch(file),
+            stream,
+            [
+                shown if hasattr(shown, "put") else Calls(shown, unit),
+                *open_sinks(stated, file, metrics, addresses),
+            ],
+            state_file=None if state is None else StateFile(path_of(state), file, stream.name),
+            log=None if log is None else WindowLog(path_of(log), unit),
             stop=stop,
-        ).value
+        )
 
     def __repr__(self) -> str:
         low, high = (percent(share) for share in self.false_alarm_interval)

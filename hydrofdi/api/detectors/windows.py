@@ -17,12 +17,14 @@ from hydrofdi.detectors.trained.measuring import without_scale
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.evaluation.grouped_area import FEWEST_GROUPS
 from hydrofdi.evaluation.rates import Rate, alarm_rate
-from hydrofdi.monitor.lines import WindowLine, line_record
+from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine, line_record
 from hydrofdi.monitor.watch import Watch, judging_of
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.measured.recording import samples_of
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.counting import counted
+
+__all__ = ["Condition", "Event", "EventKind", "JudgedWindow", "Line", "Tally", "WindowLine"]
 
 _RATE = 0.01
 """Share of the sampling frequency that a record may differ."""

@@ -17,15 +17,15 @@ from hydrofdi.records import Channel
 from hydrofdi.records.dates import instant, is_dated
 from hydrofdi.records.measured.columns import (
     channel_named,
-    factor_to_si,
+    channels_named,
+    find_column,
     named_time,
     split_title,
-    unit_by_name,
 )
 from hydrofdi.records.measured.recording import counts_samples
 from hydrofdi.records.measured.source import HeldSource, HeldTable, held_source
 from hydrofdi.settings.counting import counted
-from hydrofdi.settings.messages import listed, nearest
+from hydrofdi.settings.messages import nearest
 
 _CF_POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")
 """A power as CF writes it: ``m s-1``."""
@@ -37,25 +37,27 @@ class Column:
 
     Attributes
     ----------
-    name : str
-        Empty if it has none.
+    title : str
+        As it is written, such as ``P1 [bar]``; empty if it has none.
     values : ndarray, shape (n_time,) or (n_record, n_time)
     unit : str or None
         Empty if it is not stated; None if there is no place to state it.
     since : float
         Instant from which dates are counted [s since 1970]; 0 without dates.
-    title : str
-        Name as it is written, such as ``P1 [bar]``.
     is_dates : bool
         Whether it contained dates or durations.
     """
 
-    name: str
+    title: str
     values: NDArray[np.float64]
     unit: str | None
     since: float = 0.0
-    title: str = ""
     is_dates: bool = False
+
+    @property
+    def name(self) -> str:
+        """The title without its unit."""
+        return split_title(self.title)[0]
 
 
 @dataclass(frozen=True)
@@ -193,12 +195,11 @@ def _timed(kind: str, columns: Sequence[Column]) -> Held:
 
 def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
     """A column by its header; a unit in the header comes first."""
-    name, stated = split_title(title)
-    array = _samples(values)
+    array, stated = _samples(values), split_title(title)[1]
     if array.dtype.kind in "mM":
         passed = (array - array[:1]) / np.timedelta64(1, "ns") / 1e9
         since = array[:1].astype(f"{array.dtype.kind}8[ns]").astype(np.int64).sum() / 1e9
-        return Column(name, passed, "s", float(since), title, is_dates=True)
+        return Column(title, passed, "s", float(since), is_dates=True)
     if array.dtype.kind not in "fiu":
         raise DataError(
             f"{kind}: {f'column {title!r} ' if title else ''}contains something other than real numbers"
@@ -210,7 +211,7 @@ def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
             f"{kind}: shape {array.shape} is {counted(array.shape[0], 'record')}"
             " of 1 sample; transpose it or ravel it"
         )
-    return Column(name, array.astype(np.float64), stated or unit, title=title)
+    return Column(title, array.astype(np.float64), stated or unit)
 
 
 def _samples(values: Any) -> NDArray[Any]:
@@ -251,103 +252,76 @@ def records_of(data: Held, frequency: float | None, channel: Names, unit: Names)
     ConfigError, DataError
         Names or units are missing, or contradict each other.
     """
-    if frequency is not None and data.time is not None and counts_samples(data.time.values):
-        data = replace(data, time=None)
-    chosen = _chosen(data, channel)
-    described = {found: _described(data, found, column, unit) for found, column in chosen.items()}
-    titles = [found.value for found in chosen]
-    units = [column.unit or "" for column in chosen.values()]
-    values = [column.values for column in chosen.values()]
-    sampling = _sampling(data, frequency, unit)
-    if data.time is not None:
-        titles, units, values = [*titles, "time"], [*units, ""], [*values, data.time.values]
-    n_record = max((len(array) for array in values if array.ndim > 1), default=1)
-    if n_record == 0:
-        raise DataError(f"{data.kind}: contains no records")
-    named = (data.record_ids or [*map(str, range(n_record))], data.groups, data.labels)
-    record_ids, groups, labels = (texts or [""] * n_record for texts in named)
-    tables = [
-        HeldTable(data.kind, titles, units, [_row(data, array, row, n_record) for array in values], *names)
-        for row, names in enumerate(zip(record_ids, groups, labels, strict=True))
-    ]
-    return held_source(tables, described, sampling)
-
-
-def _described(data: Held, channel: Channel, column: Column, unit: Names) -> dict[str, str]:
-    """What a description of measured files says of a column."""
-    given, name = unit, column.name or channel.value
     if not isinstance(unit, str | Mapping | None):
         raise refusal("unit", "a unit, or column → unit", unit)
-    if isinstance(unit, Mapping):
-        names = (
-            name for name in unit if name in (column.title, column.name) or channel_named(name, "") == channel
-        )
-        given = next((unit[name] for name in names), None)
-    if given is None and column.unit == "" and not unit_by_name(column.name):
-        usual = "bar" if channel.is_pressure else channel.unit
-        raise DataError(
-            f"{data.kind}: {name!r} has no unit; name it '{name} [{usual}]', set its attribute"
-            f" units='{usual}', or give unit='{usual}'"
-        )
-    given = channel.unit if given is None and not column.unit else given
-    factor_to_si(
-        str(given or column.unit), channel.unit, "unit" if given else f"{data.kind}: column {name!r}"
-    )
-    return {"column": channel.value} | ({} if given is None else {"unit": str(given)})
-
-
-def _row(data: Held, values: np.ndarray[Any, np.dtype[np.float64]], row: int, n_record: int) -> Any:
-    """The samples of a record; a column of one dimension is shared by all records."""
-    if values.ndim == 1:
-        return values
-    if len(values) != n_record:
-        raise DataError(
-            f"{data.kind}: has {counted(len(values), 'record')} of one channel and {n_record} of another"
-        )
-    return values[row]
-
-
-def _sampling(data: Held, frequency: float | None, unit: Names) -> dict[str, Any]:
-    if frequency is not None and data.time is not None:
-        raise DataError(f"{data.kind}: has a column {data.time.name!r}; leave the sampling frequency out")
-    if frequency is not None:
-        return {"sampling_frequency": frequency}
-    if data.time is None:
+    time = data.time
+    if frequency is not None and time is not None:
+        if not counts_samples(time.values):
+            raise DataError(f"{data.kind}: has a column {time.name!r}; leave the sampling frequency out")
+        time = None
+    if frequency is None and time is None:
         raise DataError(
             f"{data.kind}: no sampling frequency is given (sampling_frequency='1 kHz'), and nothing is named"
             " 'time'"
         )
-    stated = unit.get(data.time.name) if isinstance(unit, Mapping) else None
-    stated = stated or data.time.unit or unit_by_name(data.time.name)
-    if stated == "":
-        raise DataError(
-            f"{data.kind}: {data.time.name!r} has no unit; name it '{data.time.name} [s]', set its attribute"
-            f" units='s', or give unit={{{data.time.name!r}: 's'}}"
-        )
-    return {"time": {"column": "time", "unit": stated or "s"}}
+    chosen = _chosen(data, channel)
+    columns = [*chosen.values(), *([time] if time is not None else [])]
+    titles = [column.title for column in columns]
+    names = [title if title and titles.count(title) == 1 else str(n) for n, title in enumerate(titles, 1)]
+    given = [_given(unit, *each) for each in chosen.items()]
+    units = [column.unit or "" for column in columns]
+    for n, (found, column) in enumerate(chosen.items()):
+        if column.unit is None and not given[n]:
+            units[n] = found.unit
+    sampling: dict[str, Any] = {"sampling_frequency": frequency}
+    if time is not None:
+        stated = unit.get(time.name, "") if isinstance(unit, Mapping) else ""
+        sampling = {"time": {"column": names[-1], "unit": stated}}
+    lengths = {len(column.values) for column in columns if column.values.ndim > 1} or {1}
+    n_record = max(lengths)
+    if n_record == 0:
+        raise DataError(f"{data.kind}: contains no records")
+    if len(lengths) > 1:
+        raise DataError(f"{data.kind}: has {min(lengths)} records of one channel and {n_record} of another")
+    named = (data.record_ids or [*map(str, range(n_record))], data.groups, data.labels)
+    tables = [
+        HeldTable(data.kind, titles, units, [_row(column.values, row) for column in columns], *own)
+        for row, own in enumerate(zip(*(texts or [""] * n_record for texts in named), strict=True))
+    ]
+    described = zip(chosen, names, given, strict=False)
+    return held_source(
+        tables, {found: {"column": name, "unit": text} for found, name, text in described}, sampling
+    )
+
+
+def _given(unit: Names, channel: Channel, column: Column) -> str:
+    """The unit that is said of a column; empty if none is."""
+    if not isinstance(unit, Mapping):
+        return unit or ""
+    own = (column.title, column.name)
+    return next((unit[name] for name in unit if name in own or channel_named(name, "") == channel), "")
+
+
+def _row(values: NDArray[np.float64], row: int) -> Any:
+    """The samples of a record; a column of one dimension is shared by all records."""
+    return values if values.ndim == 1 else values[row]
 
 
 def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:
     """The columns that are channels: those that are said to be, or are named like one."""
+    columns, titles = data.columns, [column.title for column in data.columns]
     if isinstance(channel, Mapping):
-        by_title = {column.title: column for column in data.columns}
-        named = {column.name: column for column in data.columns} | by_title
-        if unknown := [name for name in channel if name not in named]:
-            raise DataError(f"{data.kind}: has no column {unknown[0]!r}{listed([*by_title])}")
-        return {_channel(name): named[column] for column, name in channel.items()}
+        return {
+            _channel(name): columns[find_column(titles, str(column), data.kind)]
+            for column, name in channel.items()
+        }
     wanted = None if channel is None else _channel(channel)
-    if len(data.columns) == 1 and (wanted or not data.columns[0].name):
-        return {wanted or Channel.CHAMBER_1_PRESSURE: data.columns[0]}
-    chosen: dict[Channel, Column] = {}
-    for column in data.columns:
-        found = channel_named(column.name, column.unit or "")
-        if found in chosen:
-            raise DataError(f"{data.kind}: more than one column is named like {found}")
-        if found is not None and wanted in (None, found):
-            chosen[found] = column
+    if len(columns) == 1 and (wanted or not titles[0]):
+        return {wanted or Channel.CHAMBER_1_PRESSURE: columns[0]}
+    named = channels_named(titles, lambda n: columns[n].unit or "", data.kind)
+    chosen = {found: columns[n] for found, n in named.items() if wanted in (None, found)}
     if not chosen:
-        named_so = [f"{each.name!r}{f' [{each.unit}]' * bool(each.unit)}" for each in data.columns]
-        listing = ", ".join([*named_so, *(f"{title!r} (text)" for title in data.texts)])
+        listing = ", ".join([*map(repr, titles), *(f"{title!r} (text)" for title in data.texts)])
         raise DataError(
             f"{data.kind}: no column is named like {wanted or 'a channel'}; found"
             f" {listing or 'no column of numbers'}; give channel={{'column': 'P1'}}"

@@ -124,7 +124,7 @@ def columns_of(
     else:
         found = {
             channel: _column(channel, position, ChannelConfig(column=titles[position]), titles, units, place)
-            for channel, position in _named(titles, units, place).items()
+            for channel, position in channels_named(titles, units, place).items()
         }
         for position, title in enumerate(titles):
             channel = channel_named(title, "")
@@ -137,7 +137,14 @@ def columns_of(
     return found
 
 
-def _named(titles: Sequence[str], units: Units, place: str) -> dict[Channel, int]:
+def channels_named(titles: Sequence[str], units: Units, place: str) -> dict[Channel, int]:
+    """Channel → position of the column that is named like it.
+
+    Raises
+    ------
+    DataError
+        Two columns are named like the same channel.
+    """
     found: dict[Channel, int] = {}
     for position, title in enumerate(titles):
         channel = channel_named(title, units(position)) if _CHANNELS.get(short_name(title)) else None

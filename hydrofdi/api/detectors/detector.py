@@ -329,6 +329,7 @@ class Detector(Guessable):
             is_followed=follow,
             is_resumed=state is not None,
         )
+        others = open_sinks(stated, file, metrics, addresses)
         if state is None:
             _log.info("no --state: after a restart, the monitor starts from scratch")
         shown: Any = on_line

@@ -74,7 +74,7 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
     points = multiplied(scenarios, swept)
     expansion = Expansion(experiment, points)
     rows = expansion.swept_rows()
-    n_swept = len(rows.numbers)
+    n_swept = rows.shape[1]
     rows, fixed, matched = expansion.with_baselines(rows)
     axes = {name: _appearing(points.columns[name]) for name in points.columns}
     of_run = np.full(len(fixed), NO_RUN)
@@ -95,7 +95,7 @@ def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
     table = study_table(study, [designs.values(point) for point in range(designs.n_point)])
     expansion = Expansion(experiment, points, table)
     rows = expansion.swept_rows()
-    n_run = len(rows.numbers)
+    n_run = rows.shape[1]
     if n_run < points.n_point:
         message = (
             f"draws {points.n_point - n_run:,} of {counted(points.n_point, 'record')}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
@@ -34,30 +33,11 @@ def _impossible(error: ValueError, values: Mapping[str, Any], key: str, where: s
 
 
 Numbers = NDArray[np.int32]
+"""Numbers of sections, shape (n_run, n_pool)."""
 
-
-@dataclass(frozen=True)
-class Rows:
-    """Runs as numbers of sections, shapes (n_run, n_pool).
-
-    Attributes
-    ----------
-    numbers : array of int
-        Of the run.
-    calibrations : array of int
-        Of the conditions under which its leakage flow is solved, or ``NONE``.
-    sources : array of int, optional
-        Of the actuator that these conditions are made from; without it, of the run itself.
-    """
-
-    numbers: Numbers
-    calibrations: Numbers
-    sources: Numbers | None
-
-    def at(self, positions: Any) -> Rows:
-        """Some of the rows."""
-        sources = None if self.sources is None else self.sources[positions]
-        return Rows(self.numbers[positions], self.calibrations[positions], sources)
+Rows = NDArray[np.int32]
+"""Runs as three kinds of `Numbers`, shape (3, n_run, n_pool): of the run; of the conditions under which its
+leakage flow is solved, or ``NONE``; and of the actuator that these are made from if it is the nominal one."""
 
 
 class Expansion:
@@ -85,8 +65,8 @@ class Expansion:
         """The runs of rows."""
         plain = self._nominal.with_defaults(OBSERVATION)
         return Runs(
-            Frame(self._nominal, self._pools, rows.numbers),
-            Frame(plain, self._pools, rows.calibrations),
+            Frame(self._nominal, self._pools, rows[0]),
+            Frame(plain, self._pools, rows[1]),
             self._choice,
         )
 
@@ -94,7 +74,7 @@ class Expansion:
         """The runs at all points, each once."""
         numbers = self._at_points(self._points.columns)
         self._require_fit(numbers, self._points.columns)
-        sources = None
+        sources = numbers
         if self._is_solved_nominally:
             columns = self._points.columns.items()
             sources = self._at_points({name: column for name, column in columns if name in self._scenarios})
@@ -106,9 +86,9 @@ class Expansion:
             _distinct(self._healthy(rows, changes)) for changes in (self._baseline, self._leakage)
         )
         by_turns = np.argsort(np.concatenate([2 * first_fixed, 2 * first_matched + 1]))
-        n_row, n_fixed = len(rows.numbers), len(first_fixed)
-        together, _, places = _distinct(_joined([rows, _joined([fixed, matched]).at(by_turns)]))
-        if len(together.numbers) > n_row:
+        n_row, n_fixed = rows.shape[1], len(first_fixed)
+        together, _, places = _distinct(_joined(rows, _joined(fixed, matched)[:, by_turns]))
+        if together.shape[1] > n_row:
             return self.with_baselines(together)
         found = np.empty(len(by_turns), dtype=np.intp)
         found[by_turns] = places[n_row:]
@@ -120,7 +100,7 @@ class Expansion:
         of_replicate = np.repeat(healthy, count)
         if not count:
             return rows, of_replicate
-        numbers = rows.numbers[of_replicate].copy()
+        numbers = rows[0, of_replicate]
         draws = self._replicates.draws(len(healthy))
         for k, draw in enumerate(draws):
             changes = draw | {"measurement.seed": self._nominal.measurement.seed + 1 + k % count}
@@ -134,8 +114,7 @@ class Expansion:
                     numbers[k, place] = pool.number(changed)
         names = (*self._replicates.over, "measurement.seed")
         self._require_fit(numbers, names, lambda k: draws[k])
-        added = Rows(numbers, np.full_like(numbers, NONE), None if rows.sources is None else numbers)
-        return _joined([rows, added]), of_replicate
+        return _joined(rows, np.stack([numbers, np.full_like(numbers, NONE), numbers])), of_replicate
 
     def _at_points(self, columns: Mapping[str, Column]) -> Numbers:
         """Numbers of the sections at all points where some parameters vary."""
@@ -216,24 +195,24 @@ class Expansion:
         return sealed
 
     def _healthy(self, rows: Rows, changes: Mapping[str, Any]) -> Rows:
-        numbers = self._plainly_sealed(self._changed(rows.numbers, changes))
-        return self._solved(numbers, rows.sources)
+        numbers = self._plainly_sealed(self._changed(rows[0], changes))
+        return self._solved(numbers, rows[2])
 
-    def _solved(self, numbers: Numbers, sources: Numbers | None) -> Rows:
+    def _solved(self, numbers: Numbers, sources: Numbers) -> Rows:
         """Rows with the conditions under which their leakage flows are solved."""
         place, pool = self._names.index("leakage"), self._pools["leakage"]
         needed = np.array([_needs_calibration(section) for section in pool.sections])[numbers[:, place]]
         calibrations = np.full_like(numbers, NONE)
         if needed.any():
             conditions = numbers[needed]
-            if sources is not None:
+            if self._is_solved_nominally:
                 conditions = self._with_flows_of(conditions, sources[needed])
             conditions = self._changed(conditions, self._conditions)
             for section in set(self._names) & OBSERVATION.keys():
                 plain = self._pools[section].number(OBSERVATION[section]())
                 conditions[:, self._names.index(section)] = plain
             calibrations[needed] = conditions
-        return Rows(numbers, calibrations, sources)
+        return np.stack([numbers, calibrations, sources])
 
     def _with_flows_of(self, numbers: Numbers, sources: Numbers) -> Numbers:
         """Sources with the leakage flows of runs."""
@@ -251,17 +230,12 @@ class Expansion:
 
 def _distinct(rows: Rows) -> tuple[Rows, NDArray[np.intp], NDArray[np.intp]]:
     """The distinct runs in order of appearance, where each appears first, and which of them each row is."""
-    first, inverse = distinct_rows([*rows.numbers.T, *rows.calibrations.T], len(rows.numbers))
-    return rows.at(first), first, inverse
+    first, inverse = distinct_rows([*rows[0].T, *rows[1].T], rows.shape[1])
+    return rows[:, first], first, inverse
 
 
-def _joined(parts: Sequence[Rows]) -> Rows:
-    sources = [part.sources for part in parts if part.sources is not None]
-    return Rows(
-        np.concatenate([part.numbers for part in parts]),
-        np.concatenate([part.calibrations for part in parts]),
-        np.concatenate(sources) if sources else None,
-    )
+def _joined(*parts: Rows) -> Rows:
+    return np.concatenate(parts, axis=1)
 
 
 def _mapped(pool: SectionPool, numbers: Numbers, change: Callable[[Section], Section]) -> Numbers:

@@ -338,10 +338,7 @@ class Detector(Guessable):
         return monitor(
             Watch(file),
             stream,
-            [
-                shown if hasattr(shown, "put") else Calls(shown, unit),
-                *open_sinks(stated, file, metrics, addresses),
-            ],
+            [shown, *others],
             state_file=None if state is None else StateFile(path_of(state), file, stream.name),
             log=None if log is None else WindowLog(path_of(log), unit),
             stop=stop,

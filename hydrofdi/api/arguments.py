@@ -20,8 +20,8 @@ def refusal(name: str, expected: str, found: object) -> ConfigError:
     return ConfigError(f"{name}: expected {expected}; found {brief(found)}")
 
 
-def number_of(name: str, given: Any, unit: str, expected: str) -> float:
-    """A number with a unit, or in SI.
+def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
+    """A finite number above zero, with a unit or in SI.
 
     Raises
     ------
@@ -31,20 +31,9 @@ def number_of(name: str, given: Any, unit: str, expected: str) -> float:
     if isinstance(given, bool) or not isinstance(given, str | Real):
         raise refusal(name, expected, given)
     try:
-        return parse_quantity(given, unit) if isinstance(given, str) else float(given)
+        value = parse_quantity(given, unit) if isinstance(given, str) else float(given)
     except ValueError as error:
         raise ConfigError(f"{name}: {error}") from None
-
-
-def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
-    """A finite number above zero.
-
-    Raises
-    ------
-    ConfigError
-        The value has another type or unit, or is out of range.
-    """
-    value = number_of(name, given, unit, expected)
     if not 0.0 < value < math.inf:
         raise ConfigError(f"{name}: must be above zero; found {given!r}")
     return value

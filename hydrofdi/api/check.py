@@ -59,44 +59,13 @@ MUCH_NOISE = 0.1
 _FEW = 3
 
 
-@dataclass(frozen=True)
-class ModeOfRun:
-    """One run.
-
-    Attributes
-    ----------
-    labels : dict
-        Further varied parameters → their values in SI.
-    bulk_modulus, leakage_coefficient : float
-        β [Pa] and K_i [m^3.5/kg^0.5].
-    mean_leakage_flow, leakage_flow_at_reference : float
-        Mean of abs(q_il), and q_il at 8 MPa [m³/s].
-    piston_share : float
-        Mean leakage flow over the mean of A abs(v_p) [-].
-    frequency, damping_ratio : float
-        f_h [Hz] and ζ [-].
-    level : int
-        Level whose band holds f_h; 0 above d1, one more than there are below all.
-    octaves_to_edge : float
-        Distance of f_h from the nearest edge of a band.
-    stroke_share : float
-        Largest abs(x_p) over V/A [-].
-    status, verdict : str
-    """
-
-    labels: dict[str, Any]
-    bulk_modulus: float
-    leakage_coefficient: float
-    mean_leakage_flow: float
-    leakage_flow_at_reference: float
-    piston_share: float
-    frequency: float
-    damping_ratio: float
-    level: int
-    octaves_to_edge: float
-    stroke_share: float
-    status: str
-    verdict: str
+Mode = dict[str, Any]
+"""One run: ``labels``, further varied parameters → their values in SI; ``bulk_modulus`` [Pa];
+``leakage_coefficient`` K_i [m^3.5/kg^0.5]; ``mean_leakage_flow`` of abs(q_il), and
+``leakage_flow_at_reference``, q_il at 8 MPa [m³/s]; ``piston_share``, mean leakage flow over the mean of
+A abs(v_p) [-]; ``frequency`` f_h [Hz] and ``damping_ratio`` ζ [-]; ``level`` whose band holds f_h, 0 above
+d1, one more than there are below all; ``octaves_to_edge``, distance of f_h from the nearest edge of a band;
+``stroke_share``, largest abs(x_p) over V/A [-]; ``status`` and ``verdict``."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +120,7 @@ class Check:
         Runge-Kutta step [s].
     step_limits : dict
         Part of the model → longest stable step over all runs [s].
-    modes : tuple of ModeOfRun
+    modes : tuple of dict
     bands : tuple of (float, float)
         Band of each level [Hz].
     n_sample : int
@@ -175,7 +144,7 @@ class Check:
 
     step: float
     step_limits: dict[str, float]
-    modes: tuple[ModeOfRun, ...]
+    modes: tuple[Mode, ...]
     bands: tuple[tuple[float, float], ...]
     n_sample: int
     n_period: float
@@ -332,8 +301,8 @@ def inspect_experiment(
     modes = [_mode_of_run(job, row, bands, selection.labels) for job, row in zip(jobs, rows, strict=True)]
     step, limits = max(job.parameters.record.step for job in jobs), step_limits(distinct)
     for mode in modes:
-        if math.isfinite(mode.frequency) and math.isfinite(mode.damping_ratio):
-            limit = lag_limit(2.0 * math.pi * mode.frequency, mode.damping_ratio)
+        if math.isfinite(mode["frequency"]) and math.isfinite(mode["damping_ratio"]):
+            limit = lag_limit(2.0 * math.pi * mode["frequency"], mode["damping_ratio"])
             limits["hydraulic mode"] = min(limit, limits["hydraulic mode"])
     noise = noise_of_levels(distinct("wavelet", "pressure_1_sensor", "measurement", "record"), rows)
     too_long = [
@@ -365,28 +334,28 @@ def inspect_experiment(
 
 def _mode_of_run(
     job: Job, row: Mapping[str, Any], bands: Sequence[tuple[float, float]], labels: Sequence[str]
-) -> ModeOfRun:
+) -> Mode:
     actuator = job.parameters.actuator
     stroke = actuator.chamber_volume / actuator.piston_area
     mean, frequency = float(row["mean_internal_leakage_flow"]), float(row["hydraulic_mode_frequency"])
     piston_flow = actuator.piston_area * float(np.mean(np.abs(row["piston_velocity"])))
     furthest = max(abs(float(row[f"piston_position_{end}"])) for end in ("min", "max"))
     level, octaves = place_in_bands(frequency, bands)
-    return ModeOfRun(
-        labels={name: job.parameters.shown_value(name) for name in labels},
-        bulk_modulus=job.parameters.fluid.bulk_modulus,
-        leakage_coefficient=job.leakage_coefficient,
-        mean_leakage_flow=mean,
-        leakage_flow_at_reference=float(internal_leakage_flow(REFERENCE_DROP, job.leakage_coefficient)),
-        piston_share=mean / piston_flow if piston_flow else math.nan,
-        frequency=frequency,
-        damping_ratio=float(row["hydraulic_mode_damping_ratio"]),
-        level=level,
-        octaves_to_edge=octaves,
-        stroke_share=furthest / stroke,
-        status=str(row["status"]),
-        verdict=str(row["verdict"]),
-    )
+    return {
+        "labels": {name: job.parameters.shown_value(name) for name in labels},
+        "bulk_modulus": job.parameters.fluid.bulk_modulus,
+        "leakage_coefficient": job.leakage_coefficient,
+        "mean_leakage_flow": mean,
+        "leakage_flow_at_reference": float(internal_leakage_flow(REFERENCE_DROP, job.leakage_coefficient)),
+        "piston_share": mean / piston_flow if piston_flow else math.nan,
+        "frequency": frequency,
+        "damping_ratio": float(row["hydraulic_mode_damping_ratio"]),
+        "level": level,
+        "octaves_to_edge": octaves,
+        "stroke_share": furthest / stroke,
+        "status": str(row["status"]),
+        "verdict": str(row["verdict"]),
+    }
 
 
 def noise_of_levels(
@@ -410,12 +379,12 @@ def _autocovariance(run: RunParameters) -> tuple[float, ...]:
     return variance + quantisation_noise(sensor.resolution) ** 2, *others
 
 
-def _failures(modes: Sequence[ModeOfRun]) -> Iterator[str]:
+def _failures(modes: Sequence[Mode]) -> Iterator[str]:
     failed: dict[str, list[str]] = {}
-    for mode in (mode for mode in modes if mode.status != "ok"):
-        modulus = shown_value("fluid.bulk_modulus", mode.bulk_modulus)
-        condition = f"EBM {modulus} with K_i {mode.leakage_coefficient:.3g}"
-        failed.setdefault(mode.status, []).append(condition)
+    for mode in (mode for mode in modes if mode["status"] != "ok"):
+        modulus = shown_value("fluid.bulk_modulus", mode["bulk_modulus"])
+        condition = f"EBM {modulus} with K_i {mode['leakage_coefficient']:.3g}"
+        failed.setdefault(mode["status"], []).append(condition)
     for status, conditions in failed.items():
         different = ", ".join([*dict.fromkeys(conditions)][:_FEW])
         yield f"{status}: {len(conditions)} of {counted(len(modes), 'run')}, such as at {different}"
@@ -443,12 +412,12 @@ def _noise_warnings(noise: Sequence[NoiseOfLevel]) -> Iterator[str]:
             )
 
 
-def _verdict_warnings(modes: Sequence[ModeOfRun]) -> Iterator[str]:
-    ended = [mode for mode in modes if mode.status == "ok"]
-    fullest = max((mode.stroke_share for mode in ended), default=0.0)
+def _verdict_warnings(modes: Sequence[Mode]) -> Iterator[str]:
+    ended = [mode for mode in modes if mode["status"] == "ok"]
+    fullest = max((mode["stroke_share"] for mode in ended), default=0.0)
     if fullest > FULL_STROKE:
         yield f"{fullest:.0%} of the stroke is used; a chamber all but vanishes"
-    for word, count in sorted(Counter(mode.verdict for mode in ended).items()):
+    for word, count in sorted(Counter(mode["verdict"] for mode in ended).items()):
         if word != "ok":
             yield f"{word}: {count} of {counted(len(modes), 'run')}"
 
@@ -498,9 +467,11 @@ def modes_table(found: Check) -> Table:
     """The hydraulic mode of each run, or the ranges of many runs."""
     modes, modulus = found.modes, shown_modulus()
     n_band = len(found.bands)
-    conditions = [labels_text(mode.labels) for mode in modes]
+    conditions = [labels_text(mode["labels"]) for mode in modes]
     has_conditions = len({*conditions}) > 1
-    bands = [_band_name(mode.level, n_band) if mode.status == "ok" else mode.status for mode in modes]
+    bands = [
+        _band_name(mode["level"], n_band) if mode["status"] == "ok" else mode["status"] for mode in modes
+    ]
 
     column = partial(_column, modes)
     columns = (
@@ -528,7 +499,7 @@ def modes_table(found: Check) -> Table:
 def _column(
     of: Sequence[Any], name: str, unit: str, title: str, form: str, shown: Callable[[float], float] = float
 ) -> Column:
-    values = [getattr(each, name) for each in of]
+    values = [each[name] if isinstance(each, dict) else getattr(each, name) for each in of]
     return Column(name, values, unit, title, lambda value: _text(shown(value), form))
 
 

@@ -23,7 +23,7 @@ from hydrofdi.api.evaluation_tables import (
 from hydrofdi.api.measuring import Counted, Indicators, indicators_of, with_options
 from hydrofdi.api.notebook import html_sentences, shown
 from hydrofdi.api.records.columns import Names
-from hydrofdi.api.records.sources import Said, Texts, has_held, sources_of
+from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.config.study.detection import load_scores
 from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.evaluation.populations import Kind
@@ -31,7 +31,7 @@ from hydrofdi.evaluation.rates import HealthyPair, healthy_against_healthy
 from hydrofdi.indicators.plausibility import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
 from hydrofdi.records import RecordSource
-from hydrofdi.records.measured.source import MeasuredSource
+from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
@@ -293,7 +293,8 @@ def evaluate(
     scores = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
     said = Said(sampling_frequency, channel, unit, label, group)
     sources = sources_of(data, used_channels(chosen), said)
-    if not any(getattr(source, "is_labelled", True) for source in sources) and has_held(sources):
+    is_held = any(isinstance(source, HeldSource) for source in sources)
+    if is_held and not any(getattr(source, "is_labelled", True) for source in sources):
         raise ConfigError(
             "label: state the condition of each record, such as label=['healthy', 'leaking', …]"
         )

@@ -18,7 +18,7 @@ from hydrofdi.api.plan import SweepPlan, plan_sweep
 from hydrofdi.api.results import Results, load
 from hydrofdi.api.stored import changes_since, rows_named, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
-from hydrofdi.config.request import RunRequest, parameter_names
+from hydrofdi.config.request import parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN
 from hydrofdi.config.run_table.runs import record_identity
 from hydrofdi.config.shown_values import shown_options
@@ -26,7 +26,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of, remedy
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import Guessable
-from hydrofdi.store import Columns, StoredRun, read_index
+from hydrofdi.store import StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
 from hydrofdi.store.layout.names import MESSAGE, RUN, STATUS, VERDICT, Variable, stored_variables
 from hydrofdi.store.layout.outputs import output_variables
@@ -273,10 +273,14 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
         status=status,
         message=failure.message if failure and not stored else message,
         log=failure.log if failure and not stored else "",
-        causes=_causes(spec) if stored and stored.status == "diverged" else [],
+        causes=_causes(spec) if status == "diverged" else [],
         position=position,
         request=spec.request.shown_sections(),
-        differences=_differences(baseline, spec.request),
+        differences={
+            name: (baseline.shown_value(name), spec.request.shown_value(name))
+            for name in parameter_names()
+            if baseline.value(name) != spec.request.value(name)
+        },
         analysis=_analysis(spec, plan.record_ids[position]),
         calibration=spec.calibration.shown_sections() if spec.calibration else None,
         shard=str(stored.shard) if stored else "",
@@ -306,6 +310,8 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
     >>> hydrofdi.rerun(results.folder, 0).differing
     []
     """
+    from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
+
     directory = path_of(folder)
     plan = plan_sweep(_request(directory), directory)  # needs its indicators
     position = _find(plan, run)
@@ -313,7 +319,8 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
     stored = plan.index.runs.get(run_id)
     if stored is None:
         raise StoreError(f"run {run_id} is not stored; there is nothing to compare")
-    columns = _computed(spec, run_id)
+    (coefficient,) = leakage_coefficients([spec], InProcessEngine(), {}, required="none")
+    columns = compute_columns([Job.of(spec, run_id, coefficient, record_identity(spec))])
     computed = (*stored_variables(stored.signals, phases=True), *output_variables([spec.analysis.indicators]))
     names = held_names(stored.shard)
     variables = [variable for variable in computed if variable.name in names]
@@ -377,16 +384,9 @@ def _analysis(run: RunSpec, record_id: str) -> dict[str, dict[str, Any]]:
 
 
 def _causes(run: RunSpec) -> list[str]:
-    from hydrofdi.api.step_limits import step_warnings
+    from hydrofdi.api.step_limits import step_warnings  # only a run that diverged loads the kernels
 
     return step_warnings(lambda *_: [run.request])
-
-
-def _computed(run: RunSpec, run_id: str) -> Columns:
-    from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-
-    (coefficient,) = leakage_coefficients([run], InProcessEngine(), {}, required="none")
-    return compute_columns([Job.of(run, run_id, coefficient, record_identity(run))])
 
 
 def _request(directory: Path) -> ExperimentConfig:
@@ -409,11 +409,3 @@ def _find(plan: SweepPlan, run: str | int) -> int:
     if len(rows) > 1:
         raise StoreError(f"{plan.directory}: {run} are {len(rows)} runs; name one of them")
     return rows[0]
-
-
-def _differences(baseline: RunRequest, run: RunRequest) -> dict[str, tuple[Any, Any]]:
-    return {
-        name: (baseline.shown_value(name), run.shown_value(name))
-        for name in parameter_names()
-        if baseline.value(name) != run.value(name)
-    }

@@ -10,10 +10,10 @@ from hydrofdi.api.arguments import refusal
 from hydrofdi.api.assumed_plant import plant_advice
 from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.records.columns import Names
-from hydrofdi.api.records.sources import Said, Texts, joined, sources_of
+from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.errors import Issue, ReportError
 from hydrofdi.indicators.record_measures import measure_sources
-from hydrofdi.records import Channel, RecordSource
+from hydrofdi.records import Channel
 from hydrofdi.records.overview import Finding, Overview, Range, look_at
 from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
@@ -194,22 +194,17 @@ def inspect(
     said = Said(sampling_frequency, channel, unit, label, group)
     if not isinstance(record, str | None):
         raise refusal("record", "the name of a record", record)
-    sources = [_few(source, record) for source in sources_of(data, tuple(Channel), said)]
-    overview = look_at(joined(sources), record)
+    sources: list[Any] = sources_of(data, tuple(Channel), said)
+    sources = [
+        source.few(_MOST_SIMULATED, record) if hasattr(source, "few") else source for source in sources
+    ]
+    overview = look_at(sources, record)
     if indicators is not None:
         for measured in measure_sources(sources, indicators_of(indicators))[1]:
             if measured.doubts:
                 remark = Issue("; ".join(doubt.message for doubt in measured.doubts), kind="doubtful")
                 overview.findings.setdefault(remark.kind, Finding()).add(measured.record_id, remark)
     return Inspection(overview, plant_advice(sources, overview.channels))
-
-
-def _few(source: RecordSource, record: str | None) -> RecordSource:
-    """Some records of an experiment that is simulated now; all records of other sources."""
-    if not hasattr(source, "few"):
-        return source
-    few: RecordSource = source.few(_MOST_SIMULATED, record)
-    return few
 
 
 def _range_record(found: Range) -> dict[str, Any]:

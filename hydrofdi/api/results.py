@@ -118,7 +118,7 @@ class Results(Guessable):
     @cached_property
     def table(self) -> Table:
         """The numbers that ``hydrofdi report --format csv`` prints; units stand in the names."""
-        return Table.of(self._report.columns())
+        return Table.of(self.composed.columns())
 
     def to_pandas(self) -> pandas.DataFrame:
         """The `table` as a data frame.
@@ -141,7 +141,7 @@ class Results(Guessable):
         from hydrofdi.report.forms.page import render_markdown
 
         with shown_in(self.data.experiment.units):
-            return Markdown(render_markdown(self._report.document()))
+            return Markdown(render_markdown(self.composed.document()))
 
     def plot(self, figure: str | None = None) -> Figure:
         """A figure of the report by its name; the usual one where it is left out.
@@ -153,12 +153,13 @@ class Results(Guessable):
         """
         from hydrofdi.report.figures import draw_figure
 
-        name = self._report.usual_figure if figure is None else str(figure)
+        name = self.composed.usual_figure if figure is None else str(figure)
         with shown_in(self.data.experiment.units):
-            return shown(draw_figure(self._report, name))
+            return shown(draw_figure(self.composed, name))
 
     @cached_property
-    def _report(self) -> ComposedReport:
+    def composed(self) -> ComposedReport:
+        """The report before it is written in any form."""
         from hydrofdi.papers import make_report
 
         return make_report(self.data)

@@ -62,15 +62,14 @@ def report(
     A sweep: what was varied, against which baseline, and how each feature responds. A study of detection:
     which leak is found, with which sensors and which score. The study of a paper: its tables and claims.
     """
-    from hydrofdi.api.stored import read_results
+    from hydrofdi.api.results import load
     from hydrofdi.config.shown_values import shown_in
-    from hydrofdi.papers import make_report
 
     html = html or form == "html"
     directory, page = _places(places or [], html)
-    data = read_results(directory)
-    with shown_in(data.experiment.units):
-        made = make_report(data)
+    results = load(directory)
+    with shown_in(results.data.experiment.units):
+        made = results.composed
         if figure is not None:
             from hydrofdi.report.figures import write_figure
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 
@@ -151,12 +153,12 @@ class Overview:
             finding.add(rejected.record_id, rejected.remark)
 
 
-def look_at(source: RecordSource, record_id: str | None = None) -> Overview:
-    """The overview of a source, which is read once.
+def look_at(sources: Sequence[RecordSource], record_id: str | None = None) -> Overview:
+    """The overview of some sources, which are read once.
 
     Parameters
     ----------
-    source : RecordSource
+    sources : sequence of RecordSource
     record_id : str, optional
         The record that is kept as the example; the beginning of its name is enough.
 
@@ -167,15 +169,18 @@ def look_at(source: RecordSource, record_id: str | None = None) -> Overview:
     StoreError
         A stored file cannot be read.
     """
-    overview = Overview(source.name)
-    for batch in source.batches(labels=True):
+    overview = Overview(", ".join(source.name for source in sources))
+    for batch in chain.from_iterable(source.batches(labels=True) for source in sources):
         overview.add(batch)
-        _refuse_rejected(source, batch, record_id)
+        for rejected in batch.rejected:
+            if record_id is not None and rejected.record_id == record_id:
+                text = f"record {record_id} is rejected: {rejected.remark.message}"
+                raise DataError(f"{overview.name}: {text}")
         if batch.n_record and (record_id in batch.record_ids or overview.example is None):
             row = _row(batch, record_id)
             overview.example = overview.example if row is None else batch.rows([row])
     if record_id is not None and overview.example is None:
-        raise DataError(f"{source.name}: has no record {record_id!r}; 'hydrofdi measure' lists them")
+        raise DataError(f"{overview.name}: has no record {record_id!r}; 'hydrofdi measure' lists them")
     return overview
 
 
@@ -185,9 +190,3 @@ def _row(batch: RecordBatch, record_id: str | None) -> int | None:
         return batch.record_ids.index(record_id)
     names = enumerate(batch.record_ids)
     return next((row for row, name in names if name.startswith(record_id or "")), None)
-
-
-def _refuse_rejected(source: RecordSource, batch: RecordBatch, record_id: str | None) -> None:
-    for rejected in batch.rejected:
-        if record_id is not None and rejected.record_id == record_id:
-            raise DataError(f"{source.name}: record {record_id} is rejected: {rejected.remark.message}")

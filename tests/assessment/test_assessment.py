@@ -55,7 +55,10 @@ def test_every_distinct_run_is_inspected_once(tmp_path: Path) -> None:
     file = tmp_path / "sweep.yaml"
     file.write_text(SWEEP)
     inspection = inspect_experiment(select_runs(load_experiment(file)))
-    seen = {(m.bulk_modulus, m.leakage_coefficient, m.labels["friction.viscous"]) for m in inspection.modes}
+    seen = {
+        (mode["bulk_modulus"], mode["leakage_coefficient"], mode["labels"]["friction.viscous"])
+        for mode in inspection.modes
+    }
     assert (
         len(seen) == len(inspection.modes) == 12
     )  # two leakages and the sealed baseline, two EBM, two frictions

@@ -48,4 +48,4 @@ def test_no_content_is_a_fault(folder: Path, content: bytes, suffix: str, freque
     with contextlib.suppress(HydrofdiError):
         source = open_source(path, sampling_frequency=frequency)
         if not isinstance(source, SimulatedRecords):
-            look_at(source)
+            look_at([source])

@@ -17,7 +17,7 @@ from hydrofdi.api.detectors.promise import alarms_per_hour, sentences
 from hydrofdi.api.detectors.windows import Tally, channels_read, judged_windows, watched
 from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.records.columns import Names
-from hydrofdi.api.records.sources import Said, frequency_of, sources_of
+from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor.watch import Watch
@@ -325,7 +325,7 @@ class Detector(Guessable):
             stated,
             file,
             self.path or Path("detector.json"),
-            sampling_frequency=frequency_of(sampling_frequency),
+            sampling_frequency=Said(sampling_frequency).frequency,
             is_followed=follow,
             is_resumed=state is not None,
         )

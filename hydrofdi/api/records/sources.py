@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy as np
 from hydrofdi.api.arguments import path_of, positive_of, refusal
 from hydrofdi.api.records.columns import Names, held, known_text, records_of
 from hydrofdi.errors import ConfigError, DataError, StoreError
-from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.measured.source import HeldSource
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
@@ -50,7 +50,9 @@ class Said:
     @property
     def frequency(self) -> float | None:
         """The sampling frequency [Hz]."""
-        return frequency_of(self.sampling_frequency)
+        given = self.sampling_frequency
+        expected = "a number in Hz, or a text such as '1 kHz'"
+        return None if given is None else positive_of("sampling_frequency", given, "Hz", expected)
 
 
 def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[RecordSource]:
@@ -71,55 +73,13 @@ def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[Rec
     """
     parts = _parts(data)
     if all(isinstance(each, str | PathLike) for each in parts):
-        _refuse_names(said)
+        for name in ("channel", "unit", "label", "group"):
+            if getattr(said, name) is not None:
+                raise ConfigError(f"{name}: is for arrays; describe files in a YAML file (docs/measured.md)")
     numbers = range(1, len(parts) + 1) if len(parts) > 1 else [None]
     found = [_source(each, number, channels, said) for each, number in zip(parts, numbers, strict=True)]
     named = iter(_named([source for source in found if isinstance(source, HeldSource)], said))
     return [next(named) if isinstance(source, HeldSource) else source for source in found]
-
-
-def has_held(sources: Sequence[RecordSource]) -> bool:
-    """Whether some records are in memory."""
-    return any(isinstance(source, HeldSource) for source in sources)
-
-
-def _refuse_names(said: Said) -> None:
-    for name in ("channel", "unit", "label", "group"):
-        if getattr(said, name) is not None:
-            raise ConfigError(f"{name}: is for arrays; describe files in a YAML file (docs/measured.md)")
-
-
-def joined(sources: Sequence[RecordSource]) -> RecordSource:
-    """Several sources as one."""
-    return sources[0] if len(sources) == 1 else _Joined(sources)
-
-
-@dataclass(frozen=True)
-class _Joined:
-    sources: Sequence[RecordSource]
-
-    @property
-    def name(self) -> str:
-        """All of them."""
-        return ", ".join(source.name for source in self.sources)
-
-    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """Their batches."""
-        for source in self.sources:
-            yield from source.batches(labels=labels)
-
-
-def frequency_of(given: str | float | None) -> float | None:
-    """A sampling frequency [Hz].
-
-    Raises
-    ------
-    ConfigError
-        The value is not a frequency above zero.
-    """
-    if given is None:
-        return None
-    return positive_of("sampling_frequency", given, "Hz", "a number in Hz, or a text such as '1 kHz'")
 
 
 def _parts(data: Any) -> list[Any]:

@@ -48,8 +48,7 @@ from hydrofdi.studies.rules import Rules
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-    from hydrofdi.report.figures import Figure
+    from matplotlib.figure import Figure
 
 
 @dataclass

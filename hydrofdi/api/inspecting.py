@@ -65,7 +65,7 @@ class Inspection(Guessable):
             No record can be drawn.
         """
         from hydrofdi.api.notebook import shown
-        from hydrofdi.report.figures.record import draw_record
+        from hydrofdi.report.figures.signals import draw_record
 
         if self.overview.example is None:
             raise ReportError(f"{self.overview.name}: has no record that can be drawn")

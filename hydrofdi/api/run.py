@@ -283,7 +283,7 @@ class Run(Guessable):
 
     def plot(self) -> Figure:
         """The signals over time; `Figure.savefig` writes them."""
-        from hydrofdi.report.figures import draw_signals
+        from hydrofdi.report.figures.signals import draw_signals
 
         return shown(draw_signals(self.columns, self.experiment.wavelet, self.title))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from hydrofdi.papers.maddahi2015 import asked_views
-from hydrofdi.report.analysis import analyze
+from hydrofdi.papers.maddahi2015.views import asked_views
+from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.composition import Report
 from hydrofdi.report.document import ComposedReport
 from hydrofdi.store import Columns, ExperimentData
@@ -25,9 +25,11 @@ def make_report(data: ExperimentData) -> ComposedReport:
         return report_study(data, partial(nominal_signals, data))
     if experiment.paper:
         from hydrofdi.papers.maddahi2015.report import StudyReport
+        from hydrofdi.papers.maddahi2015.study import Study
 
-        return StudyReport.of(data)
-    analysis = analyze(data)
+        study = Study(data)
+        return StudyReport(study, tuple(asked_views(study)))
+    analysis = Analysis(data)
     return Report(analysis, tuple(asked_views(analysis)))
 
 

@@ -17,12 +17,19 @@ from hydrofdi.store.layout import names
 
 @dataclass(frozen=True)
 class Analysis:
-    """An experiment with its table."""
+    """An experiment and what it is read with."""
 
     data: ExperimentData
-    table: RunTable
-    indicators: tuple[MeasuredIndicator, ...]
-    """Indicators beside the details of P_1, if the experiment measures any."""
+
+    @cached_property
+    def table(self) -> RunTable:
+        """Its runs."""
+        return run_table(self.data)
+
+    @cached_property
+    def indicators(self) -> tuple[MeasuredIndicator, ...]:
+        """Indicators beside the details of P_1, if the experiment measures any."""
+        return measured_indicators(self.data)
 
     @cached_property
     def responses(self) -> ResponseStudy:
@@ -76,8 +83,3 @@ class Analysis:
         alone = "it is a single run; 'hydrofdi sweep' adds the healthy ones"
         reason = alone if self.data.n_run == 1 else "the baseline itself leaks"
         return f"There is no healthy run to compare with ({reason}): δ is not known."
-
-
-def analyze(data: ExperimentData) -> Analysis:
-    """Compute the table of an experiment, and what it is read with."""
-    return Analysis(data, run_table(data), measured_indicators(data))

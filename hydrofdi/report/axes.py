@@ -30,20 +30,11 @@ MOST_VALUES = 12
 _FIFTHS = 5
 
 
-@dataclass(frozen=True)
-class Fifth:
-    """A fifth of some values: its ends, and which values belong to it, shape (n,)."""
-
-    low: float
-    high: float
-    members: NDArray[np.bool_]
-
-
-def fifths(values: NDArray[np.float64]) -> list[Fifth]:
-    """Values by size, in fifths of equal number."""
+def fifths(values: NDArray[np.float64]) -> list[tuple[float, float, NDArray[np.bool_]]]:
+    """Values by size, in fifths of equal number: the ends of each, and which values belong to it."""
     edges = np.quantile(values, np.linspace(0.0, 1.0, _FIFTHS + 1))
     place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _FIFTHS - 1)
-    return [Fifth(float(edges[k]), float(edges[k + 1]), place == k) for k in range(_FIFTHS)]
+    return [(float(edges[k]), float(edges[k + 1]), place == k) for k in range(_FIFTHS)]
 
 
 @dataclass(frozen=True)
@@ -89,9 +80,9 @@ class Axis:
     text: Callable[[Any], str]
 
     @property
-    def is_in_fifths(self) -> bool:
-        """Whether the groups are ranges of values."""
-        return self.groups[0].value is None and self.numbers is not None
+    def drawn(self) -> NDArray[np.float64] | None:
+        """The numbers if the groups are ranges of them."""
+        return self.numbers if self.groups[0].value is None else None
 
     @property
     def is_leakage(self) -> bool:
@@ -127,20 +118,13 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
     values = data.leakage_requests.tolist() if is_leakage else data.values(name)
     if name == _MODULUS:
         return _made(name, f"EBM [{shown_modulus().unit}]", values, kept, shown_modulus().text)
-    if name == _FLOW:
-        return _made(name, "Leakage [L/min]", values, kept, _flow)
     if is_leakage:
-        return _made(name, "Leakage coefficient K_i [m^3.5/kg^0.5]", values, kept, _coefficient)
+        is_flow = name == _FLOW
+        header = "Leakage [L/min]" if is_flow else "Leakage coefficient K_i [m^3.5/kg^0.5]"
+        number = litres_per_minute if is_flow else plain
+        return _made(name, header, values, kept, lambda value: number(value) if value else "sealed")
     shown = shown_parameter(name, values)
     return _made(name, shown.header, values, kept, shown.text)
-
-
-def _flow(flow: float) -> str:
-    return litres_per_minute(flow) if flow else "sealed"
-
-
-def _coefficient(coefficient: float) -> str:
-    return plain(coefficient) if coefficient else "sealed"
 
 
 def _made(
@@ -151,7 +135,12 @@ def _made(
         numbers = np.array([v if isinstance(v, int | float) else np.nan for v in values], dtype=float)
         numbers[~kept] = np.nan
         if len(found) > MOST_VALUES:
-            return Axis(name, header, _fifths(numbers, kept, text), numbers, text)
+            ranges = []
+            for low, high, members in fifths(numbers[kept]):
+                rows = kept.copy()
+                rows[kept] = members
+                ranges.append(Group(None, f"{text(low)} … {text(high)}", rows))
+            return Axis(name, header, tuple(each for each in ranges if each.rows.any()), numbers, text)
         groups = (Group(value, text(value), numbers == value) for value in sorted(found))
         return Axis(name, header, tuple(groups), numbers, text)
     words = (
@@ -159,14 +148,3 @@ def _made(
         for value in found
     )
     return Axis(name, header, tuple(words), None, text)
-
-
-def _fifths(
-    values: NDArray[np.float64], kept: NDArray[np.bool_], text: Callable[[Any], str]
-) -> tuple[Group, ...]:
-    groups = []
-    for part in fifths(values[kept]):
-        rows = kept.copy()
-        rows[kept] = part.members
-        groups.append(Group(None, f"{text(part.low)} … {text(part.high)}", rows))
-    return tuple(group for group in groups if group.rows.any())

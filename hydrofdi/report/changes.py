@@ -42,7 +42,7 @@ MOST_DRAWN = 60
 def varied_block(analysis: Analysis) -> Block:
     """Parameters with their values, or quantiles of them; runs; and the baseline in words."""
     axes = [found.axis for found in analysis.responses.axes]
-    tables = (_values_table([each for each in axes if not each.is_in_fifths]), *_quantiles_table(axes))
+    tables = (_values_table([each for each in axes if each.drawn is None]), *_quantiles_table(axes))
     return Block("varied", "What was varied", tuple(_baseline(analysis)), tables)
 
 
@@ -88,8 +88,7 @@ def _values_table(axes: list[Axis]) -> Table:
 
 
 def _quantiles_table(axes: list[Axis]) -> Iterator[Table]:
-    drawn = [(axis, axis.numbers[np.isfinite(axis.numbers)])
-             for axis in axes if axis.is_in_fifths and axis.numbers is not None]  # fmt: skip
+    drawn = [(axis, axis.drawn[np.isfinite(axis.drawn)]) for axis in axes if axis.drawn is not None]
     if drawn:
         texts = [[axis.text(value) for value in np.quantile(known, QUANTILES)] for axis, known in drawn]
         yield Table(

@@ -70,9 +70,35 @@ class Report:
         is_clear = n_axis <= FEW_AXES or is_many or not self.analysis.baselines
         return "responses" if n_axis and is_clear else "sensitivity"
 
+    @property
+    def lead(self) -> str:
+        """What the report is about."""
+        return _LEAD if self.analysis.has_details else _LEAD_WITHOUT_DETAILS
+
     def document(self) -> Document:
-        """The sections of the report."""
-        return compose_general(self.analysis, [block for block, _ in self.views])
+        """The sections of the report; of an experiment without results what is missing, and the remedy."""
+        analysis, data = self.analysis, self.analysis.data
+        if analysis.has_results:
+            return document_of(self.name, self.lead, self.blocks(), data)
+        missing = answers(holes_block(analysis), varied_block(analysis))
+        return document_of(self.name, self.lead, (remarks_block(data), *missing, provenance_block(data)))
+
+    def blocks(self) -> Iterable[Block | None]:
+        """The sections where runs have results."""
+        analysis = self.analysis
+        title = "Change of the details over the varied parameters"
+        changes = (changes_block(analysis, title, "changes"),) if analysis.has_details else ()
+        return (
+            remarks_block(analysis.data),
+            varied_block(analysis),
+            *answers(holes_block(analysis), doubts_block(analysis)),
+            *(block for block, _ in self.views),
+            responses_block(analysis.responses),
+            *(changes if analysis.responses.axes else answers(*changes)),
+            indicators_block(analysis.indicators, analysis.table),
+            summary_block(analysis),
+            provenance_block(analysis.data),
+        )
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -92,37 +118,6 @@ class Report:
     def checks(self) -> dict[str, bool | None]:
         """Sentence on each check that the experiment file asks for → whether it holds; None: not decided."""
         return {}
-
-
-def compose_general(analysis: Analysis, views: Iterable[Block]) -> Document:
-    """The sections of the general report."""
-    lead = _LEAD if analysis.has_details else _LEAD_WITHOUT_DETAILS
-    if not analysis.has_results:
-        return compose_empty(analysis, lead)
-    title = "Change of the details over the varied parameters"
-    changes = (changes_block(analysis, title, "changes"),) if analysis.has_details else ()
-    blocks = (
-        remarks_block(analysis.data),
-        varied_block(analysis),
-        *answers(holes_block(analysis), doubts_block(analysis)),
-        *views,
-        responses_block(analysis.responses),
-        *(changes if analysis.responses.axes else answers(*changes)),
-        indicators_block(analysis.indicators, analysis.table),
-        summary_block(analysis),
-        provenance_block(analysis.data),
-    )
-    return document_of(analysis.data.experiment.name, lead, blocks, analysis.data)
-
-
-def compose_empty(analysis: Analysis, lead: str) -> Document:
-    """The sections of an experiment of which no run has results: what is missing, and the remedy."""
-    blocks = (
-        remarks_block(analysis.data),
-        *answers(holes_block(analysis), varied_block(analysis)),
-        provenance_block(analysis.data),
-    )
-    return document_of(analysis.data.experiment.name, lead, blocks)
 
 
 def answers(*blocks: Block | None) -> tuple[Block | None, ...]:

@@ -10,7 +10,7 @@ from hydrofdi.evaluation.rates import Rate
 from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import Column, Table
-from hydrofdi.report.wording import joined
+from hydrofdi.report.wording import hole_or, joined
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.truth import EstimateJudgement, Estimates
 from hydrofdi.units import convert
@@ -36,7 +36,11 @@ def estimates_block(estimates: Estimates) -> Block | None:
         Column("Estimate", [_NAMES[each.quantity] for each in rows], is_text=True),
         Column("Population", [each.population for each in rows], is_text=True),
         *(
-            Column(title, [_shown(each.quantity, getattr(each, name)) for each in rows], text=_two_digits)
+            Column(
+                title,
+                [_shown(each.quantity, getattr(each, name)) for each in rows],
+                text=lambda value: hole_or(value, two_digits(value)),
+            )
             for title, name in numbers.items()
         ),
         Column("Covered [%]", [each.covered if each.n else None for each in rows], text=_share_text),
@@ -49,10 +53,6 @@ def estimates_block(estimates: Estimates) -> Block | None:
     breaks = group_breaks([(each.indicator, each.quantity) for each in rows])
     table = Table(columns, "Estimates against the truth", "estimates", (note,), breaks)
     return Block("estimates", "Estimates", (_ORDER,), (table,))
-
-
-def _two_digits(value: float) -> str:
-    return HOLE if math.isnan(value) else two_digits(value)
 
 
 def _share_text(rate: Rate | None) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -15,10 +14,6 @@ from hydrofdi.config.shown_values import shown_value
 from hydrofdi.report.document import Block
 from hydrofdi.report.table import Table
 from hydrofdi.store import ExperimentData
-
-Settings = dict[tuple[str, str], Any]
-"""Section and field → what the field contains."""
-
 
 _MACHINE = {
     "actuator.piston_area": "Piston area",
@@ -61,21 +56,18 @@ def provenance_block(data: ExperimentData) -> Block:
     )
 
 
-def _settings(data: ExperimentData) -> tuple[Settings, Settings]:
+def _settings(data: ExperimentData) -> tuple[dict[str, Any], dict[str, Any]]:
     """The settings that differ from their defaults, and the others; without what is empty.
 
     The configuration is as it is written in the file: parameters of later versions are not in it. Its values
     have the units that it states, which are left out.
     """
-    configuration = without_contents(data.configuration or _plain(data.experiment))
-    usual = dict(_flat(_plain(ExperimentConfig(name=data.experiment.name))))
-    stated: Settings = {}
-    others: Settings = {}
-    for key, content in _flat(configuration):
-        if content not in (None, "", [], {}) and key[0] != "units":
-            is_usual = key in usual and usual[key] == content and key != ("name", "")
-            (others if is_usual else stated)[key] = content
-    return stated, others
+    usual = _flat(_plain(ExperimentConfig(name=data.experiment.name))) | {"name": None}
+    found: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
+    for key, content in _flat(without_contents(data.configuration or _plain(data.experiment))).items():
+        if content not in (None, "", [], {}):
+            found[key in usual and usual[key] == content][key] = content
+    return found
 
 
 def _plain(experiment: ExperimentConfig) -> dict[str, Any]:
@@ -83,21 +75,23 @@ def _plain(experiment: ExperimentConfig) -> dict[str, Any]:
     return plain
 
 
-def _flat(configuration: dict[str, Any]) -> Iterator[tuple[tuple[str, str], Any]]:
-    """Section and field, and what the field contains."""
+def _flat(configuration: dict[str, Any]) -> dict[str, Any]:
+    """Section and field → what the field contains."""
+    flat = {}
     for section, value in configuration.items():
         if section == "indicators" and isinstance(value, dict):
             value = {label: options or "default options" for label, options in value.items()}
-        for name, content in (value if isinstance(value, dict) else {"": value}).items():
-            yield (section, name), content
+        if not isinstance(value, dict):
+            flat[section] = value
+        elif section != "units":
+            for name, content in value.items():
+                flat[f"{section}: {name}" if "." in name else f"{section}.{name}"] = content
+    return flat
 
 
-def _settings_table(key: str, title: str, settings: Settings) -> Table:
-    texts = [
-        _text(name if "." in name else f"{section}.{name}", content)
-        for (section, name), content in settings.items()
-    ]
-    return Table.of({"Key": [_key(*each) for each in settings], "Value": texts}, title=title, key=key)
+def _settings_table(key: str, title: str, settings: dict[str, Any]) -> Table:
+    texts = [_text(name.rpartition(": ")[2], content) for name, content in settings.items()]
+    return Table.of({"Key": [*settings], "Value": texts}, title=title, key=key)
 
 
 def _text(name: str, content: Any) -> str:
@@ -111,9 +105,3 @@ def _text(name: str, content: Any) -> str:
     if isinstance(content, list):
         return ", ".join(_text(name, value) for value in content)
     return content if isinstance(content, str) else json.dumps(content)
-
-
-def _key(section: str, name: str) -> str:
-    if not name:
-        return section
-    return f"{section}: {name}" if "." in name else f"{section}.{name}"

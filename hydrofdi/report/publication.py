@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from hydrofdi.errors import ReportError
 from hydrofdi.report.document import ComposedReport, Document
-from hydrofdi.report.figures import KINDS, Figure, draw_all
+from hydrofdi.report.figures import KINDS, draw_all
 from hydrofdi.report.figures.style import INK, PAPER, RULE, figure_bytes
 from hydrofdi.report.forms.page import inline_svg, missing_figure, render_markdown, render_page
 from hydrofdi.report.record import render_json
@@ -80,7 +81,7 @@ def _own(document: Document) -> dict[str, re.Pattern[bytes]]:
     }
 
 
-def _svg_texts(drawn: Mapping[str, Figure]) -> dict[str, str]:
+def _svg_texts(drawn: Mapping[str, Any]) -> dict[str, str]:
     return {name: figure_bytes(figure, "svg").decode() for name, figure in drawn.items()}
 
 

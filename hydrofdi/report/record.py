@@ -12,7 +12,7 @@ import numpy as np
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.document import ComposedReport
-from hydrofdi.report.forms.numbers import plain
+from hydrofdi.report.forms.numbers import plain, row_records
 from hydrofdi.report.indicators import indicator_record, output_columns
 from hydrofdi.report.runs import Array, RunTable, best_levels, level_names
 from hydrofdi.store.layout import names
@@ -86,15 +86,13 @@ def _row_records(analysis: Analysis) -> list[dict[str, Any]]:
         "verdict": table.verdicts,
     }
     measured = {
-        output.variable: plain(output.values[table.positions])
+        output.variable: output.values[table.positions]
         for study in analysis.indicators
         for output in study.outputs
     }
     if measured:
-        columns["indicators"] = [
-            dict(zip(measured, each, strict=True)) for each in zip(*measured.values(), strict=True)
-        ]
-    return [dict(zip(columns, row, strict=True)) for row in zip(*map(plain, columns.values()), strict=True)]
+        columns["indicators"] = row_records(measured)
+    return row_records(columns)
 
 
 def tidy_columns(analysis: Analysis) -> dict[str, list[Any]]:

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 MANY_RUNS = 40
 """Groups of at least this many runs show the range from 5 to 95 %, others the smallest and the largest."""
 
+RANGES = f"minimum and maximum, of {MANY_RUNS} runs or more 5 to 95 %"
+
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles that are shown in place of the numbers of many runs."""
 
@@ -99,11 +101,6 @@ class AxisResponses:
     against: str
     responses: tuple[Response, ...]
 
-    @property
-    def has_quantiles(self) -> bool:
-        """Whether all ranges are those from 5 to 95 %."""
-        return all(int(group.rows.sum()) >= MANY_RUNS for group in self.axis.groups)
-
 
 @dataclass(frozen=True)
 class ResponseStudy:
@@ -153,12 +150,18 @@ def _indicator_features(indicators: tuple[MeasuredIndicator, ...]) -> Iterator[F
 
 
 def _over(axis: Axis, against: str, features: tuple[Feature, ...]) -> AxisResponses:
-    def rank(feature: Feature) -> RankCorrelation | None:
-        is_ranked = axis.is_in_fifths and axis.numbers is not None
-        return rank_correlation(axis.numbers, feature.values) if is_ranked else None  # type: ignore[arg-type]
-
-    spreads = {id(f): tuple(spread(f.values[group.rows]) for group in axis.groups) for f in features}
-    return AxisResponses(axis, against, tuple(Response(f, spreads[id(f)], rank(f)) for f in features))
+    return AxisResponses(
+        axis,
+        against,
+        tuple(
+            Response(
+                feature,
+                tuple(spread(feature.values[group.rows]) for group in axis.groups),
+                None if axis.drawn is None else rank_correlation(axis.drawn, feature.values),
+            )
+            for feature in features
+        ),
+    )
 
 
 def spread(values: Array) -> Spread:
@@ -229,8 +232,7 @@ def _axis_table(found: AxisResponses) -> Table:
         texts = (_spread_text(o, f.is_change, known) for o, f in zip(over, features, strict=True))
         columns.append(Column(group.text, [runs, *texts]))
     several = any(group.rows.sum() > 1 for group in axis.groups)
-    brackets = "5 to 95 % of the runs" if found.has_quantiles else "minimum and maximum"
-    notes = (f"Brackets: {brackets}.",) if several else ()
+    notes = (f"Brackets: {RANGES}.",) if several else ()
     return Table(tuple(columns), f"Over {axis.header}{against}", f"responses-{axis.name}", notes)
 
 
@@ -298,9 +300,9 @@ def _varied(axis: Axis) -> dict[str, Any]:
         "name": axis.name,
         "unit": parameter_unit(axis.name) if axis.name in parameter_names() else None,
     }
-    if not axis.is_in_fifths or axis.numbers is None:
+    if axis.drawn is None:
         return {**named, "values": [group.value for group in axis.groups], "n": counts}
-    known = axis.numbers[np.isfinite(axis.numbers)]
+    known = axis.drawn[np.isfinite(axis.drawn)]
     quantiles = dict(zip(map(str, QUANTILES), np.quantile(known, QUANTILES).tolist(), strict=True))
     return {**named, "quantiles": quantiles, "n": sum(counts)}
 
@@ -329,7 +331,7 @@ def _response(found: AxisResponses, response: Response) -> dict[str, Any]:
 
 def _ends(axis: Axis, group: Group) -> dict[str, Any]:
     """The value of a group, or the smallest and the largest value of a fifth."""
-    if not axis.is_in_fifths or axis.numbers is None:
+    if axis.drawn is None:
         return {"value": group.value}
-    values = axis.numbers[group.rows]
+    values = axis.drawn[group.rows]
     return {"from": float(np.nanmin(values)), "to": float(np.nanmax(values))}

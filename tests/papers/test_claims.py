@@ -9,19 +9,19 @@ from hypothesis.extra.numpy import arrays
 from hydrofdi.config.experiment import ClaimId
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, claim_margins
 from hydrofdi.papers.maddahi2015.grid import ModeGrid
-from hydrofdi.papers.maddahi2015.study import study_experiment
+from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.store.layout import names
 
 LEAKAGES, BULK_MODULI = 3, 3
 
 
 def claims(data):
-    return {result.claim.id: result for result in study_experiment(data).claims}
+    return {result.claim.id: result for result in Study(data).claims}
 
 
 def cell(data, leakage, bulk_modulus):
     """Row of a mode; leakage 0 is sealed."""
-    return int(study_experiment(data).grid.positions[0, leakage, bulk_modulus])
+    return int(Study(data).grid.positions[0, leakage, bulk_modulus])
 
 
 def test_the_configuration_knows_just_the_claims_of_the_report():
@@ -46,7 +46,7 @@ def test_breaking_one_cell_turns_the_verdict(paper, break_cell, claim, leakage, 
     position = cell(paper, leakage, bulk_modulus)
     assert claims(paper)[claim].reproduced is True
     rms = paper.columns[names.DETAIL_RMS][position, level]
-    study = study_experiment(break_cell(paper, position, level, factor * rms))
+    study = Study(break_cell(paper, position, level, factor * rms))
     (broken,) = [result for result in study.claims if result.claim.id == claim]
     assert broken.reproduced is False
     assert broken.margin < 0.0

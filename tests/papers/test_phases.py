@@ -11,7 +11,7 @@ import pytest
 
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.report import StudyReport
-from hydrofdi.papers.maddahi2015.study import study_experiment
+from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
@@ -84,7 +84,7 @@ def test_a_phase_that_breaks_a_claim_is_counted(made_up):
     phases = np.repeat(rms[:, None], 32, axis=1)
     phases[2, 7, 1] *= 2.0  # d2 of the small leak at the normal EBM, at phase 7 alone
     data = replace(made_up, columns=made_up.columns | {names.PHASE_DETAIL_RMS: phases})
-    study = study_experiment(data)
+    study = Study(data)
     configured, settled = (each.claim("C1", study.looked_at) for each in study.standings)
     assert (configured.held, configured.of) == (31, 32)
     assert configured.values[7] < 0.0
@@ -94,9 +94,9 @@ def test_a_phase_that_breaks_a_claim_is_counted(made_up):
 def test_records_that_have_not_settled_have_no_settled_claims(made_up):
     nothing = np.full_like(made_up.columns[names.DETAIL_RMS], np.nan)
     data = replace(made_up, columns=made_up.columns | {names.SETTLED_DETAIL_RMS: nothing})
-    (configured,) = study_experiment(data).standings
+    (configured,) = Study(data).standings
     assert configured.title == "as configured"
-    assert not study_experiment(data).table.has_settled
+    assert not Study(data).table.has_settled
 
 
 def test_the_figure_shows_the_range_of_every_claim_over_the_phases(paper_analysis, made_up):
@@ -110,4 +110,4 @@ def test_the_figure_shows_the_range_of_every_claim_over_the_phases(paper_analysi
     outcomes = [*paper_analysis.claim_outcomes, *paper_analysis.alarm_outcomes]
     assert ends == {(min(each.values), max(each.values)) for each in outcomes}
     with pytest.raises(ReportError, match="only one start phase"):
-        draw_figure(StudyReport(study_experiment(made_up)), "phases")
+        draw_figure(StudyReport(Study(made_up)), "phases")

@@ -90,13 +90,6 @@ def test_check_asks_that_a_claim_holds_in_every_feasible_reading(ensemble, study
     assert result.returncode == (0 if study["reproducing"]["C2"] == study["feasible"] else 1)
 
 
-def test_text_and_figure_of_the_study(ensemble, folder):
-    text = ensemble("report", "results/scenarios").stdout
-    assert "4 of 8 different scenarios are feasible" in text
-    assert ensemble("report", "results/scenarios", "--figure", "scenarios.svg").returncode == 0
-    assert (folder / "scenarios.svg").read_text().startswith("<?xml")
-
-
 def test_scenarios_that_differ_in_the_leak_alone_share_their_sealed_controls(ensemble, folder):
     text = ENSEMBLE.split("ensemble:")[0] + "ensemble: {grid: {leakage.law: [orifice, laminar]}}\nsweep:"
     (folder / "laws.yaml").write_text(

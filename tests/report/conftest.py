@@ -10,7 +10,7 @@ import pytest
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.papers.maddahi2015.study import study_experiment
+from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
@@ -93,7 +93,7 @@ def paper(table3) -> ExperimentData:
 
 @pytest.fixture(scope="session")
 def paper_analysis(paper):
-    return study_experiment(paper)
+    return Study(paper)
 
 
 def with_rms(data: ExperimentData, position: int, level: int, rms: float) -> ExperimentData:

@@ -6,7 +6,6 @@ import json
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
-from hydrofdi.quality.doubts import DOUBTS
 from tests.commands import run_hydrofdi
 from tests.conftest import SMALL, sweep_in
 
@@ -29,14 +28,6 @@ def test_each_verdict_is_reported_with_its_count_and_the_largest_number_behind_i
     assert [line.split(",")[0] for line in lines] == ["cavitating (C)", "above_supply (A)", "unsettled (U)"]
     assert "15 %" in lines[1]
     assert "0.12 L/min at 689 MPa" in lines[1]
-
-
-def test_each_verdict_that_occurs_has_its_remedy_and_no_other_has(made_up):
-    said = " ".join(blocks(made_up)["doubts"].paragraphs)
-    for word in ("cavitating", "above_supply", "unsettled"):
-        assert f"Remedy: {DOUBTS[word].remedy}." in said
-    for word in ("clipped", "still"):
-        assert DOUBTS[word].remedy not in said
 
 
 def test_a_row_has_the_marks_of_its_verdict_and_a_failed_one_none(made_up):

@@ -11,8 +11,8 @@ import pytest
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
-from hydrofdi.papers.maddahi2015.study import study_experiment
-from hydrofdi.report.analysis import analyze
+from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.report.analysis import Analysis
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
@@ -63,7 +63,7 @@ def test_the_mean_external_flow_is_that_of_the_chamber_pressure(data, leaking):
 
 
 def test_a_leak_out_of_chamber_1_lowers_its_pressure_and_a4(data):
-    table = analyze(data).table
+    table = Analysis(data).table
     pressure, delta = table[names.MEAN_CHAMBER_1_PRESSURE], table.changes("matched", names.APPROXIMATION_RMS)
     keys = zip(*table.external_coefficients.T, table.is_sealed, table[names.BULK_MODULUS], strict=True)
     rows = {key: (pressure[k], delta[k, 3]) for k, key in enumerate(keys)}
@@ -118,7 +118,7 @@ def test_an_experiment_that_varies_no_external_leakage_has_no_such_section(small
 
 
 def test_claims_and_controls_look_at_the_runs_without_external_leakage(data, small_sweep):
-    analysis = study_experiment(data)
+    analysis = Study(data)
     assert len(analysis.grid.scenarios) == 1
     assert analysis.sealed[names.BULK_MODULUS].tolist() == [827e6]
     assert len(analysis.leaky) == 2

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015.report import StudyReport
-from hydrofdi.report.analysis import analyze
+from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures import KINDS
 from hydrofdi.report.forms.page import render_page
 from hydrofdi.report.publication import write_all_forms
@@ -79,13 +80,13 @@ def columns_of(lists):
 
 def test_parquet_holds_the_same_columns_as_csv(made_up):
     parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'parquet' is not installed")
-    analysis = analyze(made_up)
+    analysis = Analysis(made_up)
     read = parquet.read_table(io.BytesIO(Table.of(tidy_columns(analysis)).to_parquet()))
     assert read.to_pydict() == tidy_columns(analysis)
 
 
 def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
-    report = StudyReport.of(read_results(small_sweep.directory))
+    report = StudyReport(Study(read_results(small_sweep.directory)))
     for name in ("first", "second"):
         list(write_all_forms(report, tmp_path / name))
     files = sorted(path.name for path in (tmp_path / "first").iterdir())

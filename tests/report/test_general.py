@@ -7,7 +7,7 @@ import pytest
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 from tests.commands import run_hydrofdi
-from tests.conftest import REPOSITORY, sweep_in
+from tests.conftest import sweep_in
 
 FRICTION = """\
 name: friction
@@ -31,14 +31,6 @@ def test_a_sweep_of_friction_and_period_speaks_of_no_table_and_no_claim(friction
         assert word not in text.partition("configuration and provenance")[0], word
 
 
-def test_its_page_and_files_speak_of_none_either(friction, tmp_path):
-    assert run_hydrofdi("report", friction.directory, "--out", tmp_path, cwd=tmp_path).returncode == 0
-    page = (tmp_path / "friction.html").read_text(encoding="utf-8").partition("section-provenance")[0]
-    assert "Change of the details" in page
-    assert "claim" not in page.lower()
-    assert not list(tmp_path.glob("figure?.*"))
-
-
 def test_it_has_nothing_to_check(friction):
     result = run_hydrofdi("report", friction.directory, "--check", cwd=friction.folder)
     assert result.returncode == 2
@@ -50,22 +42,6 @@ def test_its_record_has_the_rows_of_all_runs(friction):
     assert len(record["rows"]) == friction.summary["planned"]
     assert all(len(row["delta_matched_percent"]) == 5 for row in record["rows"])
     assert "claims" not in record
-
-
-@pytest.mark.parametrize(
-    ("config", "expected"),
-    [
-        ("table3", True),
-        ("scenarios", True),
-        ("healthy-replicates", True),
-        ("mode-shift", True),
-        ("external-leakage", False),
-        ("dry-friction", False),
-        ("sensor-noise", False),
-    ],
-)
-def test_the_ready_studies_of_the_paper_say_so_and_those_that_extend_them(config, expected):
-    assert bool(load_experiment(REPOSITORY / "configs" / f"{config}.yaml").paper) is expected
 
 
 def test_an_own_sweep_of_leakage_and_bulk_modulus_is_no_papers_study():
@@ -85,10 +61,3 @@ def test_claims_and_published_values_need_their_paper(tmp_path, listed, line):
         load_experiment(file)
     file.write_text(f"name: own\npaper: maddahi2015\n{listed}\n")
     assert load_experiment(file).paper
-
-
-def test_null_takes_the_paper_away(tmp_path):
-    file = tmp_path / "own.yaml"
-    base = REPOSITORY / "configs" / "table3.yaml"
-    file.write_text(f"extends: {base}\nname: own\npaper: null\nclaims: []\n")
-    assert not load_experiment(file).paper

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.api.stored import read_results
-from hydrofdi.papers.maddahi2015.external import external_views
+from hydrofdi.papers.maddahi2015.views import external_views
 from hydrofdi.report.runs import run_table
 from tests.conftest import REPOSITORY, swept
 

@@ -5,8 +5,8 @@ import pytest
 from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.papers import make_report
-from hydrofdi.papers.maddahi2015.study import study_experiment
-from hydrofdi.report.analysis import analyze
+from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures import draw_all
 from hydrofdi.report.record import render_json
 from hydrofdi.store.reading import write_request
@@ -50,7 +50,7 @@ def test_a_figure_whose_run_is_missing_says_so_and_the_others_are_drawn(half_don
 
 def test_without_experiment_file_the_shards_are_reported(half_done):
     def found():
-        table = analyze(read_results(half_done)).table
+        table = Analysis(read_results(half_done)).table
         return table.of(table.is_ok)["detail_rms"].tolist()
 
     before = found()
@@ -62,6 +62,6 @@ def test_an_experiment_without_any_result_is_all_holes(half_done):
     (half_done / "half.h5").unlink()
     for shard in (half_done / "shards").iterdir():
         shard.unlink()
-    analysis = study_experiment(read_results(half_done))
+    analysis = Study(read_results(half_done))
     assert {*analysis.table.texts("status")} == {"missing"}
     assert {result.reproduced for result in analysis.claims} == {None}

@@ -7,7 +7,7 @@ import h5py
 import pytest
 
 from hydrofdi.api.stored import read_results
-from hydrofdi.report.analysis import analyze
+from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.runs import run_table
 from hydrofdi.store.layout import names
 from tests.conftest import run_hydrofdi, sweep_in
@@ -93,7 +93,7 @@ def test_a_baseline_that_leaks_is_none_in_files_that_name_one(leaky_run, tmp_pat
     with h5py.File(path, "a") as file:
         assert file[names.FIXED_BASELINE][0] == names.NO_BASELINE
         file[names.FIXED_BASELINE][0] = file[names.MATCHED_BASELINE][0] = 0
-    assert not analyze(read_results(path)).has_baseline
+    assert not Analysis(read_results(path)).has_baseline
 
 
 def test_a_healthy_run_by_itself_is_its_own_baseline(tmp_path):

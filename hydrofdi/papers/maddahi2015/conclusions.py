@@ -40,12 +40,14 @@ def _claim_record(study: Study, result: ClaimResult) -> dict[str, Any]:
         "margin_percentage_points": result.margin,
         "each_may_move_percentage_points": result.allowance,
         "checks": [*study.checks(result)] if study.scenarios is None else [],
-    } | configured.phases("margin_percentage_points")
+        "phases": configured.phases("margin_percentage_points"),
+    }
     for outcome in settled:
         record["settled"] = {
             "reproduced": None if math.isnan(outcome.number) else outcome.number > 0.0,
             "margin_percentage_points": outcome.number,
-        } | outcome.phases("margin_percentage_points")
+            "phases": outcome.phases("margin_percentage_points"),
+        }
     return record
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hydrofdi.papers.maddahi2015.claims import D3, alarms
 from hydrofdi.papers.maddahi2015.standings import Outcome, Standing
 from hydrofdi.report.document import Block
+from hydrofdi.report.forms.numbers import row_records
 from hydrofdi.report.runs import (
     Array,
     RunTable,
@@ -87,43 +88,39 @@ def controls_record(
     sealed: RunTable, leaky: RunTable, standings: Sequence[Standing]
 ) -> dict[str, list[dict[str, Any]]]:
     """What the d3 rule says of each run without any leak, and the best level of each leaky run."""
-    alarmed, ranked = [], []
     best, deltas = best_deltas(leaky)
-    for standing in standings:
+
+    def alarmed(standing: Standing) -> dict[str, Any]:
         shown = standing.shown[sealed.positions]
-        outcomes = (each.phases("delta_d3_percent") for each in sealed_outcomes(sealed, standing))
-        said = zip(alarm_verdicts(shown), shown.tolist(), outcomes, strict=True)
-        alarmed.append([{"alarm": a, "delta_fixed_percent": levels, **phases} for a, levels, phases in said])
-        levels = zip(leaky.positions, best.tolist(), strict=True)
-        found = (standing.level("", standing.matched[:, at], level) for at, level in levels)
-        ranked.append([each.phases("delta_matched_percent") for each in found])
+        outcomes = sealed_outcomes(sealed, standing)
+        phases = [each.phases("delta_d3_percent") for each in outcomes]
+        return {"alarm": alarm_verdicts(shown), "delta_fixed_percent": shown, "phases": phases}
+
+    def ranked(standing: Standing) -> dict[str, Any]:
+        at = zip(leaky.positions, best.tolist(), strict=True)
+        outcomes = (standing.level("", standing.matched[:, position], level) for position, level in at)
+        return {"phases": [each.phases("delta_matched_percent") for each in outcomes]}
+
     leads = {
         "leakage_L_per_min": [convert(flow, "L/min") for flow in leaky.leakage_flows.tolist()],
-        "bulk_modulus_MPa": _megapascals(leaky),
         "level": level_names(best),
-        "delta_matched_percent": deltas.tolist(),
+        "delta_matched_percent": deltas,
     }
     return {
-        "sealed_alarms": _records(sealed, {"bulk_modulus_MPa": _megapascals(sealed)}, alarmed),
-        "best_level_matched": _records(leaky, leads, ranked),
+        "sealed_alarms": _records(sealed, [*map(alarmed, standings)]),
+        "best_level_matched": _records(leaky, [leads | ranked(standings[0]), *map(ranked, standings[1:])]),
     }
 
 
-def _megapascals(table: RunTable) -> list[float]:
-    return [convert(modulus, "MPa") for modulus in table[names.BULK_MODULUS].tolist()]
-
-
-def _records(
-    table: RunTable, leads: dict[str, list[Any]], views: Sequence[list[dict[str, Any]]]
-) -> list[dict[str, Any]]:
-    """A record for each run: its lead, what holds as configured, and settled."""
-    return [
-        {key: values[k] for key, values in leads.items()}
-        | views[0][k]
-        | ({"settled": views[1][k]} if len(views) > 1 else {})
-        | ({"labels": labels} if labels else {})
-        for k, labels in enumerate(table.labels)
-    ]
+def _records(table: RunTable, views: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """A record for each run: what holds as configured, and settled."""
+    columns: dict[str, Any] = {
+        "bulk_modulus_MPa": [convert(each, "MPa") for each in table[names.BULK_MODULUS].tolist()]
+    }
+    columns |= views[0]
+    if len(views) > 1:
+        columns["settled"] = row_records(views[1])
+    return row_records(columns | ({"labels": table.labels} if table.label_names else {}))
 
 
 def controls_block(sealed: RunTable, leaky: RunTable) -> Block:

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.papers.maddahi2015 import asked_views
 from hydrofdi.papers.maddahi2015.conclusions import (
     claims_block,
     claims_record,
@@ -16,16 +15,15 @@ from hydrofdi.papers.maddahi2015.conclusions import (
 from hydrofdi.papers.maddahi2015.controls import controls_block, controls_record
 from hydrofdi.papers.maddahi2015.scenario_tables import scenario_blocks
 from hydrofdi.papers.maddahi2015.scenarios import scenarios_record
-from hydrofdi.papers.maddahi2015.study import Study, study_experiment
+from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.papers.maddahi2015.tables import deviations, reference_block, table2_block, table3_blocks
 from hydrofdi.report.changes import doubts_block, holes_block, remarks_block, settled_block
-from hydrofdi.report.composition import Report, answers, compose_empty, document_of
-from hydrofdi.report.document import Block, Document
+from hydrofdi.report.composition import Report, answers
+from hydrofdi.report.document import Block
 from hydrofdi.report.forms.numbers import plain
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.record import general_record
-from hydrofdi.store import ExperimentData
 
 if TYPE_CHECKING:
     from hydrofdi.report.document import FigureKind
@@ -43,22 +41,19 @@ class StudyReport(Report):
 
     analysis: Study
 
-    @classmethod
-    def of(cls, data: ExperimentData) -> StudyReport:
-        """The report of an experiment."""
-        return cls(study_experiment(data))
-
     @property
     def usual_figure(self) -> str:
         """The scenarios where the experiment has any, else δ."""
         return "sensitivity" if self.analysis.scenarios is None else "scenarios"
 
-    def document(self) -> Document:
+    @property
+    def lead(self) -> str:
+        """What the report is about."""
+        return _LEAD
+
+    def blocks(self) -> Iterator[Block | None]:
         """The sections of the report."""
-        study = self.analysis
-        if not study.has_results:
-            return compose_empty(study, _LEAD)
-        return document_of(study.data.experiment.name, _LEAD, _blocks(study), study.data)
+        return _blocks(self.analysis, [replace(block, is_answer=False) for block, _ in self.views])
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON; numbers that do not exist are None.
@@ -68,7 +63,7 @@ class StudyReport(Report):
         """
         study = self.analysis
         record = general_record(study, with_rows=study.scenarios is None)
-        for _, data in asked_views(study):
+        for _, data in self.views:
             record |= data
         is_single = study.scenarios is None
         record |= {
@@ -103,7 +98,7 @@ class StudyReport(Report):
         }
 
 
-def _blocks(study: Study) -> Iterator[Block | None]:
+def _blocks(study: Study, views: list[Block]) -> Iterator[Block | None]:
     yield remarks_block(study.data)
     if study.scenarios is not None:
         yield from answers(guarded_block(study))
@@ -116,7 +111,7 @@ def _blocks(study: Study) -> Iterator[Block | None]:
         return
     yield holes_block(study)
     yield doubts_block(study)
-    yield from (replace(block, is_answer=False) for block, _ in asked_views(study))
+    yield from views
     yield from table3_blocks(study)
     yield settled_block(study)
     yield table2_block(study)

@@ -157,7 +157,7 @@ class ScenarioStudy:
         if len(different) <= MOST_VALUES:
             return [ValueShare(group, row, False, np.array([r == row for r in rows])) for row in different]
         parts = fifths(np.array([row[0] for row in rows], dtype=float))
-        return [ValueShare(group, (part.low, part.high), True, part.members) for part in parts]
+        return [ValueShare(group, (low, high), True, members) for low, high, members in parts]
 
 
 def _codes(values: Sequence[Any]) -> tuple[int, ...]:

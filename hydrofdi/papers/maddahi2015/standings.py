@@ -51,7 +51,7 @@ class Outcome(NamedTuple):
 
     def phases(self, quantity: str) -> dict[str, Any]:
         """The same for programs."""
-        return {"phases": {"held": self.held, "of": self.of, quantity: self.spread}}
+        return {"held": self.held, "of": self.of, quantity: self.spread}
 
 
 @dataclass(frozen=True)
@@ -116,12 +116,8 @@ class Standing:
         return np.asarray(held.sum(axis=0))
 
 
-def standings(grid: ModeGrid, data: ExperimentData) -> tuple[Standing, ...]:
+def standings(grid: ModeGrid, data: ExperimentData) -> Iterator[Standing]:
     """How an experiment stands as configured, and in the settled records if there are any."""
-    return tuple(_standings(grid, data))
-
-
-def _standings(grid: ModeGrid, data: ExperimentData) -> Iterator[Standing]:
     for title, variable, over_phases in (
         ("as configured", names.DETAIL_RMS, names.PHASE_DETAIL_RMS),
         ("settled", names.SETTLED_DETAIL_RMS, names.SETTLED_PHASE_DETAIL_RMS),

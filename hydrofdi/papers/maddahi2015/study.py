@@ -15,26 +15,45 @@ from hydrofdi.papers.maddahi2015.controls import controls, sealed_outcomes
 from hydrofdi.papers.maddahi2015.grid import ModeGrid, arrange_modes
 from hydrofdi.papers.maddahi2015.scenarios import ScenarioStudy, study_scenarios
 from hydrofdi.papers.maddahi2015.standings import Outcome, Standing, standings
-from hydrofdi.report.analysis import Analysis, analyze
+from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.runs import RunTable
 from hydrofdi.report.wording import mode_name
-from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 
 
 @dataclass(frozen=True)
 class Study(Analysis):
-    """An experiment with its claims and controls.
+    """An experiment with its claims and controls."""
 
-    `standings` are the ways to look at its records, as configured and settled; `sealed` and `leaky` the runs
-    that rules are tried on; `scenarios` claims and controls over the scenarios of an ensemble with a grid.
-    """
+    @cached_property
+    def grid(self) -> ModeGrid:
+        """The leaky modes."""
+        return arrange_modes(self.data)
 
-    grid: ModeGrid
-    standings: tuple[Standing, ...]
-    sealed: RunTable
-    leaky: RunTable
-    scenarios: ScenarioStudy | None
+    @cached_property
+    def standings(self) -> tuple[Standing, ...]:
+        """The ways to look at the records: as configured, and settled if any run is."""
+        return tuple(standings(self.grid, self.data))
+
+    @cached_property
+    def scenarios(self) -> ScenarioStudy | None:
+        """Claims and controls over the scenarios of an ensemble with a grid."""
+        is_ensemble = self.data.experiment.has_scenarios and not self.grid.lack
+        return study_scenarios(self.grid, self.data, self.standings) if is_ensemble else None
+
+    @cached_property
+    def _controls(self) -> tuple[RunTable, RunTable]:
+        return controls(self.table)
+
+    @property
+    def sealed(self) -> RunTable:
+        """The sealed runs that the d3 rule is tried on."""
+        return self._controls[0]
+
+    @property
+    def leaky(self) -> RunTable:
+        """The leaky runs."""
+        return self._controls[1]
 
     @cached_property
     def looked_at(self) -> Sequence[int]:
@@ -80,13 +99,3 @@ class Study(Analysis):
                     "margin_percentage_points": margin,
                     "each_may_move_percentage_points": float(check.allowance[scenario]),
                 } | ({"labels": labels} if labels else {})
-
-
-def study_experiment(data: ExperimentData) -> Study:
-    """Compute claims and controls of an experiment."""
-    general, grid = analyze(data), arrange_modes(data)
-    looks = standings(grid, data)
-    is_ensemble = data.experiment.has_scenarios and not grid.lack
-    scenarios = study_scenarios(grid, data, looks) if is_ensemble else None
-    sealed, leaky = controls(general.table)
-    return Study(data, general.table, general.indicators, grid, looks, sealed, leaky, scenarios)

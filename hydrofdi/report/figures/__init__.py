@@ -15,22 +15,9 @@ from hydrofdi.report.changes import MOST_DRAWN
 from hydrofdi.report.document import ComposedReport, FigureKind
 from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
-from hydrofdi.report.figures.signals import draw_signals
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes
 from hydrofdi.settings.messages import similar
 from hydrofdi.store.files import whole_file
-
-__all__ = [
-    "KINDS",
-    "Figure",
-    "FigureKind",
-    "draw_all",
-    "draw_figure",
-    "draw_signals",
-    "general_figures",
-    "save_figure",
-    "write_figure",
-]
 
 KINDS = ("png", "svg", "pdf")
 """File types of figures."""

@@ -13,12 +13,12 @@ from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.axes import Axis
 from hydrofdi.report.figures.style import BLUE, log_axis
-from hydrofdi.report.responses import AGAINST, AxisResponses, Response
+from hydrofdi.report.responses import AGAINST, RANGES, AxisResponses, Response
 
 _MOST_AXES, _MOST_FEATURES = 6, 8
 _WIDTH, _HEIGHT = 2.4, 1.25
-_LABEL, _LETTERS = 7.5, 18
-"""Size of the labels of features [pt], and the letters of it that a panel has room for."""
+_LABEL, _LETTERS = 7.5, 20
+"""Size of the labels of features [pt], and the letters of it in a panel, with blanks at breaks."""
 
 _DECADES = 30.0
 """An axis is logarithmic if the ratio of its values is at least this."""
@@ -57,16 +57,9 @@ def draw_responses(analysis: Analysis) -> Figure:
 
 def _label(name: str) -> str:
     """The name and unit of a feature on lines that are no longer than a panel is high."""
-    words = (name if "[" in name else f"{name} [–]").replace(" [", "\n[")
-    broken = words.replace("_", "_\N{ZERO WIDTH SPACE}").replace(".", ".\N{ZERO WIDTH SPACE}")
-    lines: list[str] = []
-    for line in broken.split("\n"):
-        lines.append("")
-        for part in line.split("\N{ZERO WIDTH SPACE}"):
-            if lines[-1] and len(lines[-1] + part) > _LETTERS:
-                lines.append("")
-            lines[-1] += part
-    return "\n".join(lines)
+    words = (name if "[" in name else f"{name} [–]").split(" [")
+    broken = [fill(part.replace("_", "_ ").replace(".", ". "), _LETTERS) for part in words]
+    return "\n[".join(broken).replace("_ ", "_").replace(". ", ".")
 
 
 def _largest(items: Sequence[Any], sizes: Sequence[float], most: int) -> list[Any]:
@@ -121,14 +114,7 @@ def _mark_values(panel: Any, places: Sequence[float], labels: Sequence[str]) -> 
 
 
 def _note(axes: Sequence[AxisResponses], n_axis: int, n_feature: int, n_all: int) -> str:
-    ranges = {each.has_quantiles for each in axes}
-    words = {True: "from 5 to 95 %", False: "from the least to the largest"}
-    spread = (
-        words[ranges.pop()]
-        if len(ranges) == 1
-        else "from 5 to 95 %, of few runs from the least to the largest"
-    )
-    note = f"Line: median of the runs with this value; band: {spread}"
+    note = f"Line: median of the runs with this value; band: {RANGES}"
     if len(axes) < n_axis:
         note += f". Shown are the {len(axes)} of {n_axis} parameters that move a feature most"
     if n_feature < n_all:

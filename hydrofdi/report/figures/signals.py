@@ -1,18 +1,31 @@
-"""Signals of runs over time, in panels."""
+"""Signals of runs over time, in panels; one record at a glance, with its spectra and details."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
-from hydrofdi.report.figures.style import BLUE, INK, ORANGE
+from hydrofdi.errors import ReportError
+from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.report.figures.style import (
+    BLUE,
+    INK,
+    ORANGE,
+    SETTINGS,
+    legend_above,
+    log_axis,
+    mark_bands,
+    series,
+    time_axis,
+)
 from hydrofdi.store import Columns
 from hydrofdi.store.layout import names
-from hydrofdi.transforms.wavelet import detail_coefficients
+from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.spectrum import power_spectrum
+from hydrofdi.transforms.wavelet import detail_coefficients, level_bands
 from hydrofdi.units import convert
 
 PANELS = (
@@ -29,10 +42,10 @@ _MOVING_PANELS = (
 )
 """Shown if an option of the model makes them vary."""
 
-Panels = tuple[tuple[str, str, str], ...]
-
-Line = tuple[NDArray[np.float64], NDArray[np.float64]]
-"""Abscissae and ordinates."""
+_READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "V": "V"}
+_DETAIL_UNIT = {"Pa": "kPa", "m": "mm", "m/s": "mm/s", "V": "V"}
+_MOST_LEVELS, _TAPS = 5, 16
+_MOST_TITLE = 60
 
 
 def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
@@ -45,68 +58,147 @@ def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
     wavelet : WaveletConfig
     title : str
     """
-    panels = PANELS + tuple(panel for panel in _MOVING_PANELS if np.ptp(columns[panel[0]][0]) > 0.0)
-    signals = {name: (columns[names.TIME], columns[name][0]) for name, _, _ in panels}
-    figure = draw_panels(
-        [panel_lines(panels, signals, wavelet)], [title], [BLUE], panel_labels(panels, wavelet)
-    )
-    draw_reference(
-        stroke_axes(figure, 1)[0], columns[names.TIME], columns[names.REFERENCE_POSITION][0], ORANGE
-    )
-    return figure
+    moving = tuple(panel for panel in _MOVING_PANELS if np.ptp(columns[panel[0]][0]) > 0.0)
+    return draw_beside(columns, [title], wavelet, PANELS + moving)
 
 
-def draw_beside(columns: Columns, titles: list[str], wavelet: Any) -> Figure:
-    """The same signals of two runs beside each other."""
-    time, references = columns[names.TIME], columns[names.REFERENCE_POSITION]
-    lines = [
-        panel_lines(PANELS, {name: (time, columns[name][row]) for name, _, _ in PANELS}, wavelet)
-        for row in range(len(titles))
-    ]
-    figure = draw_panels(lines, titles, [BLUE, ORANGE], panel_labels(PANELS, wavelet))
-    for axis, reference in zip(stroke_axes(figure, len(titles)), references, strict=True):
-        draw_reference(axis, time, reference, INK)
-    return figure
-
-
-def stroke_axes(figure: Figure, n_column: int) -> list[Any]:
-    """The panels of the piston position, from left to right."""
-    row = [name for name, _, _ in PANELS].index("piston_position")
-    return list(figure.axes[row * n_column : (row + 1) * n_column])
-
-
-def draw_reference(axis: Any, time: NDArray[np.float64], reference: NDArray[np.float64], color: str) -> None:
-    """The reference position of the controller; nothing in open loop."""
-    if np.isfinite(reference).any():
-        axis.plot(time, 1e3 * reference, color=color, linewidth=0.7, linestyle="--", label="reference")
-        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
-
-
-def panel_labels(panels: Panels, wavelet: Any) -> list[str]:
-    """Labels of the axes, d2 of P_1 last."""
-    return [*(label for _, label, _ in panels), f"$d_{min(2, wavelet.levels)}$ of $P_1$ [kPa]"]
-
-
-def panel_lines(panels: Panels, signals: dict[str, Line], wavelet: Any) -> list[Line]:
-    """The signals in the units of their panels, and d2 of P_1."""
-    lines = [(signals[name][0], convert(1.0, unit) * signals[name][1]) for name, _, unit in panels]
-    time, pressure = signals[names.CHAMBER_1_PRESSURE]
-    instants, details = detail_coefficients(pressure, wavelet, min(2, wavelet.levels), time)
-    return [*lines, (instants, 1e-3 * details)]
-
-
-def draw_panels(columns: list[list[Line]], titles: list[str], colors: list[str], labels: list[str]) -> Figure:
-    """Lines below each other, one column for each run."""
-    width = 3.6 * len(columns) + (0.0 if len(columns) > 1 else 3.4)
+def draw_beside(
+    columns: Columns, titles: list[str], wavelet: Any, panels: tuple[tuple[str, str, str], ...] = PANELS
+) -> Figure:
+    """The same signals of one or two runs beside each other, with the reference of a controller."""
+    time, level = columns[names.TIME], min(2, wavelet.levels)
+    labels = [*(label for _, label, _ in panels), f"$d_{level}$ of $P_1$ [kPa]"]
+    width = 3.6 * len(titles) + (0.0 if len(titles) > 1 else 3.4)
     figure = Figure(figsize=(width, 2.0 + len(labels)), layout="constrained")
-    axes = figure.subplots(len(labels), len(columns), sharex=True, sharey="row", squeeze=False)
-    for column, (lines, title, color) in enumerate(zip(columns, titles, colors, strict=False)):
-        for axis, (x, y), label in zip(axes[:, column], lines, labels, strict=True):
+    axes = figure.subplots(len(labels), len(titles), sharex=True, sharey="row", squeeze=False)
+    for row, (title, color) in enumerate(zip(titles, (BLUE, ORANGE), strict=False)):
+        details = detail_coefficients(columns[names.CHAMBER_1_PRESSURE][row], wavelet, level, time)
+        lines = [(time, convert(1.0, unit) * columns[name][row]) for name, _, unit in panels]
+        for axis, (x, y) in zip(axes[:, row], [*lines, (details[0], 1e-3 * details[1])], strict=True):
             axis.plot(x, y, color=color, linewidth=0.7)
-            axis.set_ylabel(label if column == 0 else "")
-        axes[0, column].set_title(title)
-        axes[-1, column].xaxis.set_major_locator(MaxNLocator(10, steps=[1, 2, 5, 10]))
-        axes[-1, column].set_xlabel("time [s]")
-        axes[-1, column].set_xlim(lines[0][0][0], lines[0][0][-1])
+        if np.isfinite(reference := columns[names.REFERENCE_POSITION][row]).any():
+            stroke, ink = axes[1, row], INK if len(titles) > 1 else ORANGE
+            stroke.plot(time, 1e3 * reference, color=ink, linewidth=0.7, linestyle="--", label="reference")
+            legend_above(stroke)
+        axes[0, row].set_title(title)
+        time_axis(axes[-1, row], time)
+    for axis, label in zip(axes[:, 0], labels, strict=True):
+        axis.set_ylabel(label)
     figure.align_ylabels(axes[:, 0])
     return figure
+
+
+def draw_record(record: RecordBatch) -> Figure:
+    """Channels, power spectra and details of the first record of a batch.
+
+    Raises
+    ------
+    ReportError
+        No channel has only finite samples.
+    """
+    whole = [channel for channel, samples in record.channels.items() if np.isfinite(samples[0]).all()]
+    if not whole or record.n_time < 2:
+        raise ReportError("the record has no channel that can be drawn")
+    with matplotlib.rc_context(SETTINGS):
+        return _drawn(record, whole, _panels(record), _levels(record.n_time))
+
+
+def _drawn(record: RecordBatch, whole: list[Channel], panels: list[list[Channel]], levels: int) -> Figure:
+    figure = Figure(figsize=(10.0, 3.4 + 1.25 * max(len(panels), levels)), layout="constrained")
+    figure.suptitle(_title(record), x=0.01, ha="left", fontsize=10)
+    halves: Any = figure.subfigures(2, 1, height_ratios=[1.25 * max(len(panels), levels), 2.8])
+    upper, lower = halves
+    left, right = upper.subfigures(1, 2)
+    _draw_time(left, record, panels)
+    if levels:
+        _draw_details(right, record, whole[0], levels)
+    _draw_spectra(lower, record, whole, levels)
+    return figure
+
+
+def _title(record: RecordBatch) -> str:
+    label = f", {record.labels[0]}" if record.labels and record.labels[0] else ""
+    rate = f"{record.sampling_frequency:g} Hz, {record.n_time} samples"
+    name = record.record_ids[0]
+    return f"{name if len(name) <= _MOST_TITLE else '…' + name[-_MOST_TITLE:]}{label}: {rate}"
+
+
+def _panels(record: RecordBatch) -> list[list[Channel]]:
+    """Channels of each panel: pressures with the same unit share a panel, each other channel has its own."""
+    pressures = [channel for channel in record.channels if channel.is_pressure]
+    scaled = [channel for channel in pressures if channel not in record.relative]
+    counts = [channel for channel in pressures if channel in record.relative]
+    others = [[channel] for channel in record.channels if not channel.is_pressure]
+    return [panel for panel in (scaled, counts) if panel] + others
+
+
+def _levels(n_time: int) -> int:
+    """Number of db8 levels that the length of the record allows, at most five."""
+    return max(0, min(_MOST_LEVELS, int(np.log2(n_time / (_TAPS - 1)))))
+
+
+def _unit(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> str:
+    unit = record.unit(channel)
+    return "-" if unit == "1" else readable.get(unit, unit)
+
+
+def _samples(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> Array:
+    factor = 1.0 if channel in record.relative else convert(1.0, readable[channel.unit])
+    return np.asarray(factor * record[channel][0])
+
+
+def _words(channel: Channel) -> str:
+    return channel.value.replace("_", " ")
+
+
+def _place(channel: Channel) -> str:
+    """A pressure by its place."""
+    return _words(channel).removesuffix(" pressure")
+
+
+def _draw_time(figure: Any, record: RecordBatch, panels: list[list[Channel]]) -> None:
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axis, channels in zip(axes, panels, strict=True):
+        for place, channel in enumerate(channels):
+            samples = _samples(record, channel, _READABLE)
+            axis.plot(record.time, samples, **series(place), linewidth=0.7, label=_place(channel))
+        axis.set_ylabel(f"[{_unit(record, channels[0], _READABLE)}]")
+        axis.set_title("pressure" if channels[0].is_pressure else _words(channels[0]))
+        if channels[0].is_pressure:
+            legend_above(axis, len(channels))
+    time_axis(axes[-1], record.time, 8)
+
+
+def _draw_details(figure: Any, record: RecordBatch, channel: Channel, levels: int) -> None:
+    wavelet = WaveletConfig(levels=levels)
+    samples = _samples(record, channel, _DETAIL_UNIT)
+    axes = figure.subplots(levels, 1, sharex=True, squeeze=False)[:, 0]
+    axes[0].set_title(f"details of the {_words(channel)} ({wavelet.name})")
+    for level, axis in enumerate(axes, 1):
+        instants, details = detail_coefficients(samples, wavelet, level, record.time)
+        axis.plot(instants, details, color=BLUE, linewidth=0.7)
+        axis.set_ylabel(f"$d_{level}$ [{_unit(record, channel, _DETAIL_UNIT)}]")
+    figure.align_ylabels(axes)
+    time_axis(axes[-1], record.time, 8)
+
+
+def _draw_spectra(figure: Any, record: RecordBatch, whole: list[Channel], levels: int) -> None:
+    """Spectra of the pressures, or of the first channel, with the bands of the levels."""
+    pressures = [channel for channel in whole if channel.is_pressure] or whole[:1]
+    unit = _unit(record, pressures[0], _DETAIL_UNIT)
+    alike = [channel for channel in pressures if _unit(record, channel, _DETAIL_UNIT) == unit]
+    axis = figure.subplots()
+    for place, channel in enumerate(alike):
+        samples = _samples(record, channel, _DETAIL_UNIT)
+        frequency, density = power_spectrum(samples, record.sampling_frequency)
+        if np.ptp(samples) > 1e-12 * np.abs(samples).max():
+            axis.plot(frequency[1:], density[1:], **series(place), label=_place(channel))
+    log_axis(axis.xaxis)
+    log_axis(axis.yaxis)
+    mark_bands(axis, level_bands(record.sampling_frequency, levels))
+    axis.set_xlim(right=record.sampling_frequency / 2)
+    axis.set_ylabel(f"PSD [{unit}²/Hz]")
+    axis.set_xlabel("frequency [Hz]")
+    axis.set_title("power spectrum" if alike[0].is_pressure else f"power spectrum of the {_words(alike[0])}")
+    if axis.lines and alike[0].is_pressure:
+        legend_above(axis, len(alike))

@@ -79,6 +79,19 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
     return sink.getvalue()
 
 
+def time_axis(axis: Any, time: Any, most: int = 10) -> None:
+    """An axis of time [s] with round numbers."""
+    from matplotlib.ticker import MaxNLocator
+
+    axis.xaxis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10]))
+    axis.set(xlabel="time [s]", xlim=(time[0], time[-1]))
+
+
+def legend_above(axis: Any, n_column: int = 1) -> None:
+    """A legend above the panel, where it hides no line."""
+    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=n_column, borderaxespad=0.2)
+
+
 _LABEL = 0.45
 """Room for a label beside another [in]; above another, half of it."""
 

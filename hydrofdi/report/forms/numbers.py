@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 
@@ -25,6 +25,12 @@ def plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [plain(each) for each in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def row_records(columns: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Rows of columns for JSON."""
+    values = map(plain, columns.values())
+    return [dict(zip(columns, row, strict=True)) for row in zip(*values, strict=True)]
 
 
 def csv_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:

@@ -2,7 +2,7 @@
 
 import hydrofdi
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.report.figures.record import draw_record
+from hydrofdi.report.figures.signals import draw_record
 from hydrofdi.report.figures.style import figure_bytes
 
 

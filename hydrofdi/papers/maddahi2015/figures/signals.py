@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.grid import ABSENT
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.signals import PANELS, draw_beside
-from hydrofdi.report.figures.style import INK, MARKERS, RULE, log_axis, mark_bands, series
+from hydrofdi.report.figures.style import INK, MARKERS, RULE, log_axis, mark_bands, series, time_axis
 from hydrofdi.report.runs import ROUNDING
 from hydrofdi.report.wording import kilopascal, litres_per_minute, mode_name, modulus_text, shown_modulus
 from hydrofdi.store.layout import names
@@ -83,8 +82,7 @@ def draw_details(study: Study, level: int) -> Figure:
         rms = float(study.data.columns[names.DETAIL_RMS][position][level - 1])
         mode = mode_name(_flow(study, leakage), study.grid.bulk_moduli[beta])
         axis.set(title=f"{mode}: RMS {kilopascal(rms)} kPa", ylabel=f"$d_{level}$ of $P_1$ [kPa]")
-    axes[-1].xaxis.set_major_locator(MaxNLocator(10, steps=[1, 2, 5, 10]))
-    axes[-1].set(xlabel="time [s]", xlim=(time[0], time[-1]))
+    time_axis(axes[-1], time)
     return figure
 
 

@@ -1,23 +1,31 @@
-"""Rows against independent healthy replicates: is a δ larger than between healthy actuators?
+"""What an experiment asks for beyond its indicators: external leakage, and healthy replicates.
 
-A sealed run is its own matched baseline, so that its δ is zero by construction. Against the mean of
-replicates, each with its own noise and its own draw of what varies without a fault, it need not be; and the δ
-of each replicate against the mean of the others says how large a δ may be without a leak.
+External leakage: does an approximation separate it from internal leakage and from a change of EBM? After
+Goharrizi and Sepehri, International Journal of Fluid Power, who use the level-4 approximation. Its RMS is the
+choice made here.
+
+Replicates: is a δ larger than between healthy actuators? A sealed run is its own matched baseline: its
+δ is zero by construction. Against the mean of replicates, each with its own noise and its own draw of what
+varies without a fault, it need not be; and the δ of each replicate against the mean of the others says how
+large a δ may be without a leak.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydrofdi.papers.maddahi2015.claims import D2
 from hydrofdi.papers.maddahi2015.standings import Mask
+from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.composition import View
 from hydrofdi.report.document import Block
-from hydrofdi.report.forms.numbers import plain
-from hydrofdi.report.intervals import clustered_share
-from hydrofdi.report.runs import Array, RunTable, best_levels
+from hydrofdi.report.forms.numbers import finite, row_records
+from hydrofdi.report.intervals import Share, clustered_share, span_of
+from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import modulus_column, share_text, signed, span_text
 from hydrofdi.settings.counting import counted
@@ -25,6 +33,81 @@ from hydrofdi.store import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.change import percentage_change
 from hydrofdi.units import convert
+
+_LEVEL = 3
+"""Position of a4; the deepest level if there are fewer."""
+
+
+def asked_views(analysis: Analysis) -> Iterator[View]:
+    """Sections and data of the varied external leakage, and of replicates."""
+    if analysis.has_details and analysis.has_results:
+        if analysis.table.varies_external:
+            yield from external_views(analysis.table)
+        if analysis.data.has_replicates:
+            yield from replicates_views(analysis.table, analysis.data)
+
+
+def external_views(table: RunTable) -> Iterator[View]:
+    """Ranges of δ with the same leaky chambers, and how far they are from those without external leakage.
+
+    δ is against the fixed, δ′ against the matched baseline: of the settled records if there are any. A gap
+    below zero means that the ranges overlap, so that no threshold separates them.
+    """
+    level = min(_LEVEL, table.n_level - 1)
+    deltas = _deltas(table, level)
+    leaks = [tuple((np.flatnonzero(row > 0.0) + 1).tolist()) for row in table.external_coefficients]
+    states = {state: [each == state for each in leaks] for state in sorted({(), *leaks})}
+    ranges = [{name: span_of(own[rows]) for name, own in deltas.items()} for rows in states.values()]
+    quiet = ranges[0]
+    gaps = [
+        {name: max(own[name][0] - quiet[name][1], quiet[name][0] - own[name][1]) for name in deltas}
+        for own in ranges
+    ]
+    record = [
+        {
+            "external_leakage_of": list(chambers),
+            "runs": sum(rows),
+            "ranges_percent": {name: list(map(finite, span)) for name, span in own.items()},
+            "gap_percentage_points": {name: finite(gap) for name, gap in apart.items()},
+        }
+        for (chambers, rows), own, apart in zip(states.items(), ranges, gaps, strict=True)
+    ]
+    places = [" and ".join(map(str, chambers)) or "none" for chambers in states]
+    columns = [
+        Column("Out of chamber", places, is_text=True),
+        Column("Runs", [*map(sum, states.values())]),
+    ]
+    for name in deltas:
+        texts = [span_text(*map(signed, own[name])) for own in ranges]
+        apart = [math.nan, *(each[name] for each in gaps[1:])]
+        strong = [k for k, gap in enumerate(apart) if gap > 0.0]
+        columns += [Column(f"{name} [%]", texts), Column(f"Gap {name}", apart, text=signed, strong=strong)]
+    note = (
+        "δ against the fixed, δ′ against the matched baseline. Gap: percentage points between the range and"
+        " that of runs without external leakage; below zero they overlap."
+    )
+    named = any(name.startswith(EXTERNAL) for name in table.data.experiment.baseline)
+    lack = "The baseline names no external leakage, so δ does not show it: put"
+    said = () if named else (f"{lack} {EXTERNAL}_1: 0 and _2: 0 into the baseline.",)
+    title = f"External leakage by the approximation a{level + 1}"
+    sheet = Table(tuple(columns), "Ranges over all internal leakages and EBM", "external-ranges", (note,))
+    block = Block("external", title, said, (sheet,), is_answer=True)
+    yield block, {"external_leakage": {"approximation": f"a{level + 1}", "states": record}}
+
+
+def _deltas(table: RunTable, level: int) -> dict[str, Array]:
+    """δ and δ′ [%] of the approximation, and of d2."""
+    settled = table.has_settled
+    kinds = {
+        f"a{level + 1}": (names.SETTLED_APPROXIMATION_RMS if settled else names.APPROXIMATION_RMS, level)
+    }
+    if level >= D2:
+        kinds["d2"] = (names.SETTLED_DETAIL_RMS if settled else names.DETAIL_RMS, D2)
+    return {
+        f"{sign}{name}": table.changes(baseline, rms)[:, at]
+        for name, (rms, at) in kinds.items()
+        for sign, baseline in (("δ", "fixed"), ("δ′", "matched"))
+    }
 
 
 class HealthyRange(NamedTuple):
@@ -55,11 +138,12 @@ class ReplicateStudy(NamedTuple):
     rows: dict[str, ReplicatedRows]
 
     @property
-    def alarms(self) -> Mask:
-        """Whether a level has the largest positive δ of a replicate, shape (n_replicate, n_level)."""
-        deltas = np.concatenate([healthy.deltas for healthy in self.ranges])
-        found: Mask = best_levels(deltas)[:, None] == np.arange(deltas.shape[1])
-        return found
+    def alarms(self) -> list[Share]:
+        """How often each level has the largest positive δ of a replicate."""
+        best = best_levels(np.concatenate([healthy.deltas for healthy in self.ranges]))
+        # replicates of one healthy run share their mean, so they depend on each other slightly
+        levels = range(self.ranges[0].deltas.shape[1])
+        return [clustered_share(best == level, np.arange(len(best))) for level in levels]
 
 
 def study_replicates(table: RunTable, data: ExperimentData) -> ReplicateStudy | None:
@@ -100,8 +184,6 @@ def replicates_views(table: RunTable, data: ExperimentData) -> Iterator[View]:
 
 
 def _record(study: ReplicateStudy) -> dict[str, Any]:
-    # replicates of one healthy run share their mean, so they depend on each other slightly
-    shares = [clustered_share(each, np.arange(len(each))) for each in study.alarms.T]
     return {
         "settled": study.is_settled,
         "ranges": [
@@ -114,20 +196,20 @@ def _record(study: ReplicateStudy) -> dict[str, Any]:
             for healthy in study.ranges
         ],
         "rows": [
-            {
-                "run_id": run_id,
-                "baseline": baseline,
-                "delta_percent": plain(delta),
-                "outside_healthy_range": outside,
-            }
+            row
             for baseline, own in study.rows.items()
-            for run_id, delta, outside in zip(
-                own.rows.texts(names.RUN_ID), own.deltas, own.outside.tolist(), strict=True
+            for row in row_records(
+                {
+                    "run_id": own.rows.texts(names.RUN_ID),
+                    "baseline": [baseline] * len(own.rows),
+                    "delta_percent": own.deltas,
+                    "outside_healthy_range": own.outside,
+                }
             )
         ],
         "alarms_on_healthy": {
             f"d{level}": {"alarms": share.count, "of": share.total, "interval_95": [share.low, share.high]}
-            for level, share in enumerate(shares, 1)
+            for level, share in enumerate(study.alarms, 1)
         },
     }
 
@@ -147,14 +229,13 @@ def _sentences(data: ExperimentData, study: ReplicateStudy) -> Iterator[str]:
 
 def _levels_table(study: ReplicateStudy) -> Table:
     """In how many runs each level lies outside of the healthy range, and how often it leads by chance."""
-    columns = [Column("Level", [f"d{k + 1}" for k in range(study.alarms.shape[1])], is_text=True)]
+    columns = [Column("Level", [f"d{k + 1}" for k in range(len(study.alarms))], is_text=True)]
     for title, name, is_sealed in (("Leaky", "matched", False), ("Sealed", "fixed", True)):
         own = study.rows[name]
         kept = own.rows.is_sealed == is_sealed
         texts = [f"{n} of {kept.sum()}" for n in own.outside[kept].sum(axis=0).tolist()]
         columns.append(Column(f"{title} outside", texts))
-    shares = [clustered_share(each, np.arange(len(each))) for each in study.alarms.T]
-    texts = [share_text(share, with_interval=True) for share in shares]
+    texts = [share_text(share, with_interval=True) for share in study.alarms]
     columns.append(Column("Largest positive of a replicate", texts))
     note = (
         "Outside: runs outside of the range of their healthy replicates; leaky ones against the matched"

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.config import load_experiment
+from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.selection import load_indicators
 
 BASE = """
@@ -41,6 +42,17 @@ def test_null_removes_inherited_sections(extending) -> None:
     assert plain.study is None
     assert plain.detection == load_experiment({"name": "press"}).detection
     assert load_experiment(extending("name: own"), ["detection=null"]).detection.false_alarm_rate == 0.01
+
+
+def test_null_removes_an_inherited_axis_and_nothing_else(tmp_path) -> None:
+    axes = "{fluid.bulk_modulus: [551 MPa, 1 GPa], leakage.internal_flow: [0, 1 L/min]}"
+    (tmp_path / "swept.yaml").write_text(f"name: base\nsweep: {{grid: {axes}}}\n")
+    file = tmp_path / "mine.yaml"
+    file.write_text("extends: swept.yaml\nname: mine\nsweep: {grid: {fluid.bulk_modulus: null}}\n")
+    assert load_experiment(file).sweep.names == ["leakage.internal_flow"]
+    file.write_text("extends: swept.yaml\nname: mine\nsweep: {grid: {supply.pressure: null}}\n")
+    with pytest.raises(ConfigError, match=r"mine\.yaml:3: sweep\.grid\.supply\.pressure"):
+        load_experiment(file)
 
 
 def test_an_indicator_without_options_that_nobody_stated_before_is_kept(extending) -> None:

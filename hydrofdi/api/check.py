@@ -499,7 +499,7 @@ def modes_table(found: Check) -> Table:
 def _column(
     of: Sequence[Any], name: str, unit: str, title: str, form: str, shown: Callable[[float], float] = float
 ) -> Column:
-    values = [each[name] if isinstance(each, dict) else getattr(each, name) for each in of]
+    values = [each[name] for each in of]
     return Column(name, values, unit, title, lambda value: _text(shown(value), form))
 
 
@@ -594,7 +594,7 @@ def convergence_table(found: Convergence) -> Table:
 
 def targets_table(targets: Sequence[LeakageTarget]) -> Table:
     """Leakage flows with their coefficients."""
-    column = partial(_column, targets)
+    column = partial(_column, [asdict(each) for each in targets])
     return Table((
         column("flow", "m^3/s", "mean leakage [L/min]", ".4g", _litres),
         column("coefficient", "m^3.5/kg^0.5", "K_i (orifice) [m³/s/√Pa]", ".6g"),

@@ -146,14 +146,12 @@ class SweepPlan:
     @cached_property
     def doubts(self) -> list[str]:
         """What is most likely a mistake; a sweep says it, too."""
-        from hydrofdi.api.step_limits import step_warnings
+        from hydrofdi.api.step_limits import likely_mistakes
 
-        experiment = self.experiment
-        doubts = unusual_values(experiment) + idle_parameters(experiment)
+        doubts = likely_mistakes(self.experiment, self.table.runs.distinct)
         needed, free = 2 * self.file_bytes, self.free_bytes
         if needed > free:
             doubts.append(f"needs {shown_bytes(needed)}, of which {shown_bytes(free)} are free")
-        doubts += step_warnings(self.table.runs.distinct)
         return doubts + [f"damaged: {text}" for text in self.index.damaged.values()]
 
     @cached_property

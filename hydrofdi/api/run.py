@@ -143,11 +143,10 @@ class Run(Guessable):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """A sentence on each setting that is strange, without effect, or too fast for the step."""
-        from hydrofdi.api.step_limits import step_warnings
-        from hydrofdi.config.plausibility import idle_parameters, unusual_values
+        from hydrofdi.api.step_limits import likely_mistakes
 
-        doubts = unusual_values(self.experiment, with_sweep=False) + idle_parameters(self.experiment)
-        return (*doubts, *step_warnings(lambda *_: [self.spec.request]), *self.saturation)
+        doubts = likely_mistakes(self.experiment, lambda *_: [self.spec.request], with_sweep=False)
+        return (*doubts, *self.saturation)
 
     @property
     def saturation(self) -> list[str]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 
-from hydrofdi.config import RunParameters
+from hydrofdi.config import ExperimentConfig, RunParameters
+from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.request import EDGES, RunRequest
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.physics.friction import FRICTION_LAWS
@@ -98,6 +99,14 @@ def undamped_frequency(run: RunParameters) -> float:
         run.fluid.bulk_modulus, actuator.piston_area, actuator.chamber_volume, actuator.mass,
         actuator.load_stiffness,
     )  # fmt: skip
+
+
+def likely_mistakes(
+    experiment: ExperimentConfig, distinct: Distinct, *, with_sweep: bool = True
+) -> list[str]:
+    """Unusual values, parameters without effect, and steps that are too long."""
+    doubts = unusual_values(experiment, with_sweep=with_sweep) + idle_parameters(experiment)
+    return doubts + step_warnings(distinct)
 
 
 def step_warnings(distinct: Distinct) -> list[str]:

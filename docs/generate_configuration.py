@@ -23,7 +23,8 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.schema import experiment_schema
 from hydrofdi.config.study.study import ChartConfig
-from hydrofdi.detectors.charts import ChartOptions, chart_kind, chart_names
+from hydrofdi.detectors.charts.contract import ChartOptions
+from hydrofdi.detectors.registry import chart_kind, chart_names
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.records.measured.description.sections import MeasuredConfig

@@ -8,9 +8,8 @@ from typing import Any
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.loading import PARAMETER_MAPPINGS
 from hydrofdi.config.request import parameter_names
-from hydrofdi.detectors.charts import chart_kind, chart_names
+from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
-from hydrofdi.scoring.registry import score_kind, score_names
 from hydrofdi.settings.schema import described_schema
 
 _CHOICE: dict[str, Any] = {

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hydrofdi.detectors.scores.contract import LEAST_RECORDS
+from hydrofdi.detectors.scores.features import standardisation
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array, measurable
-from hydrofdi.scoring.contract import LEAST_RECORDS
-from hydrofdi.scoring.features import standardisation
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.study.study import ChartConfig, OnlineConfig
-from hydrofdi.detectors.charts import Chart, make_chart
+from hydrofdi.detectors.charts.contract import Chart
 from hydrofdi.detectors.healthy_scale import HealthyScale, healthy_scale
+from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, FalseAlarms, delays
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.direction import Direction

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.study.detection import ScoreConfig
+from hydrofdi.detectors.registry import make_score
+from hydrofdi.detectors.scores.contract import Score
+from hydrofdi.detectors.scores.cross_fitting import cross_fitted_scores
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.records import Channel
-from hydrofdi.scoring import cross_fitted_scores, make_score
-from hydrofdi.scoring.contract import Flags, Rule, Score
 from hydrofdi.settings.messages import nearest
-from hydrofdi.settings.quantities import Section
 from hydrofdi.studies.paired import CHANGE
 from hydrofdi.studies.records import Scored, StudyRecords
 
@@ -57,39 +57,6 @@ def usual_scores(
     return made
 
 
-class LargestChange(Score[Section]):
-    """Largest relative fall of a feature below its healthy mean.
-
-    It scales features by their means, so it depends on their zero points, unlike the scores of
-    `hydrofdi.scoring`.
-    """
-
-    name = "largest_change"
-    summary = "Largest fall of a feature below its healthy mean, relative to the mean."
-    source = "Maddahi, Yazdanpanah Goharrizi, Wu and Sepehri, CDSR 2015, paper 181"
-    equation = "max_j (m_j − y_j)/m_j, m the means of healthy records"
-    caution = "The feature that varies most without a fault dominates: a change is scaled only by the mean."
-    needs_faulty = False
-
-    def learn(self, values: Array, is_faulty: Flags) -> Rule:
-        """Fit the means of healthy records."""
-        means = values.mean(axis=0)
-        if not means.all():
-            raise NotStatedError("the score largest_change: a feature has zero mean in healthy records")
-        return LargestFall(means)
-
-
-@dataclass(frozen=True, eq=False)
-class LargestFall:
-    """Largest fall below `means`, shape (n_feature,), relative to them."""
-
-    means: Array
-
-    def __call__(self, values: Array) -> Array:
-        """Scores, shape (n_record,)."""
-        return np.asarray(np.max((self.means - values) / self.means, axis=1))
-
-
 MOST_MISSING = 0.1
 """Largest fraction of fit records without a value; a number with more missing values is omitted."""
 
@@ -126,9 +93,7 @@ def made_scores(
         A number is not measured, or the extra of a score is not installed.
     """
     for label, config in wanted.items():
-        score = (
-            LargestChange() if config.kind == LargestChange.name else make_score(config.kind, config.options)
-        )
+        score = make_score(config.kind, config.options)
         of, by = _chosen(measured, config.of, label), _chosen(measured, config.by, label)
         if config.kind != "compensated":
             yield _made(records, label, score, [*of, *by], tested_teach)

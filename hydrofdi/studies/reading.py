@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.config.study.detection import DetectionConfig, ScoreConfig
 from hydrofdi.config.study.table import StudyTable
+from hydrofdi.detectors.registry import score_kind
+from hydrofdi.detectors.scores.features import EXTRA, has_extra
 from hydrofdi.errors import ReportError
 from hydrofdi.indicators import Indicator
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
-from hydrofdi.scoring import EXTRA, has_extra
 from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
 from hydrofdi.store.folder.provenance import read_costs
@@ -27,9 +28,6 @@ from hydrofdi.store.results import MISSING
 from hydrofdi.studies.made_scores import belongs, made_scores, usual_scores
 from hydrofdi.studies.paired import changes_since_before
 from hydrofdi.studies.records import Scored, StudyRecords
-
-_WITHOUT_EXTRA = ("compensated", "largest_change")
-"""Kinds of scores that do not need scikit-learn."""
 
 
 def within(scored: Scored, sensors: Collection[str]) -> bool:
@@ -50,19 +48,16 @@ def sensor_remark(label: str, scored: Scored, sensors: Collection[str]) -> str:
     return f"{label} is left out: it needs {lacking}, not among detection.sensors"
 
 
-def needs_extra(score: ScoreConfig) -> bool:
-    """Whether a score needs scikit-learn."""
-    return score.kind not in _WITHOUT_EXTRA
-
-
 def asks_for_extra(detection: DetectionConfig) -> bool:
     """Whether any score of a study needs scikit-learn."""
-    return detection.usual_scores or any(map(needs_extra, detection.scores.values()))
+    return detection.usual_scores or any(
+        score_kind(score.kind).needs_extra for score in detection.scores.values()
+    )
 
 
 def makeable(wanted: Mapping[str, ScoreConfig]) -> tuple[dict[str, ScoreConfig], tuple[str, ...]]:
     """Scores that can be made, and a remark on those that cannot, if any."""
-    lacking = [label for label, score in wanted.items() if needs_extra(score)]
+    lacking = [label for label, score in wanted.items() if score_kind(score.kind).needs_extra]
     if not lacking or has_extra():
         return dict(wanted), ()
     remark = f"omitted because they need the extra ({EXTRA}): {', '.join(lacking)}"

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from hydrofdi.detectors.registry import make_score
 from hydrofdi.evaluation.roc import area_under_curve
-from hydrofdi.scoring import make_score
 from tests.commands import run, run_json
 
 DESCRIPTION = """\

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.charts import chart_names, make_chart
+from hydrofdi.detectors.registry import chart_names, make_chart
 
 SHORT = {"glr": {"window": 20}, "moving_window": {"window": 8}}
 

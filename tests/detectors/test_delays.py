@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.charts import make_chart
+from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.run_lengths import Delays, delays
 
 

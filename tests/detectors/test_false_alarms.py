@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from detectors.streams import autoregressive, true_mean_time
-from hydrofdi.detectors.charts import make_chart
+from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.run_lengths import FalseAlarms
 from hydrofdi.detectors.run_lengths.false_alarms import members, operations
 from hydrofdi.errors import NotStatedError

@@ -6,7 +6,7 @@ import pytest
 import hydrofdi
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
-from hydrofdi.detectors.charts import make_chart
+from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.run_lengths import delays
 from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig, WindowConfig
 from hydrofdi.indicators import make_indicators

@@ -8,8 +8,8 @@ import pytest
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
+from hydrofdi.detectors.registry import make_score
 from hydrofdi.execution import InProcessEngine
-from hydrofdi.scoring import make_score
 from hydrofdi.studies.reading import read_study
 
 STUDY = """

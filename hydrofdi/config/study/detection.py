@@ -10,12 +10,11 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from hydrofdi.config.study.study import ChartConfig, OnlineConfig, move_options
-from hydrofdi.detectors.charts import chart_kind, chart_names
+from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.selection import label_mistake
 from hydrofdi.records import Channel
-from hydrofdi.scoring.registry import score_kind, score_names
 from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section

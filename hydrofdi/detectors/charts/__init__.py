@@ -3,8 +3,3 @@
 The input of a chart are standardised scores (median 0 and spread 1 if healthy); it does not depend on their
 interval or on the indicator. It raises an alarm when its statistic reaches the limit.
 """
-
-from hydrofdi.detectors.charts.contract import Chart, ChartOptions, State
-from hydrofdi.detectors.charts.registry import chart_kind, chart_names, make_chart
-
-__all__ = ["Chart", "ChartOptions", "State", "chart_kind", "chart_names", "make_chart"]

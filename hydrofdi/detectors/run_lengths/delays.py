@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrofdi.detectors.charts import Chart
+from hydrofdi.detectors.charts.contract import Chart
 from hydrofdi.evaluation.grouped_area import group_bootstrap
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.scores import Array, share_between_0_and_1

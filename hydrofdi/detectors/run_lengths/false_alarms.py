@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.detectors.charts import Chart
+from hydrofdi.detectors.charts.contract import Chart
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.grouped_area import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Array

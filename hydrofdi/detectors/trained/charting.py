@@ -10,7 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hydrofdi.detectors.charts import State, make_chart
+from hydrofdi.detectors.charts.contract import State
+from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.run_lengths import FalseAlarms
 from hydrofdi.detectors.trained.configuration import ChartConfig, direction_of
 from hydrofdi.detectors.trained.file import ChartLimit, DetectorFile, Scale

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError
 
-from hydrofdi.detectors.charts import chart_kind, make_chart
+from hydrofdi.detectors.registry import chart_kind, make_chart
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators import Indicator, Output

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.detectors.scores.features import has_extra
 from hydrofdi.report.changes import remarks_block as runs_remarks_block
 from hydrofdi.report.composition import answers, document_of
 from hydrofdi.report.detection.answer import answer_block, remarks_block
@@ -32,7 +33,6 @@ from hydrofdi.report.document import Block, Document, FigureKind
 from hydrofdi.report.estimates import estimate_records, estimates_block
 from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.run_lengths import run_length_lines, run_length_records, run_lengths_block
-from hydrofdi.scoring import has_extra
 from hydrofdi.store import Columns, ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
 from hydrofdi.studies.charts import RunLengths, judge_run_lengths

@@ -1,8 +1,8 @@
 """Linear discriminant analysis of healthy and faulty records."""
 
+from hydrofdi.detectors.scores.contract import FROM_BOTH, Flags, Rule, Score
+from hydrofdi.detectors.scores.features import LinearRule, scikit_learn, standardisation
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.contract import FROM_BOTH, Flags, Rule, Score
-from hydrofdi.scoring.features import LinearRule, scikit_learn, standardisation
 from hydrofdi.settings.quantities import Section
 
 
@@ -15,6 +15,7 @@ class Lda(Score[Section]):
     equation = "wᵀ (z − (m₀ + m₁)/2), w = C⁻¹ (m₁ − m₀), C the mean of the shrunk covariances of both kinds"
     caution = FROM_BOTH
     needs_faulty = True
+    Trained = LinearRule
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
         """Fit means and covariances of both classes."""

@@ -1,4 +1,4 @@
-"""Registry of scores, and of other kinds that are found by the names of their modules."""
+"""Scores and charts, found by the names of their modules."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from pkgutil import iter_modules
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
+from hydrofdi.detectors.charts import catalogue as charts
+from hydrofdi.detectors.charts.contract import Chart
+from hydrofdi.detectors.scores import catalogue as scores
+from hydrofdi.detectors.scores.contract import Score
 from hydrofdi.errors import ConfigError
-from hydrofdi.scoring import catalogue
-from hydrofdi.scoring.contract import Score
 from hydrofdi.settings.messages import nearest
 
 Made = TypeVar("Made")
@@ -55,5 +57,8 @@ class Registry(Generic[Made]):
         return made
 
 
-_SCORES: Registry[Score[Any]] = Registry(catalogue, "score")
+_SCORES: Registry[Score[Any]] = Registry(scores, "score")
 score_names, score_kind, make_score = _SCORES.names, _SCORES.kind, _SCORES.make
+
+_CHARTS: Registry[Chart[Any]] = Registry(charts, "chart")
+chart_names, chart_kind, make_chart = _CHARTS.names, _CHARTS.kind, _CHARTS.make

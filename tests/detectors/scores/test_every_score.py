@@ -1,19 +1,23 @@
 """What every score keeps to, whatever it learns."""
 
+import json
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from hydrofdi.detectors.registry import make_score, score_kind, score_names
+from hydrofdi.detectors.scores.data import from_data, plain_data
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import learned_direction, suspicion
 from hydrofdi.evaluation.roc import area_under_curve
-from hydrofdi.scoring import make_score, score_kind, score_names
-from tests.scoring.populations import Population
+from tests.detectors.scores.populations import Population
 
 every_score = pytest.mark.parametrize("name", score_names())
+standardised = pytest.mark.parametrize("name", [name for name in score_names() if name != "largest_change"])
 
 
 @pytest.fixture
@@ -68,6 +72,40 @@ def test_fit_records_that_are_not_measured_teach_nothing(name, population):
     assert model.n_faulty == (100 if score_kind(name).needs_faulty else 0)
 
 
+def damages(data):
+    """Plain data of a rule with something wrong at each key."""
+    for key, value in data.items():
+        yield {name: part for name, part in data.items() if name != key}
+        if isinstance(value, dict):
+            yield from (data | {key: part} for part in damages(value))
+            continue
+        for damage in (None, "x", {}, True, [[[1.0]]], [1.0, [2.0]], float("nan")):
+            yield data | {key: damage}
+            if isinstance(value, list) and damage is not True:
+                yield data | {key: [damage, *value[1:]]}
+
+
+@every_score
+def test_a_trained_rule_is_plain_data_that_scores_the_same_bits(name, population):
+    model, records = fitted(name, *population.labelled(100, 100, 1.0)), population.records(20, 1.0)
+    text = json.dumps(plain_data(model.rule), allow_nan=False)
+    again = from_data(score_kind(name).Trained, json.loads(text))
+    np.testing.assert_array_equal(replace(model, rule=again).score(records), model.score(records))
+    for damaged in damages(json.loads(text)):
+        with pytest.raises(ValueError, match=r"^[a-z_.]+: "):
+            from_data(score_kind(name).Trained, damaged)
+
+
+def test_the_boundary_of_one_class_is_that_of_the_support_vector_machine(population):
+    from sklearn.svm import OneClassSVM
+
+    values, is_faulty = population.labelled(100, 100, 1.0)
+    model, records = fitted("one_class", values, is_faulty), population.records(50, 1.0)
+    white = model.rule.white
+    machine = OneClassSVM(gamma=model.rule.gamma, nu=0.1).fit(white(values[~is_faulty]))
+    np.testing.assert_allclose(model.score(records), -machine.decision_function(white(records)), atol=1e-12)
+
+
 @every_score
 def test_scoring_teaches_nothing(name, population):
     model = fitted(name, *population.labelled(100, 100, 1.0))
@@ -87,7 +125,7 @@ def test_faulty_records_teach_only_scores_that_need_them(name, population):
     assert same.all() != score_kind(name).needs_faulty
 
 
-@every_score
+@standardised
 def test_a_constant_feature_does_nothing(name, population):
     values, is_faulty = population.labelled(100, 100, 1.0)
     records = population.records(20, 0.5)
@@ -106,7 +144,7 @@ def test_a_feature_that_is_mostly_the_same_still_tells():
     assert distances[1] > distances[0] + 25.0
 
 
-@every_score
+@standardised
 def test_the_units_of_features_do_not_matter(name, population):
     values, is_faulty = population.labelled(100, 100, 1.0)
     records = population.records(50, 0.5)
@@ -116,7 +154,7 @@ def test_the_units_of_features_do_not_matter(name, population):
     np.testing.assert_allclose(model.score(records * scale + offset), expected, rtol=1e-3, atol=1e-5)
 
 
-@every_score
+@standardised
 @pytest.mark.parametrize("seed", [2, 3])
 def test_single_wild_fit_records_do_not_rule_a_fit(name, seed):
     population = Population(n_feature=5 if name == "compensated" else 8, seed=seed)
@@ -146,7 +184,7 @@ def test_too_few_records_are_refused_in_a_sentence(name, n_measured, population)
         fitted(name, values, is_faulty)
 
 
-@every_score
+@standardised
 def test_features_that_do_not_vary_are_refused(name):
     with pytest.raises(NotStatedError, match="var"):
         fitted(name, np.full((40, 3), 1.0 / 3.0), np.arange(40) >= 20)
@@ -156,7 +194,7 @@ WITHOUT_THE_EXTRA = """
 import sys; sys.modules["sklearn"] = None
 import numpy as np
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.scoring import make_score, score_names
+from hydrofdi.detectors.registry import make_score, score_names
 values, is_faulty = np.random.default_rng(1).normal(size=(80, 3)), np.arange(80) >= 40
 for name in score_names():
     try:
@@ -169,12 +207,12 @@ for name in score_names():
 
 def test_without_the_extra_scores_say_what_to_install():
     done = subprocess.run([sys.executable, "-c", WITHOUT_THE_EXTRA], capture_output=True, text=True)
-    assert (done.returncode, done.stdout.split()) == (0, ["compensated"]), done.stderr
+    assert (done.returncode, done.stdout.split()) == (0, ["compensated", "largest_change"]), done.stderr
 
 
 def test_the_room_loads_scikit_learn_only_to_fit():
     code = (
-        "import sys; from hydrofdi.scoring import score_kind, score_names;"
+        "import sys; from hydrofdi.detectors.registry import score_kind, score_names;"
         "[score_kind(name) for name in score_names()]; print('sklearn' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -7,14 +7,52 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
+from hydrofdi.detectors.scores.contract import Flags, Rule, Score
+from hydrofdi.detectors.scores.features import (
+    FAR,
+    Standardisation,
+    require_shape,
+    row_products,
+    standardisation,
+)
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.contract import Flags, Rule, Score
-from hydrofdi.scoring.features import FAR, Standardisation, row_products, standardisation
 from hydrofdi.settings.quantities import Section
 
 RECORDS_PER_COEFFICIENT = 2
 """Minimum number of healthy records per regression coefficient."""
+
+
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """Residual of the first feature, in its own unit.
+
+    Attributes
+    ----------
+    standardised : Standardisation
+    low, high : ndarray, shape (n_proxy,)
+        Range of the standardised proxies in the fit records.
+    coefficients : ndarray, shape (n_term,)
+    """
+
+    standardised: Standardisation
+    low: Array
+    high: Array
+    coefficients: Array
+
+    def __post_init__(self) -> None:
+        """Check the shapes."""
+        n_feature = self.standardised.kept.size
+        require_shape(self.low, n_feature - 1)
+        require_shape(self.high, n_feature - 1)
+        require_shape(self.coefficients, n_feature * (n_feature + 1) // 2)
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,)."""
+        features = self.standardised(values)
+        terms = quadratic_terms(np.clip(features[:, 1:], self.low, self.high))
+        expected = row_products(terms, self.coefficients[:, None])[:, 0]
+        return np.asarray((features[:, 0] - expected) * self.standardised.scale[0])
 
 
 class Compensated(Score[Section]):
@@ -40,6 +78,8 @@ class Compensated(Score[Section]):
         " within it."
     )
     needs_faulty = False
+    Trained = Residual
+    needs_extra = False
     direction = None
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
@@ -63,31 +103,6 @@ class Compensated(Score[Section]):
             )
         coefficients = np.asarray(np.linalg.lstsq(terms, target, rcond=None)[0], dtype=float)
         return Residual(standardised, proxies.min(axis=0), proxies.max(axis=0), coefficients)
-
-
-@dataclass(frozen=True, eq=False)
-class Residual:
-    """Residual of the first feature, in its own unit.
-
-    Attributes
-    ----------
-    standardised : Standardisation
-    low, high : ndarray, shape (n_proxy,)
-        Range of the standardised proxies in the fit records.
-    coefficients : ndarray, shape (n_term,)
-    """
-
-    standardised: Standardisation
-    low: Array
-    high: Array
-    coefficients: Array
-
-    def __call__(self, values: Array) -> Array:
-        """Scores, shape (n_record,)."""
-        features = self.standardised(values)
-        terms = quadratic_terms(np.clip(features[:, 1:], self.low, self.high))
-        expected = row_products(terms, self.coefficients[:, None])[:, 0]
-        return np.asarray((features[:, 0] - expected) * self.standardised.scale[0])
 
 
 def quadratic_terms(proxies: Array) -> Array:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hydrofdi.detectors.scores.contract import Flags, Score, as_features
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.contract import Flags, Score, as_features
 
 Numbers = NDArray[np.intp]
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from hydrofdi.detectors.registry import make_score, score_names
+from hydrofdi.detectors.scores.cross_fitting import cross_fitted_scores
 from hydrofdi.evaluation.roc import area_under_curve
-from hydrofdi.scoring import cross_fitted_scores, make_score, score_names
-from tests.scoring.populations import Population
+from tests.detectors.scores.populations import Population
 
 every_score = pytest.mark.parametrize("name", score_names())
 learners = pytest.mark.parametrize("name", ["lda", "logistic"])

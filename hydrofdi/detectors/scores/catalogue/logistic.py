@@ -7,9 +7,9 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from hydrofdi.detectors.scores.contract import FROM_BOTH, LEAST_RECORDS, Flags, Rule, Score
+from hydrofdi.detectors.scores.features import LinearRule, scikit_learn, standardisation
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.contract import FROM_BOTH, LEAST_RECORDS, Flags, Rule, Score
-from hydrofdi.scoring.features import LinearRule, scikit_learn, standardisation
 from hydrofdi.settings.quantities import Section
 
 STRENGTHS = np.logspace(-4, 2, 7)
@@ -35,6 +35,7 @@ class Logistic(Score[LogisticOptions]):
         " are alike, the ridge is too weak."
     )
     needs_faulty = True
+    Trained = LinearRule
     Options = LogisticOptions
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
+from hydrofdi.detectors.scores.contract import FROM_HEALTHY, Flags, Rule, Score
+from hydrofdi.detectors.scores.features import Whitening, require_shape, scikit_learn, whitening
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.contract import FROM_HEALTHY, Flags, Rule, Score
-from hydrofdi.scoring.features import Whitening, scikit_learn, whitening
 from hydrofdi.settings.quantities import SI, Section
 
 
@@ -22,6 +22,39 @@ class OneClassOptions(Section):
 
     width: Annotated[float, SI("1", above=0)] = 1.0
     """Width of the kernel, in RMS distances of healthy records from their mean."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outside:
+    """Distance from the boundary of a one-class support vector machine after whitening, positive outside.
+
+    Attributes
+    ----------
+    white : Whitening
+    vectors : ndarray, shape (n_vector, n_kept)
+        Whitened support vectors.
+    weights : ndarray, shape (n_vector,)
+        Their coefficients α.
+    gamma, offset : float
+        1/(2 n b²), and ρ.
+    """
+
+    white: Whitening
+    vectors: Array
+    weights: Array
+    gamma: float
+    offset: float
+
+    def __post_init__(self) -> None:
+        """Check the shapes."""
+        require_shape(self.vectors, self.weights.size, self.white.mean.size)
+        require_shape(self.weights, self.weights.size)
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,); each record by itself."""
+        squared = (np.sum(np.square(self.vectors - row), axis=1) for row in self.white(values))
+        near = [np.sum(self.weights * np.exp(-self.gamma * each)) for each in squared]
+        return self.offset - np.array(near, dtype=float)
 
 
 class OneClass(Score[OneClassOptions]):
@@ -36,6 +69,7 @@ class OneClass(Score[OneClassOptions]):
         " time of a fit grows with the square of the number of records."
     )
     needs_faulty = False
+    Trained = Outside
     Options = OneClassOptions
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
@@ -47,18 +81,5 @@ class OneClass(Score[OneClassOptions]):
             from sklearn.svm import OneClassSVM
 
             machine = OneClassSVM(kernel="rbf", gamma=gamma, nu=self.options.outside).fit(points)
-        return Outside(white, machine)
-
-
-@dataclass(frozen=True, eq=False)
-class Outside:
-    """Distance from the boundary of a one-class support vector machine after whitening, positive outside."""
-
-    white: Whitening
-    machine: Any
-
-    def __call__(self, values: Array) -> Array:
-        """Scores, shape (n_record,)."""
-        if not values.size:
-            return np.empty(0)
-        return -np.asarray(self.machine.decision_function(self.white(values)))
+        weights = machine.dual_coef_[0]
+        return Outside(white, machine.support_vectors_, weights, gamma, float(machine.offset_[0]))

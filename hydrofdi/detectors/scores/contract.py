@@ -95,8 +95,10 @@ class Score(Protocol[Chosen]):
         Its definition, in one line.
     caution : str
         Limitations that users must know.
-    needs_faulty : bool
-        Whether it is also trained on faulty records; if not, it receives none.
+    needs_faulty, needs_extra : bool
+        Whether it is also trained on faulty records; if not, it receives none. Whether scikit-learn fits it.
+    Trained : type
+        Class of its trained rule: a frozen dataclass of arrays, numbers and such dataclasses.
     direction : Direction or None
         Direction of change with a fault; None if it must be learned from fit records.
     Options : type of Section
@@ -111,6 +113,8 @@ class Score(Protocol[Chosen]):
     equation: ClassVar[str]
     caution: ClassVar[str]
     needs_faulty: ClassVar[bool]
+    needs_extra: ClassVar[bool] = True
+    Trained: ClassVar[type[Any]]
     direction: ClassVar[Direction | None] = Direction.RISING
     Options: ClassVar[type[Section]] = Section
     options: Chosen

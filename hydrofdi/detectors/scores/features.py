@@ -6,13 +6,14 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.detectors.scores.contract import LEAST_RECORDS
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.scoring.contract import LEAST_RECORDS
 from hydrofdi.settings.counting import counted
 
 EXTRA = "pip install 'hydrofdi[learn]'"
@@ -63,6 +64,18 @@ FAR = 5.0
 """Standardised values of fit records are limited to ± this value, so that outliers do not dominate a fit."""
 
 
+def require_shape(array: NDArray[Any], *shape: int) -> None:
+    """Check that an array of a trained rule fits the others.
+
+    Raises
+    ------
+    ValueError
+        It does not.
+    """
+    if array.shape != shape:
+        raise ValueError(f"expected an array of the shape {shape}, not {array.shape}")
+
+
 @dataclass(frozen=True, eq=False)
 class Standardisation:
     """z = (x - median)/(interquartile range/1.349); the standard deviation if the quartiles are equal.
@@ -77,6 +90,13 @@ class Standardisation:
     kept: NDArray[np.intp]
     centre: Array
     scale: Array
+
+    def __post_init__(self) -> None:
+        """Check the shapes."""
+        for array in (self.kept, self.centre, self.scale):
+            require_shape(array, self.kept.size)
+        if not (np.all(self.kept >= 0) and np.all(self.scale > 0.0)):
+            raise ValueError("expected positions of features, and scales above 0")
 
     def __call__(self, values: Array) -> Array:
         """Standardised features, shape (n_record, n_kept)."""
@@ -124,6 +144,10 @@ class LinearRule:
     weights: Array
     offset: float
 
+    def __post_init__(self) -> None:
+        """Check the shape."""
+        require_shape(self.weights, self.standardised.kept.size)
+
     def __call__(self, values: Array) -> Array:
         """Scores, shape (n_record,)."""
         return self.offset + row_products(self.standardised(values), self.weights[:, None])[:, 0]
@@ -159,6 +183,12 @@ class Whitening:
     standardised: Standardisation
     mean: Array
     matrix: Array
+
+    def __post_init__(self) -> None:
+        """Check the shapes."""
+        n_kept = self.standardised.kept.size
+        require_shape(self.mean, n_kept)
+        require_shape(self.matrix, n_kept, n_kept)
 
     def __call__(self, values: Array) -> Array:
         """Whitened features, shape (n_record, n_kept)."""

@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import chi2, kstest
 from sklearn.covariance import LedoitWolf, ShrunkCovariance
 
+from hydrofdi.detectors.registry import make_score
 from hydrofdi.evaluation.roc import area_under_curve
-from hydrofdi.scoring import make_score
-from tests.scoring.populations import Population
+from tests.detectors.scores.populations import Population
 
 
 def healthy_scores(score, fit, records):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from hydrofdi.detectors.registry import make_score
 from hydrofdi.evaluation.roc import area_under_curve
-from hydrofdi.scoring import make_score
 
 SPREAD = 0.05
 

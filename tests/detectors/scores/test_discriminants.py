@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
+from hydrofdi.detectors.registry import make_score
 from hydrofdi.evaluation.roc import area_under_curve
-from hydrofdi.scoring import make_score
-from tests.scoring.populations import gaussians
+from tests.detectors.scores.populations import gaussians
 
 COVARIANCE = np.array([[1.0, 0.8, 0.0], [0.8, 1.0, 0.3], [0.0, 0.3, 2.0]])
 DISTANCE = np.array([0.5, -0.3, 0.2])

@@ -24,7 +24,7 @@ from hydrofdi.api.measuring import Counted, Indicators, indicators_of, with_opti
 from hydrofdi.api.notebook import html_sentences, shown
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
-from hydrofdi.config.study.detection import load_scores
+from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.evaluation.rates import HealthyPair, healthy_against_healthy

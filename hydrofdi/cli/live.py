@@ -34,6 +34,12 @@ _MOST_ROWS = 20
 def train(
     sources: Sources,
     out: Annotated[Path, typer.Option(metavar="FILE", help="JSON file to write the detector to.")],
+    best: Annotated[
+        bool, typer.Option("--best", help="Train the winner of a study; SOURCE is its results folder.")
+    ] = False,
+    sensors: Annotated[
+        str, typer.Option(metavar="P1,P2,…", help="With --best: sensors that the winner may need.")
+    ] = "",
     json: Json = False,
     **settings: Any,
 ) -> int:
@@ -46,7 +52,7 @@ def train(
     from hydrofdi.api.detectors.training import train as train_detector
 
     command = shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])])
-    detector = train_detector(sources, out=out, command=command, **settings)
+    detector = train_detector(sources, out=out, command=command, best=best, sensors=sensors or (), **settings)
     record = {"out": str(out), **detector.to_dict()}
     answer(record, lambda _: [f"{out}: {detector.name}\n{detector.summary}"], json=json)
     left = detector.left_out

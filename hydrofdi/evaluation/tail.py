@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +13,7 @@ from numpy.typing import ArrayLike
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.scores import Array, measurable, share_between_0_and_1
-from hydrofdi.evaluation.threshold import Threshold
+from hydrofdi.evaluation.threshold import Threshold, quantile_threshold, tolerance_threshold
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,3 +203,13 @@ def _one_tail(
     limit = float(start + model.excess(np.array([rate / share]))[0])
     limits = again.excess(np.minimum(rate * scores.size / np.maximum(counts, 1), 1.0)[:, None])[:, 0]
     return limit, share * model.survival(limits)
+
+
+ThresholdKind = Literal["quantile", "tolerance", "tail"]
+
+THRESHOLDS: Mapping[ThresholdKind, Callable[..., Threshold]] = {
+    "quantile": quantile_threshold,
+    "tolerance": tolerance_threshold,
+    "tail": tail_threshold,
+}
+"""Method that sets a threshold from healthy scores."""

@@ -113,7 +113,7 @@ class MetricsSink:
             {
                 "version": hydrofdi.__version__,
                 "indicator": file.config.indicator,
-                "output": file.config.output,
+                "output": file.config.output or file.score_name,
             }
         )
         threshold = self._gauge("threshold", f"Limits of the score, in {file.unit}", ["side"])

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
+from typing import Any
 
+from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.study.detection import DetectionConfig
+from hydrofdi.detectors.scores.configuration import CHANGE
+from hydrofdi.detectors.trained.configuration import stated_indicators
 from hydrofdi.evaluation.multiplicity import confidence_text, simultaneous_confidence
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.settings.counting import counted
 from hydrofdi.store import ExperimentData
-from hydrofdi.studies.judgement import Detection, pareto_set, ranked
+from hydrofdi.studies.judgement import Detection, Judgement, pareto_set, ranked
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.reading import read_study
+from hydrofdi.studies.reading import read_study, within
 from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules, ThresholdKind
+from hydrofdi.studies.rules import Rules
 
 
 def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Detection:
@@ -77,5 +81,38 @@ def judge_study(data: ExperimentData) -> tuple[Detection, ...]:
 
 def rules_of(asked: DetectionConfig) -> Rules:
     """Rules that an experiment requests."""
-    threshold = ThresholdKind(asked.threshold)
-    return Rules(asked.false_alarm_rate, asked.confidence, asked.probability, threshold)
+    return Rules(asked.false_alarm_rate, asked.confidence, asked.probability, asked.threshold)
+
+
+def winner(detection: Detection, sensors: Collection[str] = ()) -> Judgement | None:
+    """The best score that keeps its false-alarm rate, can be trained and needs no more than some sensors.
+
+    Changes since an earlier record cannot be trained: a detector judges each record by itself.
+    """
+    return next((each for each in detection.judgements if _can_win(each, sensors)), None)
+
+
+def _can_win(judgement: Judgement, sensors: Collection[str]) -> bool:
+    scored = judgement.scored
+    names = [scored.name] if scored.made_by is None else [*scored.made_by.of, *scored.made_by.by]
+    is_change = any(name.endswith(CHANGE) for name in names)
+    return judgement.keeps_its_rate is True and within(scored, sensors) and not is_change
+
+
+def detector_settings(experiment: ExperimentConfig, judgement: Judgement, rules: Rules) -> dict[str, Any]:
+    """Keys of a detector that computes a judged score, with the threshold of the study."""
+    made, scored = experiment.indicator_choice.made(experiment.wavelet), judgement.scored
+    settings: dict[str, Any] = {
+        "direction": str(judgement.direction),
+        "false_alarm_rate": rules.false_alarm_rate,
+        "confidence": rules.confidence,
+        "threshold": rules.threshold,
+    }
+    if scored.made_by is None:
+        label, _, output = scored.name.partition(".")
+        options = made[label].options.model_dump(mode="json")
+        return settings | {"indicator": made[label].name, "options": options, "output": output}
+    names = [*scored.made_by.of, *scored.made_by.by]
+    used = dict.fromkeys(name.partition(".")[0] for name in names)
+    indicators = stated_indicators({label: made[label] for label in used}, in_full=True)
+    return settings | {"indicators": indicators, "score": scored.made_by.model_dump(mode="json")}

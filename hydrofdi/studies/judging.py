@@ -21,7 +21,7 @@ from hydrofdi.studies.detectability import Detectability, detectability
 from hydrofdi.studies.judgement import Judgement, Level
 from hydrofdi.studies.parts import Notes, Part, part
 from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules, ThresholdKind
+from hydrofdi.studies.rules import Rules
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +211,7 @@ class _Case:
 
     def _remark_excluded(self, population: Population, rate: Rate) -> None:
         aim = self.rules.false_alarm_rate
-        is_limit = self.rules.threshold is ThresholdKind.TOLERANCE
+        is_limit = self.rules.threshold == "tolerance"
         if rate.low > aim or (rate.high < aim and not is_limit):
             self.notes.remarks.append(
                 f"false alarms of {population.name!r}: {rate.count} of {rate.total}, {rate.value:.2%}"

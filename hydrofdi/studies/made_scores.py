@@ -9,16 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.study.detection import ScoreConfig
 from hydrofdi.detectors.registry import make_score
+from hydrofdi.detectors.scores.configuration import ScoreConfig, combined_numbers
 from hydrofdi.detectors.scores.contract import Score
-from hydrofdi.detectors.scores.cross_fitting import cross_fitted_scores
-from hydrofdi.errors import ConfigError, NotStatedError
+from hydrofdi.detectors.scores.cross_fitting import cross_fitted_scores, known_numbers
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.evaluation.scores import Array
 from hydrofdi.records import Channel
-from hydrofdi.settings.messages import nearest
-from hydrofdi.studies.paired import CHANGE
 from hydrofdi.studies.records import Scored, StudyRecords
 
 _DETAILS = tuple(f"dwt.d{level}" for level in range(1, 6))
@@ -57,9 +54,6 @@ def usual_scores(
     return made
 
 
-MOST_MISSING = 0.1
-"""Largest fraction of fit records without a value; a number with more missing values is omitted."""
-
 _TRAINING = (Kind.HEALTHY, Kind.FAULT)
 
 
@@ -93,37 +87,15 @@ def made_scores(
         A number is not measured, or the extra of a score is not installed.
     """
     for label, config in wanted.items():
-        score = make_score(config.kind, config.options)
-        of, by = _chosen(measured, config.of, label), _chosen(measured, config.by, label)
-        if config.kind != "compensated":
-            yield _made(records, label, score, [*of, *by], tested_teach)
-            continue
-        for each in of:
-            name = label if len(of) == 1 else f"{label}.{each.name}"
-            found = _made(
-                records, name, score, [each, *(proxy for proxy in by if proxy is not each)], tested_teach
-            )
-            yield replace(found, unit=each.unit, direction=each.direction)
-
-
-def _chosen(measured: Sequence[Scored], names: Sequence[str], label: str) -> list[Scored]:
-    """Numbers with these names, including all of an indicator and elements of arrays; each once."""
-    found: dict[str, Scored] = {}
-    for name in names:
-        own = {each.name: each for each in measured if belongs(each.name, name)}
-        if not own:
-            known = [each.name for each in measured]
-            raise ConfigError(f"the score {label!r}: {name!r} is not measured{nearest(name, known)}")
-        found |= own
-    return list(found.values())
-
-
-def belongs(number: str, name: str) -> bool:
-    """Whether a name refers to a number; changes since an earlier record only if the name says so."""
-    if number.endswith(CHANGE) != name.endswith(CHANGE):
-        return False
-    number, name = number.removesuffix(CHANGE), name.removesuffix(CHANGE)
-    return number == name or number.startswith((f"{name}.", f"{name}["))
+        score, known = make_score(config.kind, config.options), {each.name: each for each in measured}
+        combined = combined_numbers(config, [*known], label)
+        for names in combined:
+            numbers = [known[name] for name in names]
+            name = label if len(combined) == 1 else f"{label}.{names[0]}"
+            found = _made(records, name, score, numbers, tested_teach)
+            if config.kind == "compensated":
+                found = replace(found, unit=numbers[0].unit, direction=numbers[0].direction)
+            yield replace(found, made_by=config.model_copy(update={"of": names[:1]}) if config.by else config)
 
 
 def _made(
@@ -135,8 +107,11 @@ def _made(
     is_shared = tested_teach and score.needs_faulty
     is_fit |= is_shared & is_faulty
     learning = is_fit & (score.needs_faulty | ~is_faulty)
-    kept = [each for each in numbers if _share_missing(each.values[learning]) <= MOST_MISSING]
-    left_out = [_left_out(each) for each in numbers if each not in kept]
+    values = np.stack([each.values for each in numbers], axis=1)
+    kept = [numbers[place] for place in known_numbers(values[learning])]
+    left_out = [
+        f"{each.name} is left out: too many fit records lack it." for each in numbers if each not in kept
+    ]
     notes = [score.caution, *left_out]
     try:
         if is_shared:
@@ -170,14 +145,6 @@ def _refuse_few_groups(
         n_group = len({groups[row] for row in np.flatnonzero(is_fit & own).tolist()})
         if n_group < 2:
             raise NotStatedError(f"{why}: it needs at least two groups with {kind} records, not {n_group}", 2)
-
-
-def _share_missing(values: Array) -> float:
-    return float(np.mean(~np.isfinite(values))) if values.size else 0.0
-
-
-def _left_out(number: Scored) -> str:
-    return f"{number.name} is left out: too many fit records lack it."
 
 
 def _cost(numbers: Sequence[Scored]) -> float | None:

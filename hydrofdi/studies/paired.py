@@ -8,13 +8,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.detectors.scores.configuration import CHANGE
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.studies.records import Scored, StudyRecords
 
 NONE = -1
-
-CHANGE = " (change)"
-"""Suffix of the name of a change."""
 
 NOTE = "minus its value in an earlier healthy record of the same actuator"
 

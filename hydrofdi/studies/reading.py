@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.run_table.expansion import study_roles
-from hydrofdi.config.study.detection import DetectionConfig, ScoreConfig
+from hydrofdi.config.study.detection import DetectionConfig
 from hydrofdi.config.study.table import StudyTable
 from hydrofdi.detectors.registry import score_kind
+from hydrofdi.detectors.scores.configuration import ScoreConfig, belongs
 from hydrofdi.detectors.scores.features import EXTRA, has_extra
 from hydrofdi.errors import ReportError
 from hydrofdi.indicators import Indicator
@@ -25,7 +26,7 @@ from hydrofdi.store.folder.provenance import read_costs
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, OBSTACLE, STATUS
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.store.results import MISSING
-from hydrofdi.studies.made_scores import belongs, made_scores, usual_scores
+from hydrofdi.studies.made_scores import made_scores, usual_scores
 from hydrofdi.studies.paired import changes_since_before
 from hydrofdi.studies.records import Scored, StudyRecords
 

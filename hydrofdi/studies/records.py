@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.scores import Array
@@ -32,6 +33,8 @@ class Scored:
         CPU time per record [s]; None if it was not measured.
     note : str
         Issue on the score, such as how it was trained.
+    made_by : ScoreConfig or None
+        How it combines numbers; None if it is one.
     indicator : str
         Name of the indicator that measures it; empty if it combines several or is not measured here.
     """
@@ -45,6 +48,7 @@ class Scored:
     cost: float | None = None
     note: str = ""
     indicator: str = ""
+    made_by: ScoreConfig | None = None
 
 
 @dataclass(frozen=True, eq=False)

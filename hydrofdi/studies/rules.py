@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,16 +11,8 @@ from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.pod.curve import Link
 from hydrofdi.evaluation.scores import share_between_0_and_1
-from hydrofdi.evaluation.tail import tail_threshold
-from hydrofdi.evaluation.threshold import Threshold, quantile_threshold, records_needed, tolerance_threshold
-
-
-class ThresholdKind(StrEnum):
-    """Method that sets a threshold from healthy scores."""
-
-    QUANTILE = "quantile"
-    TOLERANCE = "tolerance"
-    TAIL = "tail"
+from hydrofdi.evaluation.tail import THRESHOLDS, ThresholdKind
+from hydrofdi.evaluation.threshold import Threshold, records_needed
 
 
 @dataclass(frozen=True)
@@ -36,7 +27,8 @@ class Rules:
         Confidence level γ of all intervals and bounds.
     probability : float
         Probability of detection at the stated severity.
-    threshold : ThresholdKind
+    threshold : str
+        ``quantile``, ``tolerance`` or ``tail``.
     link : str
         Link of the detection curve, ``probit`` or ``logit``; normally distributed scores give a probit curve.
     n_tried : int
@@ -46,7 +38,7 @@ class Rules:
     false_alarm_rate: float = 0.01
     confidence: float = 0.95
     probability: float = 0.9
-    threshold: ThresholdKind = ThresholdKind.QUANTILE
+    threshold: ThresholdKind = "quantile"
     link: Link = "probit"
     n_tried: int = 1
 
@@ -70,14 +62,8 @@ class Rules:
         NotStatedError
             There are too few scores, or the tail model is rejected.
         """
-        rate, confidence = self.false_alarm_rate, self.confidence
-        match self.threshold:
-            case ThresholdKind.QUANTILE:
-                return quantile_threshold(healthy, rate, direction=direction, confidence=confidence)
-            case ThresholdKind.TOLERANCE:
-                return tolerance_threshold(healthy, rate, direction=direction, confidence=confidence)
-            case ThresholdKind.TAIL:
-                return tail_threshold(healthy, rate, direction=direction, confidence=confidence)
+        method = THRESHOLDS[self.threshold]
+        return method(healthy, self.false_alarm_rate, direction=direction, confidence=self.confidence)
 
     def records_for_threshold(self, direction: Direction) -> int:
         """Number of healthy fit records that a threshold in this direction needs; 0 if one is enough."""

@@ -140,3 +140,32 @@ def test_windows_that_are_no_whole_periods_of_u_are_warned_of(window, is_warned)
     )
     assert detector.file.basis.drive_period == 2.0
     assert ("periods of the drive" in detector.summary) is is_warned
+
+
+def test_a_score_of_several_numbers_learns_from_labelled_faulty_records_too(files, tmp_path):
+    held = {"label": LABELS, "healthy": "sound", "sampling_frequency": "1 kHz"}
+    config = {"indicators": ["dwt"], "score": {"kind": "lda", "of": ["dwt.d1", "dwt.d2", "dwt.a3"]}}
+    detector = hydrofdi.train(BOTH, config=config, false_alarm_rate=0.2, **held)
+    assert (detector.file.score.n_healthy, detector.file.score.n_faulty) == (30, 40)
+    assert detector.left_out.n_leaking == 0
+    verdicts = detector.judge(noisy(20, 1.05e4, 3), sampling_frequency="1 kHz")
+    assert verdicts["fault"].tolist() == [""] * 20
+    (tmp_path / "lda.yaml").write_text(json.dumps(config))
+    options = ("--config", tmp_path / "lda.yaml", "--false-alarm-rate", "20 %", "--healthy", "sound")
+    run("train", files, *options, "--out", tmp_path / "detector.json", check=0)
+    same = hydrofdi.Detector.load(tmp_path / "detector.json")
+    assert (same.file.limits, same.file.score) == (detector.file.limits, detector.file.score)
+    lines = [
+        each for each in detector.watch(noisy(3, 1.05e4, 3).reshape(30, 100)) if each["line"] == "window"
+    ]
+    assert [line["score"] for line in lines] == verdicts["score"][:3].tolist()
+    with pytest.raises(hydrofdi.HydrofdiError):
+        hydrofdi.train(HEALTHY, config=config, sampling_frequency="1 kHz", false_alarm_rate=0.2)
+    for wrong in (
+        {"score": {"kind": "lda", "of": ["dwt.d9"]}},
+        {"score": {"kind": "mahalanobis", "of": ["dwt"], "shrinkage": 2}},
+        {**config, "output": "d2"},
+        {"score": {"kind": "compensated", "of": ["dwt"], "by": ["dwt.d1"]}, "direction": "both"},
+    ):
+        with pytest.raises(hydrofdi.ConfigError):
+            hydrofdi.train(BOTH, config=wrong, **held)

@@ -1,6 +1,6 @@
 """Files of indicators that extend others."""
 
-from hydrofdi.config.study.detection import load_scores
+from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.indicators import load_indicators
 
 ONE = "indicators:\n  one: {kind: dwt, levels: 3}\nscores:\n  s: {kind: mahalanobis, of: [one.d1, one.d2]}\n"

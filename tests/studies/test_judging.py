@@ -10,7 +10,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules, ThresholdKind
+from hydrofdi.studies.rules import Rules
 from tests.evaluation.repeats import holds_at_least, holds_in
 from tests.studies.populations import FIT, LEVELS, PILOT, STIFFER, TEST, WORN, rising, study, usual
 
@@ -122,9 +122,9 @@ def false_alarms_in_repeats(repeats, kind, **rules):
 
 @pytest.mark.parametrize("repeats", [200, pytest.param(1000, marks=pytest.mark.long)])
 def test_the_true_false_alarm_rate_lies_inside_its_interval(repeats):
-    inside, _ = false_alarms_in_repeats(repeats, ThresholdKind.QUANTILE)
+    inside, _ = false_alarms_in_repeats(repeats, "quantile")
     assert holds_in(inside, repeats, 0.95)
-    _, kept = false_alarms_in_repeats(repeats, ThresholdKind.TOLERANCE)
+    _, kept = false_alarms_in_repeats(repeats, "tolerance")
     assert holds_at_least(kept, repeats, 0.95)
 
 
@@ -141,7 +141,7 @@ def test_measured_rates_hold_the_true_one(repeats):
 
 def test_too_few_records_are_refused_with_the_number_needed():
     records = study({FIT: 30, TEST: 30, **dict.fromkeys(LEVELS[6:], 8)})
-    judgement = judge(records, rising(records), replace(RULES, threshold=ThresholdKind.TOLERANCE))
+    judgement = judge(records, rising(records), replace(RULES, threshold="tolerance"))
     assert judgement.threshold is None
     assert not judgement.false_alarms
     assert not judgement.smallest

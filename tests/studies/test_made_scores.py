@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.config.study.detection import ScoreConfig
+from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.studies.detecting import detect

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.config.study.detection import ScoreConfig
+from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.studies.made_scores import made_scores
 from hydrofdi.studies.records import Scored
 from tests.studies.populations import FIT, TEST, usual

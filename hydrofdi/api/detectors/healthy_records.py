@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.api.records.simulated import SimulatedRecords
-from hydrofdi.config import expand_runs
+from hydrofdi.config import ExperimentConfig, expand_runs
 from hydrofdi.config.run_table.expansion import study_roles
+from hydrofdi.config.run_table.identities import record_identities
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators.record_measures import samples_digest
@@ -62,14 +63,21 @@ class HealthyRecords:
     sources : sequence of RecordSource
     healthy : sequence of str
         Labels of healthy records, beside those that descriptions name.
+    is_faulty : bool
+        Whether the others are meant: records with another label, runs with a leak, faulty fit records of a
+        study.
     left_out : LeftOut
         Counted while the batches are read.
+    n_taken : int
+        Number of these records, once the batches are read.
     is_unlabelled : bool
         Whether no source says which of its records are healthy.
     """
 
     sources: Sequence[RecordSource]
     healthy: Sequence[str] = ()
+    is_faulty: bool = False
+    n_taken: int = 0
     left_out: LeftOut = field(default_factory=LeftOut)
 
     @property
@@ -90,7 +98,7 @@ class HealthyRecords:
         ConfigError
             Records have labels, and none is known to mean a healthy one.
         """
-        self.left_out, found, seen = LeftOut(), set[str](), dict[bytes, str]()
+        self.n_taken, self.left_out, found, seen = 0, LeftOut(), set[str](), dict[bytes, str]()
         for source in self.sources:
             for batch in self._of_source(source, found):
                 self.left_out.n_rejected += len(batch.rejected)
@@ -98,6 +106,7 @@ class HealthyRecords:
                     first = f"{each.record_id}: {each.remark.message}"
                     self.left_out.first_rejection = self.left_out.first_rejection or first
                 distinct = self._distinct(batch, seen)
+                self.n_taken += distinct.n_record
                 if distinct.n_record:
                     yield distinct if labels else replace(distinct, labels=None)
         self._require_found(found)
@@ -108,20 +117,26 @@ class HealthyRecords:
                 found |= set(batch.labels or ())
                 yield self._healthy(source, batch)
             return
-        is_healthy, is_study = _healthy_runs(source)
-        self.left_out.n_leaking += int(np.sum(~is_healthy))
-        for batch in replace(source, only=np.flatnonzero(is_healthy).tolist()).batches(labels=True):
-            yield replace(batch, labels=(STUDY_LABEL,) * batch.n_record) if is_study else batch
+        are_meant, groups = _runs(source, is_faulty=self.is_faulty)
+        self.left_out.n_leaking += int(np.sum(~are_meant))
+        only = np.flatnonzero(are_meant).tolist()
+        for batch in analysed_batches(replace(source, only=only), labels=True):
+            if groups is None:
+                yield batch
+            else:
+                named = (STUDY_LABEL,) * batch.n_record
+                own = tuple(groups.get(record_id, "") for record_id in batch.record_ids)
+                yield replace(batch, labels=named, groups=own)
 
     def _healthy(self, source: RecordSource, batch: RecordBatch) -> RecordBatch:
         if not _is_labelled(source):
-            return batch
+            return batch.rows([]) if self.is_faulty else batch
         names = {*labels_of_healthy(source), *self.healthy}
         if not names:
             remedy = "healthy=LABEL, or 'healthy: [LABEL]' in the description"
             raise ConfigError(f"{source.name}: which records are healthy? {remedy}")
         labels = batch.labels or ("",) * batch.n_record
-        rows = [row for row, label in enumerate(labels) if label in names]
+        rows = [row for row, label in enumerate(labels) if (label in names) != self.is_faulty and label]
         n_unlabelled = sum(not label for label in labels)
         self.left_out.n_unlabelled += n_unlabelled
         self.left_out.n_leaking += batch.n_record - len(rows) - n_unlabelled
@@ -152,22 +167,49 @@ def labels_of_healthy(source: RecordSource) -> tuple[str, ...]:
     return source.config.healthy if isinstance(source, MeasuredSource | HeldSource) else ()
 
 
-def _healthy_runs(source: SimulatedRecords | StoredRecords) -> tuple[NDArray[np.bool_], bool]:
-    """Whether each run of an experiment is healthy, and whether it is one of a study.
+def _runs(
+    source: SimulatedRecords | StoredRecords, *, is_faulty: bool
+) -> tuple[NDArray[np.bool_], dict[str, str] | None]:
+    """Whether each run of an experiment is healthy (or faulty), and the groups of the records of a study.
 
-    Of a study, its healthy fit records are; of others, all runs without a leak.
+    Of a study, its fit records in the first design are; of others, all runs without a leak (or with one).
     """
-    experiment = source.data.experiment if isinstance(source, StoredRecords) else source.experiment
+    experiment = experiment_of(source)
     if experiment.study is not None:
         roles = stored_roles(source.data) if isinstance(source, StoredRecords) else study_roles(experiment)
-        are_fit = [each.kind is Kind.HEALTHY and each.is_fit for each in roles.populations]
-        return np.array(are_fit)[roles.of_run], True
+        kind = Kind.FAULT if is_faulty else Kind.HEALTHY
+        are_fit = np.array([each.kind is kind and each.is_fit for each in roles.populations])
+        groups: dict[str, str] = {}
+        if roles.actuators is not None:
+            groups = dict(zip(_record_ids(source), roles.actuators, strict=True))
+        return are_fit[roles.of_run] & (roles.design_of_run == 0), groups
     if isinstance(source, StoredRecords):
         leaks = [source.data.leakage_requests, *zip(*external_coefficients(source.data), strict=True)]
     else:
         runs = expand_runs(experiment).runs
         leaks = [runs.values(f"leakage.{name}") for name in _LEAKS]
-    return ~np.array([any(of_run) for of_run in zip(*leaks, strict=True)], dtype=bool), False
+    are_leaking = np.array([any(of_run) for of_run in zip(*leaks, strict=True)], dtype=bool)
+    return are_leaking if is_faulty else ~are_leaking, None
+
+
+def _record_ids(source: SimulatedRecords | StoredRecords) -> Sequence[str]:
+    if isinstance(source, StoredRecords):
+        return source.record_ids
+    return record_identities(expand_runs(source.experiment).runs)
+
+
+def experiment_of(source: SimulatedRecords | StoredRecords) -> ExperimentConfig:
+    """The experiment behind simulated records."""
+    return source.data.experiment if isinstance(source, StoredRecords) else source.experiment
+
+
+def analysed_batches(source: RecordSource, *, labels: bool = False) -> Iterator[RecordBatch]:
+    """Batches of a source; of a study, without the samples that its analysis discards."""
+    n_discarded = 0
+    if isinstance(source, SimulatedRecords | StoredRecords) and experiment_of(source).study is not None:
+        n_discarded = experiment_of(source).nominal_parameters.n_discarded
+    for batch in source.batches(labels=labels):
+        yield batch.window(n_discarded) if n_discarded else batch
 
 
 def _is_labelled(source: RecordSource) -> bool:

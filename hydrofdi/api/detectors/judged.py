@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.detectors.windows import JudgedWindow, Tally
-from hydrofdi.detectors.trained.configuration import feature_of
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.monitor.lines import line_record
 from hydrofdi.report.table import Column, Table, quantity
@@ -59,7 +58,7 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
             Column("alarm", alarms, title="verdict", text=[*map(_verdict, windows)], is_text=True),
             *words("fault", "reason", "doubt"),
         ),
-        title=f"{file.score_name}, {feature_of(file.config).described.long_name}: alarm {file.limits_text}",
+        title=f"{file.score_name}, {file.feature.meaning}: alarm {file.limits_text}",
         notes=(*_not_judged(rows), *_doubtful(rows)),
         row="window",
     )
@@ -109,8 +108,8 @@ def json_parts(tally: Tally) -> Iterator[str]:
 def _detector(tally: Tally) -> dict[str, Any]:
     config, limits = tally.file.config, tally.file.limits
     return {
-        "indicator": config.indicator,
-        "output": config.output,
+        "indicator": config.indicator or None,
+        "output": config.output or tally.file.score_name,
         "unit": tally.file.unit,
         "low": limits.low,
         "high": limits.high,

@@ -8,7 +8,6 @@ from typing import Any
 
 from hydrofdi.api.assumed_plant import assumption_text, constants_text
 from hydrofdi.api.detectors.healthy_records import LeftOut
-from hydrofdi.detectors.trained.configuration import feature_of
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import count_text, percent, plain, time_text
@@ -28,14 +27,17 @@ _RESTS = {
 
 def sentences(file: DetectorFile, left_out: LeftOut, *, is_unlabelled: bool) -> Iterator[str]:
     """What the detector judges, what it promises, and what that rests on."""
-    feature = feature_of(file.config)
+    feature, name = file.feature, file.config.indicator or ", ".join(file.feature.indicators)
     channels = ", ".join(f"{channel.symbol} ({channel})" for channel in file.channels)
     yield f"It judges {_what(file)} at {file.sampling_frequency:g} Hz and needs {channels}."
-    if constants := constants_text(feature.indicator.options):
-        yield f"It takes the actuator as {constants}."
+    if file.score is not None:
+        yield f"It combines {counted(len(file.score.numbers), 'number')}: {', '.join(file.score.numbers)}."
+    for constants in dict.fromkeys(constants_text(each.options) for each in feature.indicators.values()):
+        if constants:
+            yield f"It takes the actuator as {constants}."
     if file.assumed:
-        yield f"Warning: {assumption_text(file.config.indicator, file.assumed)}."
-    if " at " in (meaning := feature.described.long_name):
+        yield f"Warning: {assumption_text(name, file.assumed)}."
+    if " at " in (meaning := feature.meaning):
         yield f"The score is the {meaning}; studies state mean flows, which are smaller."
     yield f"A score {file.limits_text} is an alarm."
     yield from _promise(file)

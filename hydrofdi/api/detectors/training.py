@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from os import PathLike
 from typing import Any
@@ -14,7 +15,9 @@ from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.records.columns import Names
+from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, Texts, sources_of
+from hydrofdi.api.stored import read_results
 from hydrofdi.detectors.trained.configuration import (
     DetectorConfig,
     WindowConfig,
@@ -23,8 +26,14 @@ from hydrofdi.detectors.trained.configuration import (
 )
 from hydrofdi.detectors.trained.file import Made
 from hydrofdi.detectors.trained.training import train as train_on
+from hydrofdi.errors import ConfigError, NotStatedError, ReportError
+from hydrofdi.records import Channel, RecordSource
+from hydrofdi.report.detection.populations import n_computed_of
+from hydrofdi.settings.counting import counted
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
+from hydrofdi.store import ExperimentData
+from hydrofdi.studies.detecting import detector_settings, judge_study, winner
 
 
 def train(
@@ -32,6 +41,8 @@ def train(
     indicator: Indicators | None = None,
     *,
     healthy: str | int | Sequence[str | int] = (),
+    best: bool = False,
+    sensors: str | Sequence[str] = (),
     config: str | PathLike[str] | Mapping[str, Any] | None = None,
     out: str | PathLike[str] | None = None,
     command: str = "",
@@ -57,6 +68,11 @@ def train(
         other keys of a detector stands for `config`.
     healthy : str, int, or sequence of them, optional
         Labels of healthy records, besides those that descriptions name.
+    best : bool
+        Train the winner of a stored study: the best score that keeps its false-alarm rate, with the rules and
+        on the fit records of the study, which are simulated again.
+    sensors : str or sequence of str
+        Sensors that the winner may need, such as ``P1,P2,x,u``; all by default.
     config : path or mapping, optional
         YAML file, or a mapping, with these settings, options of the indicator and a chart; what is given
         beside it wins.
@@ -100,6 +116,14 @@ def train(
     if indicator is not None and config is None and not _is_name(indicator):
         config, indicator = _config(indicator), None
     keys, given = setting_keys(), {"indicator": indicator} | settings
+    stored = None
+    if best:
+        if config is not None or indicator is not None:
+            raise ConfigError("best: the study chooses the indicators and the score; give neither")
+        stored = read_results(path_of(data[0] if isinstance(data, list | tuple) and len(data) == 1 else data))
+        config = _winner(stored, names_of("sensors", sensors, "symbols of sensors"))
+    elif sensors:
+        raise ConfigError("sensors: is for best, the winner of a study")
     stated = stated_detector(
         config if config is None or isinstance(config, Mapping) else path_of(config),
         {
@@ -112,13 +136,20 @@ def train(
         require_place(path_of(out))
     said = Said(sampling_frequency, channel, unit, label, group)
     labels = tuple(names_of("healthy", healthy, "labels of healthy records"))
-    indicator_made = feature_of(stated).indicator
-    needed = indicator_made.channels | indicator_made.optional_channels | {stated.window.channel}
-    sources = sources_of(data, needed, said)
+    feature = feature_of(stated)
+    needed = feature.channels | feature.optional_channels | {stated.window.channel}
+    sources: list[RecordSource]
+    if stored is None:
+        sources = sources_of(data, needed, said)
+    else:
+        sources = [SimulatedRecords(stored.experiment, str(stored.path), needed)]
     records = HealthyRecords(sources, labels)
     made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
-    file = train_on(records, stated, [source.name for source in sources], made)
-    assumed = assumed_constants(sources, indicator_made.options)
+    faulty = replace(records, is_faulty=True)
+    file = train_on(records, stated, [source.name for source in sources], made, faulty)
+    records.left_out.n_leaking -= faulty.n_taken if file.score and file.score.n_faulty else 0
+    options = (each.options for each in feature.indicators.values())
+    assumed = tuple(dict.fromkeys(name for each in options for name in assumed_constants(sources, each)))
     detector = Detector(
         file.model_copy(update={"assumed": assumed}),
         left_out=records.left_out,
@@ -127,6 +158,26 @@ def train(
     if out is not None:
         detector.save(out)
     return detector
+
+
+def _winner(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
+    """Settings of the winner of a study that needs no more than these sensors; all if none are named."""
+    missing = stored.n_run - n_computed_of(stored)
+    if missing:
+        raise ReportError(
+            f"{stored.path}: {counted(missing, 'run')} missing; sweep again to compute the rest"
+        )
+    try:
+        channels = [Channel(name.strip()) for each in sensors for name in each.split(",")]
+    except ValueError as error:
+        known = ", ".join(channel.symbol for channel in Channel)
+        raise ConfigError(f"sensors: {error}; known are {known}") from None
+    detection = judge_study(stored)[0]
+    best = winner(detection, channels)
+    if best is None:
+        with_these = f" with {', '.join(each.symbol for each in channels)}" if channels else ""
+        raise NotStatedError(f"{stored.path}: no score{with_these} is known to keep its false-alarm rate")
+    return detector_settings(stored.experiment, best, detection.rules)
 
 
 def setting_keys() -> dict[str, tuple[str, ...]]:

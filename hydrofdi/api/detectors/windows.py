@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.api.detectors.healthy_records import analysed_batches
 from hydrofdi.api.records.columns import held, records_of
 from hydrofdi.api.records.sources import Said
 from hydrofdi.detectors.trained.file import DetectorFile
@@ -91,7 +92,7 @@ def judged_windows(file: DetectorFile, source: RecordSource) -> Iterator[JudgedW
         The source cannot be read.
     """
     watch, channels = Watch(file), channels_read(file)
-    for batch in source.batches():
+    for batch in analysed_batches(source):
         for record in batch.rejected:
             fault = Issue(record.remark.message, kind=record.remark.kind)
             yield JudgedWindow(record.record_id, record.source, record.group, None, fault)

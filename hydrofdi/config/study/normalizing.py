@@ -8,11 +8,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, IndicatorChoice
-from hydrofdi.config.study.detection import normalize_charts, normalize_scores
+from hydrofdi.config.study.detection import normalize_charts
 from hydrofdi.config.study.table import changed_value
 from hydrofdi.config.sweeps.distributions import distribution_in_si
 from hydrofdi.config.sweeps.dotted_values import axis_in_si
 from hydrofdi.config.sweeps.values import convert_mapping, is_stated, nominal_value
+from hydrofdi.detectors.scores.configuration import normalize_scores
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import chosen_options
 from hydrofdi.settings.messages import nearest

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from hydrofdi.config.sweeps.distributions import argument_values
 from hydrofdi.config.sweeps.sweep import Axes, CorrelationConfig, Distribution
-from hydrofdi.settings.messages import describe_error, nearest
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.yaml_source import Path, Source
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
 FitCount = Annotated[int, Field(strict=True, ge=0, le=1_000_000)]
@@ -192,25 +191,6 @@ class StudyConfig(Section):
         if self.sensitivity.alone and not self.population.over:
             raise ValueError("sensitivity: nothing varies; give population.over")
         return self
-
-
-def move_options(
-    source: Source, section: dict[str, Any], path: Path, fields: Iterable[str], model: type[Section]
-) -> None:
-    """Move all but some fields of a section under ``options``; what the model refuses is a mistake."""
-    known = list(fields)
-    beside = {name: section.pop(name) for name in [name for name in section if name not in known]}
-    within = section.get("options", {})
-    if not isinstance(within, dict):
-        return
-    options = section["options"] = within | beside
-    try:
-        model.model_validate(options)
-    except ValidationError as errors:
-        names = [*known, *model.model_fields]
-        for error in errors.errors():
-            place = error["loc"] if error["loc"][0] in beside else ("options", *error["loc"])
-            source.mistakes.append(source.mistake((*path, *place), describe_error(error, names)))
 
 
 def study_values(study: StudyConfig) -> Iterator[tuple[str, Any]]:

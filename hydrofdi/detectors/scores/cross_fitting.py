@@ -89,3 +89,20 @@ def _folds(group: Numbers, is_faulty: Flags, teaches: Flags, n_fold: int, seed: 
     fold = np.full(is_dealt.size, -1)
     fold[ordered] = np.arange(drawn.size) % n_fold
     return fold[group]
+
+
+_MOST_MISSING = 0.1
+"""Largest fraction of fit records without a number that a score still uses."""
+
+
+def known_numbers(values: Array) -> list[int]:
+    """Places of the numbers that at least nine in ten fit records have.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_fit, n_number)
+    """
+    if not values.size:
+        return [*range(values.shape[1])]
+    missing = np.mean(~np.isfinite(values), axis=0)
+    return np.flatnonzero(missing <= _MOST_MISSING).tolist()

@@ -6,15 +6,21 @@ import json
 import math
 import re
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, ValidationError
 
-from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of, unmakable
+from hydrofdi.detectors.registry import score_kind
+from hydrofdi.detectors.scores.contract import Fitted
+from hydrofdi.detectors.scores.data import from_data
+from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of, unmakable
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.records import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.quantities import Section
@@ -23,9 +29,9 @@ from hydrofdi.settings.validation import known_keys
 from hydrofdi.settings.yaml_source import dotted
 from hydrofdi.units import convert
 
-SCHEMA, VERSION = "hydrofdi.detector", 1
+SCHEMA, VERSION = "hydrofdi.detector", 2
 
-MOST_BYTES = 2**20
+MOST_BYTES = 2**24
 """Maximum size of a detector file [bytes]."""
 
 _MOST_SHOWN = 200
@@ -134,6 +140,36 @@ class ChartLimit(Section):
     """Resampled units: groups, records, or pieces of records if there are few records."""
 
 
+class TrainedScore(Section):
+    """What a score of several numbers learned."""
+
+    numbers: tuple[str, ...] = Field(min_length=1)
+    """Numbers that it combines, in order."""
+
+    rule: dict[str, Any]
+    """Arrays and numbers of its rule."""
+
+    n_healthy: Count
+    n_faulty: Count
+    """Windows that it was fitted to."""
+
+    def fitted(self, kind: str) -> Fitted:
+        """The trained score.
+
+        Raises
+        ------
+        ValueError
+            The rule is not one of this kind of score.
+        """
+        rule, n_number = from_data(score_kind(kind).Trained, self.rule, "score.rule"), len(self.numbers)
+        fitted = Fitted(rule, n_number, self.n_healthy, self.n_faulty)
+        try:
+            fitted.score(np.ones((1, n_number)))
+        except IndexError:
+            raise ValueError(f"score.rule: is not one of {n_number} numbers") from None
+        return fitted
+
+
 class ChannelRange(Section):
     """Range of a channel in healthy windows, widened by a margin; a window outside it is novel."""
 
@@ -156,7 +192,7 @@ class DetectorFile(Section):
     schema_name: Literal["hydrofdi.detector"] = Field(default="hydrofdi.detector", alias="schema")
     """Identifier of the schema."""
 
-    version: Literal[1] = 1
+    version: Literal[2] = 2
     """Version of the schema."""
 
     units: str = "SI: s, Hz, m, V, Pa; scores in the unit below"
@@ -169,8 +205,11 @@ class DetectorFile(Section):
     assumed: tuple[str, ...] = ()
     """Plant constants that were left at their nominal values although the records are measured."""
 
-    indicator_version: int
-    """Version of the indicator; a different version gives different values and is refused."""
+    indicator_versions: dict[str, int]
+    """Label → version of an indicator; a different version gives different values and is refused."""
+
+    score: TrainedScore | None = None
+    """What the score learned; null if the output is the score."""
 
     unit: str
     """SI unit of the score."""
@@ -202,10 +241,28 @@ class DetectorFile(Section):
     drive: tuple[float, float] | None = None
     """Lowest and highest value of the channel whose edges start cycles."""
 
+    @cached_property
+    def feature(self) -> Feature:
+        """What is measured and judged."""
+        feature = feature_of(self.config)
+        return feature if self.score is None else feature.of(self.score.numbers)
+
+    def scores(self, numbers: Array) -> Array:
+        """Scores of windows from their numbers, shape (n_window, n_number)."""
+        return numbers[:, 0] if self._fitted is None else self._fitted.score(numbers)
+
+    @cached_property
+    def _fitted(self) -> Fitted | None:
+        if self.score is None or self.config.score is None:
+            return None
+        return self.score.fitted(self.config.score.kind)
+
     @property
     def score_name(self) -> str:
-        """Name of the score, such as ``dwt.d2``."""
-        return f"{self.config.indicator}.{self.config.output}"
+        """Name of the score, such as ``dwt.d2`` or ``mahalanobis(P1 x)``."""
+        if self.config.score is None:
+            return f"{self.config.indicator}.{self.config.output}"
+        return f"{self.config.score.kind}({' '.join(channel.symbol for channel in self.channels)})"
 
     @property
     def limits_text(self) -> str:
@@ -320,14 +377,29 @@ def _inconsistencies(file: DetectorFile) -> Iterator[tuple[str, str]]:
     yield from ((where, text) for is_wrong, where, text in _checks(file) if is_wrong)
     if unsound:
         return
-    indicator, name = feature_of(file.config).indicator, file.config.indicator
-    if indicator.version != file.indicator_version:
-        text = f"{name} has version {indicator.version} here, not {file.indicator_version}; train it again"
-        yield "indicator_version", text
-    if missing := sorted(indicator.channels - set(file.channels)):
-        yield "channels", f"{name} needs {missing[0]}, which is missing"
-    if file.config.window.by == "estimate" and not isinstance(indicator, RecursiveIndicator):
-        yield "config.window.by", f"{name} does not follow a stream; use 'time' or 'cycle'"
+    if (file.config.score is None) != (file.score is None):
+        yield "score", "requires config.score, and vice versa"
+        return
+    feature = feature_of(file.config)
+    for name in file.score.numbers if file.score else ():
+        if name not in {each.name for each in feature.numbers}:
+            yield "score.numbers", f"{name} is not among those of config.score"
+            return
+    if file.score and file.config.score:
+        try:
+            file.score.fitted(file.config.score.kind)
+        except ValueError as error:
+            where, _, text = str(error).partition(": ")
+            yield where, text
+    for label, indicator in file.feature.indicators.items():
+        if indicator.version != (found := file.indicator_versions.get(label)):
+            text = f"{label} has version {indicator.version} here, not {found}; train it again"
+            yield "indicator_versions", text
+    if missing := sorted(file.feature.channels - set(file.channels)):
+        yield "channels", f"{file.score_name} needs {missing[0]}, which is missing"
+    is_recursive = isinstance(feature.indicator, RecursiveIndicator) and feature.score is None
+    if file.config.window.by == "estimate" and not is_recursive:
+        yield "config.window.by", f"{feature.label} does not follow a stream; use 'time' or 'cycle'"
 
 
 def _checks(file: DetectorFile) -> Iterator[tuple[bool, str, str]]:
@@ -338,7 +410,7 @@ def _checks(file: DetectorFile) -> Iterator[tuple[bool, str, str]]:
     sides = "is required unless the direction is {}, and allowed only then"
     least, most = limits.interval
     yield direction is None, "config.direction", "is missing"
-    yield not file.config.output, "config.output", "is missing"
+    yield not (file.config.output or file.config.score), "config.output", "is missing"
     yield (limits.low is None) is not (direction is Direction.RISING), "limits.low", sides.format("rising")
     yield (
         (limits.high is None) is not (direction is Direction.FALLING),

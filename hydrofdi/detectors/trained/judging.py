@@ -6,16 +6,14 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from hydrofdi.detectors.trained.configuration import feature_of
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile
 from hydrofdi.detectors.trained.measuring import (
     ChannelFacts,
     channel_facts,
-    outputs_of_records,
+    measured_numbers,
     records_of,
 )
 from hydrofdi.errors import Issue
-from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.records.streams import Window
 from hydrofdi.settings.readable import shown_quantity
@@ -74,7 +72,7 @@ class Judge:
     """
 
     def __init__(self, file: DetectorFile) -> None:
-        self.file, self._feature = file, feature_of(file.config)
+        self.file, self._feature = file, file.feature
 
     def judge(self, windows: Sequence[Window]) -> list[Verdict]:
         """A verdict on each window, in order."""
@@ -83,12 +81,11 @@ class Judge:
         if not sound:
             return verdicts
         records = records_of([windows[at] for at in sound], self.file.channels, self.file.sampling_frequency)
-        values, obstacles = outputs_of_records(records, self._feature)
-        scores = values[self._feature.described.name]
-        doubts = doubts_of(self._feature.indicator, values, fits=self.file.fits)
+        found = measured_numbers(records, self._feature, self.file.fits)
+        scores = self.file.scores(found.numbers)
         for row, fault in enumerate(findings(records, self.file.ranges)):
             verdicts[sound[row]] = verdict_of(
-                self.file, float(scores[row]), fault, obstacles[row], doubts[row]
+                self.file, float(scores[row]), fault, found.obstacles[row], found.doubts[row]
             )
         return verdicts
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
+from itertools import chain
 
 import numpy as np
 
 from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.detectors.trained.file import ChannelRange
+from hydrofdi.errors import Issue
 from hydrofdi.indicators import measure
+from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Window
 
@@ -31,15 +34,52 @@ def records_of(
     return RecordBatch(samples, sampling_frequency, tuple(str(window.number) for window in windows))
 
 
-def outputs_of_records(
-    records: RecordBatch, feature: Feature
-) -> tuple[dict[str, Array], tuple[str | None, ...]]:
-    """Outputs of valid windows by name, NaN if a window has none, and why: bit-identical whatever the other
-    windows are.
+@dataclass(frozen=True)
+class Measured:
+    """Numbers of windows: bit-identical whatever the other windows are.
+
+    Attributes
+    ----------
+    numbers : ndarray, shape (n_window, n_number)
+        NaN where a window has none.
+    obstacles : list of (str or None), length n_window
+        Why a window lacks numbers.
+    doubts : list of tuple of Issue, length n_window
+    fits : mapping of str to ndarray, shape (n_window,)
+        Outputs that state how well the model explains a window.
     """
-    measures = measure(records, {"it": feature.indicator})
-    values = {name.removeprefix("it."): array for name, array in measures.values.items()}
-    return values, measures.obstacles["it"]
+
+    numbers: Array
+    obstacles: list[str | None]
+    doubts: list[tuple[Issue, ...]]
+    fits: Mapping[str, Array]
+
+
+def measured_numbers(
+    records: RecordBatch, feature: Feature, fits: Mapping[str, float] | None = None
+) -> Measured:
+    """Measure the numbers of valid windows; `fits` as of `doubts_of`."""
+    measures = measure(records, feature.indicators)
+    values = {
+        prefix + name.partition(".")[2]: array
+        for (prefix, _), label in zip(feature.prefixed.items(), feature.indicators, strict=True)
+        for name, array in measures.values.items()
+        if name.startswith(f"{label}.")
+    }
+    doubts = [
+        doubts_of(
+            each, values, prefix, {name.removeprefix(prefix): limit for name, limit in (fits or {}).items()}
+        )
+        for prefix, each in feature.prefixed.items()
+    ]
+    own = [each.found_in(measures.values) for each in feature.numbers]
+    obstacles = zip(*(measures.obstacles[label] for label in feature.indicators), strict=True)
+    return Measured(
+        np.stack(own, axis=1),
+        [next(filter(None, reasons), None) for reasons in obstacles],
+        [tuple(chain.from_iterable(each)) for each in zip(*doubts, strict=True)],
+        {name: values[name] for name, output in feature.outputs if output.is_fit},
+    )
 
 
 def without_scale(records: RecordBatch, channels: Collection[Channel]) -> str | None:

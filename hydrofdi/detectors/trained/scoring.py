@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -17,11 +16,10 @@ from hydrofdi.detectors.trained.following import Estimator, samples_looked_at
 from hydrofdi.detectors.trained.measuring import (
     ChannelFacts,
     channel_facts,
-    outputs_of_records,
+    measured_numbers,
     records_of,
 )
 from hydrofdi.errors import Issue
-from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk, EvenStream, TimeWindower, Window, Windower
 
@@ -42,8 +40,10 @@ class ScoreLine:
         Duration of the record [s].
     group, label : str
         Empty if unknown.
-    scores : list of float
-        Scores; NaN if there is none.
+    numbers : list of ndarray, shape (n_number,)
+        What is measured of each window; NaN if there is none.
+    scores : ndarray, shape (n_window,)
+        Set when all numbers are known.
     is_apart : list of bool
         Whether a score is used to set limits: only those of non-overlapping windows are.
     """
@@ -51,20 +51,20 @@ class ScoreLine:
     duration: float
     group: str
     label: str
-    scores: list[float] = field(default_factory=list)
+    numbers: list[Array] = field(default_factory=list)
+    scores: Array = field(default_factory=lambda: np.empty(0))
     is_apart: list[bool] = field(default_factory=list)
 
-    def add(self, score: float, is_apart: bool) -> int:
-        """Append a score, and return its index."""
-        self.scores.append(score)
+    def add(self, numbers: Array, is_apart: bool) -> int:
+        """Append a window, and return its index."""
+        self.numbers.append(numbers)
         self.is_apart.append(is_apart)
-        return len(self.scores) - 1
+        return len(self.numbers) - 1
 
     @cached_property
     def chosen(self) -> Array:
         """Scores that are used to set limits."""
-        pairs = zip(self.scores, self.is_apart, strict=True)
-        return np.array([score for score, is_apart in pairs if is_apart and not math.isnan(score)])
+        return self.scores[np.array(self.is_apart, dtype=bool) & ~np.isnan(self.scores)]
 
 
 class HealthyScores(ABC):
@@ -124,6 +124,22 @@ class HealthyScores(ABC):
     def duration(self) -> float:
         """Duration of a window, or time between estimates if those are judged [s]."""
 
+    @property
+    def numbers(self) -> Array:
+        """Numbers of all windows, shape (n_window, n_number)."""
+        return np.array([numbers for line in self.lines for numbers in line.numbers])
+
+    @property
+    def is_apart(self) -> NDArray[np.bool_]:
+        """Whether each window is used to set limits, shape (n_window,)."""
+        return np.array([each for line in self.lines for each in line.is_apart], dtype=bool)
+
+    def set_scores(self, scores: Array) -> None:
+        """Set the scores of all windows, shape (n_window,)."""
+        places = np.cumsum([len(line.numbers) for line in self.lines])
+        for line, own in zip(self.lines, np.split(scores, places[:-1]), strict=True):
+            line.scores = own
+
     @cached_property
     def scores(self) -> Array:
         """All scores that are used to set limits."""
@@ -171,7 +187,7 @@ class WindowScores(HealthyScores):
         for window in windows_along(batch, row, self.windower):
             is_apart = bool(window.time[0] > end)
             end = float(window.time[-1]) if is_apart else end
-            place = line.add(math.nan, is_apart)
+            place = line.add(np.full(len(self.feature.numbers), np.nan), is_apart)
             if window.fault is None:
                 self._waiting.append((line, place, window))
             elif is_apart:
@@ -186,16 +202,16 @@ class WindowScores(HealthyScores):
         windows = [window for _, _, window in self._waiting]
         are_apart = np.array([line.is_apart[place] for line, place, _ in self._waiting])
         records = records_of(windows, self.channels, self.windower.sampling_frequency)
-        outputs, obstacles = outputs_of_records(records, self.feature)
-        scores = outputs[self.feature.described.name]
-        doubts = doubts_of(self.feature.indicator, outputs)
-        fits = [each.name for each in self.feature.indicator.outputs if each.is_fit]
+        found = measured_numbers(records, self.feature)
+        is_known = np.isfinite(found.numbers).all(axis=1)
         for channel in self.channels if are_apart.any() else ():
             self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
-        for row in np.flatnonzero(are_apart & np.isfinite(scores)).tolist():
-            self._doubt(doubts[row], {name: float(outputs[name][row]) for name in fits})
-        for (line, place, _), score, obstacle in zip(self._waiting, scores, obstacles, strict=True):
-            line.scores[place] = float(score)
+        for row in np.flatnonzero(are_apart & is_known).tolist():
+            self._doubt(found.doubts[row], {name: float(own[row]) for name, own in found.fits.items()})
+        for (line, place, _), numbers, obstacle in zip(
+            self._waiting, found.numbers, found.obstacles, strict=True
+        ):
+            line.numbers[place] = numbers
             if obstacle is not None and line.is_apart[place]:
                 self._leave_out(Issue(obstacle, kind="no_number"))
         self._waiting = []
@@ -205,7 +221,7 @@ class WindowScores(HealthyScores):
         """Mean time between scores [s]."""
         if isinstance(self.windower, TimeWindower):
             return self.windower.n_every / self.windower.sampling_frequency
-        return sum(line.duration for line in self.lines) / sum(len(line.scores) for line in self.lines)
+        return sum(line.duration for line in self.lines) / sum(len(line.numbers) for line in self.lines)
 
     @property
     def duration(self) -> float:
@@ -227,7 +243,7 @@ class EstimateScores(HealthyScores):
         for piece in _pieces_along(batch, row, self.channels):
             state, found = self.estimator.step(state, piece)
             for each in found:
-                line.add(each.score, is_apart=True)
+                line.add(np.array([each.score]), is_apart=True)
                 self._doubt(each.doubts, each.fits)
                 if each.fault is not None:
                     self._leave_out(each.fault)

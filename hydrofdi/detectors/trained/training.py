@@ -11,6 +11,9 @@ from typing import Any, Literal
 import numpy as np
 
 from hydrofdi.detectors.healthy_scale import healthy_scale
+from hydrofdi.detectors.registry import make_score
+from hydrofdi.detectors.scores.cross_fitting import cross_fitted_scores, known_numbers
+from hydrofdi.detectors.scores.data import plain_data
 from hydrofdi.detectors.trained.charting import chart_in_full, chart_limit, finite
 from hydrofdi.detectors.trained.configuration import (
     ChartConfig,
@@ -19,15 +22,17 @@ from hydrofdi.detectors.trained.configuration import (
     WindowConfig,
     direction_of,
     feature_of,
+    stated_indicators,
 )
-from hydrofdi.detectors.trained.file import Basis, DetectorFile, Limits, Made, Scale
+from hydrofdi.detectors.trained.file import Basis, DetectorFile, Limits, Made, Scale, TrainedScore
 from hydrofdi.detectors.trained.following import Estimator
 from hydrofdi.detectors.trained.measuring import joined, learned_range, without_scale
 from hydrofdi.detectors.trained.scoring import EstimateScores, HealthyScores, WindowScores
 from hydrofdi.errors import ConfigError, DataError, NotStatedError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.rates import Rule, alarm_rate, left_out_outcomes
-from hydrofdi.evaluation.threshold import Threshold, quantile_threshold, tolerance_threshold
+from hydrofdi.evaluation.tail import THRESHOLDS
+from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
 from hydrofdi.indicators.plausibility import CAUSES
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
@@ -44,7 +49,13 @@ Drive = tuple[float, float]
 RestsOn = Literal["windows", "records", "groups"]
 
 
-def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str], made: Made) -> DetectorFile:
+def train(
+    healthy: RecordSource,
+    config: DetectorConfig,
+    sources: Sequence[str],
+    made: Made,
+    faulty: RecordSource | None = None,
+) -> DetectorFile:
     """Train a detector on healthy records.
 
     Parameters
@@ -57,6 +68,8 @@ def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str],
     sources : sequence of str
         Names of the sources.
     made : Made
+    faulty : RecordSource, optional
+        Only faulty records, for scores that learn from them too.
 
     Raises
     ------
@@ -70,7 +83,6 @@ def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str],
         There are too few records for the false-alarm rate; the message states how many are needed.
     """
     feature, direction, window = feature_of(config), direction_of(config), config.window
-    indicator = feature.indicator
     chart = None if config.chart is None else chart_in_full(config.chart, direction)
     drive = _drive(healthy, window.channel) if window.by == "cycle" else None
     batches = (batch for batch in healthy.batches(labels=True) if batch.n_record)
@@ -83,17 +95,20 @@ def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str],
         _check(batch, first, channels, config)
         found.take(batch)
     found.finish()
+    trained = _learn(found, feature, config, _teachers(faulty, found, first, channels, config))
     _require_scores(found, feature, config, healthy)
     limits = limits_of(found, config, direction)
     scale = healthy_scale(found.scores)
     lowest, highest = float(np.nanmin(found.scores)), float(np.nanmax(found.scores))
     own = Scale(centre=scale.centre, spread=scale.spread, range=(lowest, highest))
-    fits = {each.name: each.possible[1] or 0.0 for each in indicator.outputs if each.is_fit}
+    used = feature if trained is None else feature.of(trained.numbers)
+    fits = {name: each.possible[1] or 0.0 for name, each in used.outputs if each.is_fit}
     return DetectorFile(
         made=made,
         config=_in_full(config, found, feature, direction, chart),
-        indicator_version=indicator.version,
-        unit=output_unit(indicator, feature.described, first),
+        indicator_versions={label: each.version for label, each in used.indicators.items()},
+        score=trained,
+        unit=_unit(feature, first),
         channels=channels,
         sampling_frequency=first.sampling_frequency,
         n_sample=found.n_sample,
@@ -103,9 +118,7 @@ def train(healthy: RecordSource, config: DetectorConfig, sources: Sequence[str],
         chart=None if chart is None else chart_limit(found, chart, own, direction, config.confidence),
         ranges={channel: learned_range(channel, joined(facts)) for channel, facts in found.facts.items()},
         positive=tuple(
-            each.name
-            for each in indicator.outputs
-            if each.is_positive and not found.n_not_positive[each.name]
+            name for name, each in used.outputs if each.is_positive and not found.n_not_positive[name]
         ),
         fits={name: max(limit, found.fits.get(name, limit)) for name, limit in fits.items()},
         drive=drive,
@@ -130,8 +143,7 @@ def _drive(healthy: RecordSource, channel: Channel) -> Drive:
 
 def _channels(feature: Feature, config: DetectorConfig, first: RecordBatch) -> tuple[Channel, ...]:
     """Channels that a window needs, including optional ones of the indicator that healthy records have."""
-    indicator = feature.indicator
-    seen = indicator.channels | (indicator.optional_channels & first.channels.keys())
+    seen = feature.channels | (feature.optional_channels & first.channels.keys())
     if config.window.by == "cycle":
         seen |= {config.window.channel}
     return tuple(channel for channel in Channel if channel in seen)
@@ -147,6 +159,8 @@ def _scorer(
     """What scores windows or estimates; without a duration, windows are whole records."""
     frequency = first.sampling_frequency
     if window.by == "estimate":
+        if feature.score is not None:
+            raise ConfigError("by=estimate: a score of several numbers is judged by windows")
         if window.duration is not None or window.every is not None:
             raise ConfigError(
                 f"by=estimate: this setting has no windows; the option 'interval' of"
@@ -183,10 +197,11 @@ def _check(
             f" {first.sampling_frequency:g} Hz; a detector needs a single sampling frequency"
         )
     if missing := [channel for channel in channels if channel not in batch.channels]:
-        remedy = spool_remedy(missing, feature_of(config).indicator)
-        raise DataError(
-            f"{source}: has no {' and no '.join(missing)}, which {config.indicator} needs{remedy}"
-        )
+        indicators = feature_of(config).indicators.items()
+        needing = [(label, each) for label, each in indicators if not each.channels.isdisjoint(missing)]
+        label, needs = needing[0] if needing else (config.window.by, feature_of(config).indicator)
+        remedy = spool_remedy(missing, needs)
+        raise DataError(f"{source}: has no {' and no '.join(missing)}, which {label} needs{remedy}")
     if obstacle := without_scale(batch, channels):
         raise DataError(f"{source}: {obstacle}")
     for remark in chain.from_iterable(() if config.accept else batch.remarks):
@@ -198,6 +213,81 @@ def _check(
             f"{source}: lasts {batch.duration:g} s, but {other} {first.duration:g} s; give the duration of a"
             f" window as 'window'"
         )
+
+
+def _teachers(
+    faulty: RecordSource | None,
+    found: HealthyScores,
+    first: RecordBatch,
+    channels: Sequence[Channel],
+    config: DetectorConfig,
+) -> HealthyScores | None:
+    """Windows of faulty records, measured as the healthy ones.
+
+    A study deals them to the folds of every score, also of those that do not learn from them.
+    """
+    if faulty is None or config.score is None:
+        return None
+    assert isinstance(found, WindowScores)
+    teachers = WindowScores(found.windower, found.feature)
+    for batch in faulty.batches(labels=True):
+        if batch.n_record:
+            _check(batch, first, channels, config)
+            teachers.take(batch)
+    teachers.finish()
+    return teachers
+
+
+_N_PIECE = 20
+"""Pieces of a single record, by which a score is cross-fitted."""
+
+
+def _learn(
+    found: HealthyScores, feature: Feature, config: DetectorConfig, teachers: HealthyScores | None
+) -> TrainedScore | None:
+    """Set the scores of healthy windows: the number itself, or the cross-fitted score of several.
+
+    Raises
+    ------
+    NotStatedError
+        There are too few windows for the score.
+    """
+    n_healthy = sum(len(line.numbers) for line in found.lines)
+    if config.score is None or not n_healthy:
+        found.set_scores(found.numbers[:, 0] if n_healthy else np.empty(0))
+        return None
+    both = [found] if teachers is None or not teachers.numbers.size else [found, teachers]
+    values = np.concatenate([each.numbers for each in both])
+    is_fit = np.concatenate([each.is_apart for each in both])
+    is_faulty = np.arange(len(values)) >= n_healthy
+    score = make_score(config.score.kind, config.score.options)
+    kept = known_numbers(values[is_fit & (score.needs_faulty | ~is_faulty)])
+    if not kept:
+        raise NotStatedError(f"no number of {feature.label} is measured in at least 90 % of the windows")
+    lines = [line for each in both for line in each.lines]
+    groups = np.repeat(
+        [line.group or f"record {place:09d}" for place, line in enumerate(lines)],
+        [len(line.numbers) for line in lines],
+    ).tolist()
+    if len(set(groups)) == 1:
+        groups = [f"piece {_N_PIECE * place // n_healthy}" for place in range(n_healthy)]
+    used = np.ascontiguousarray(values[:, kept])
+    scores = cross_fitted_scores(score, used, is_faulty, groups, is_fit=is_fit)
+    found.set_scores(scores[:n_healthy])
+    fitted = score.fit(used[is_fit], is_faulty[is_fit])
+    return TrainedScore(
+        numbers=tuple(feature.numbers[place].name for place in kept),
+        rule=plain_data(fitted.rule),
+        n_healthy=fitted.n_healthy,
+        n_faulty=fitted.n_faulty,
+    )
+
+
+def _unit(feature: Feature, records: RecordBatch) -> str:
+    """Unit of the score: that of its number; scores of several have none, but for compensated numbers."""
+    if feature.score is not None and feature.score.kind != "compensated":
+        return "1"
+    return output_unit(feature.indicator, feature.described, records)
 
 
 def _require_scores(
@@ -244,10 +334,13 @@ def _in_full(
     if found.n_sample:
         every = window.every or (found.duration if window.by == "time" else None)
         window = window.model_copy(update={"duration": found.duration, "every": every})
+    own: dict[str, Any] = {"indicators": stated_indicators(feature.indicators, in_full=True)}
+    if feature.score is None:
+        options = feature.indicator.options.model_dump(mode="json")
+        own = {"options": options, "output": feature.label.removeprefix(f"{config.indicator}.")}
     return config.model_copy(
         update={
-            "options": feature.indicator.options.model_dump(mode="json"),
-            "output": feature.described.name,
+            **own,
             "direction": direction,
             "window": window,
             "chart": chart,
@@ -285,7 +378,7 @@ def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction
     NotStatedError
         There are too few windows; the message states how many are needed.
     """
-    kind = quantile_threshold if config.threshold == "quantile" else tolerance_threshold
+    kind = THRESHOLDS[config.threshold]
     rate, confidence = config.false_alarm_rate, config.confidence
     rule = partial(kind, false_alarm_rate=rate, direction=direction, confidence=confidence)
     threshold = _set(rule, found.scores, found, "there are")

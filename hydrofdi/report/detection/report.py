@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -36,7 +37,7 @@ from hydrofdi.report.run_lengths import run_length_lines, run_length_records, ru
 from hydrofdi.store import Columns, ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
 from hydrofdi.studies.charts import RunLengths, judge_run_lengths
-from hydrofdi.studies.detecting import judge_study
+from hydrofdi.studies.detecting import judge_study, winner
 from hydrofdi.studies.judgement import Detection
 from hydrofdi.studies.reading import asks_for_extra
 from hydrofdi.studies.truth import Estimates, judge_estimates
@@ -121,7 +122,7 @@ class DetectionReport:
         has_charts = any(each.charts for each in self.run_lengths)
         answer = answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
-            *answers(*missing, answer),
+            *answers(*missing, answer, self._training),
             self._signals,
             doubts_block(data) if data else None,
             populations_block(first, data.experiment if data else None),
@@ -178,6 +179,15 @@ class DetectionReport:
         found = [each.smallest["q90_95"].severity for each in answers_of(self.detections[0])]
         tested = tested_range(self.detections[0])
         return min(found) if found else tested[1] if tested else 0.0
+
+    @property
+    def _training(self) -> Block | None:
+        """The command that trains the winner."""
+        if self.data is None or not self.is_complete or winner(self.detections[0]) is None:
+            return None
+        folder = shlex.quote(str(self.data.path.parent))
+        command = f"hydrofdi train {folder} --best --out detector.json"
+        return Block("train", "Train the winner", (f"train the winner: {command}",))
 
     @property
     def _signals(self) -> Block | None:

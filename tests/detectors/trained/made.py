@@ -56,7 +56,7 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=No
             "schema": "hydrofdi.detector",
             "made": Made(hydrofdi="0", time="2026-01-01T00:00:00Z"),
             "config": config,
-            "indicator_version": feature.indicator.version,
+            "indicator_versions": {feature.indicator.name: feature.indicator.version},
             "unit": feature.described.unit,
             "channels": channels,
             "sampling_frequency": FREQUENCY,

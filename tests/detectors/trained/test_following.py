@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.detectors.trained.configuration import Feature, feature_of
+from hydrofdi.detectors.trained.configuration import Feature, Number, feature_of
 from hydrofdi.detectors.trained.following import Estimator, Follower
 from hydrofdi.detectors.trained.measuring import channel_facts, learned_range, records_of
 from hydrofdi.indicators import indicator_kind, indicator_names
@@ -101,7 +101,7 @@ def test_missing_samples_are_said_once_and_the_estimates_begin_anew_behind_them(
 def test_an_indicator_that_lost_its_score_for_good_begins_anew_and_says_so():
     options = SLIDING | {"interval": 0.01, "transient": 0.1, "window": 0.1}
     made = Forgetful(Forgetful.Options.model_validate(options))
-    feature = Feature(made, made.estimates[0])
+    feature = Feature({made.name: made}, (Number(made.name, made.estimates[0]),))
     estimator = Estimator(feature, tuple(feature.indicator.channels), FREQUENCY)
 
     def estimates(*cuts):

@@ -15,7 +15,8 @@ from hydrofdi.errors import ConfigError
 from tests.detectors.trained.healthy import Records
 
 MISTAKES = [
-    (("version",), 2), (("version",), True), (("version",), 1.0), (("indicator_version",), 99),
+    (("version",), 1), (("version",), True), (("version",), 2.0),
+    (("indicator_versions",), {}),
     (("config", "indicator"), "pressure_statistic"),
     (("config", "options", "channel"), "chamber_3_pressure"), (("config", "options", "levels"), 3),
     (("config", "output"), "means"), (("config", "direction"), None),
@@ -115,10 +116,10 @@ def test_what_is_no_detector_is_refused_in_one_line(load, text):
     assert len(str(error.value).splitlines()) == 1
 
 
-def test_a_file_of_more_than_a_megabyte_is_not_read(load, file):
+def test_a_file_of_more_than_16_megabytes_is_not_read(load, file):
     load(detector_text(file))
-    with pytest.raises(ConfigError, match="larger than 1 MiB"):
-        load(detector_text(file) + " " * 2**20)
+    with pytest.raises(ConfigError):
+        load(detector_text(file) + " " * 2**24)
 
 
 numbers = st.integers() | st.floats(allow_nan=False, allow_infinity=False)

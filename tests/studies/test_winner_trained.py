@@ -1,0 +1,104 @@
+"""What a study ranks can be trained and run: its threshold and its numbers, to the bit."""
+
+import json
+
+import numpy as np
+import pytest
+
+import hydrofdi
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
+from hydrofdi.config import load_experiment
+from hydrofdi.execution import InProcessEngine
+from hydrofdi.studies.detecting import detector_settings, judge_study, winner
+from tests.commands import run_hydrofdi
+
+STUDY = """
+name: ranked
+record: {duration: 2 s}
+input: {period: 0.5 s}
+wavelet: {phase: 0}
+pressure_1_sensor: {noise: 5 kPa}
+pressure_2_sensor: {noise: 5 kPa}
+store: {signals: all}
+indicators: {dwt: {}, swing: {kind: pressure_statistics}, rings: {kind: ring_down}}
+study:
+  population: {seed: 3, over: {fluid.bulk_modulus: {uniform: ±20 %}}}
+  healthy: {fit: 60, test: 30}
+  faults: {leakage.internal_flow: [1 L/min, 3 L/min], each: 6, fit: 12}
+detection:
+  false_alarm_rate: 10 %
+  scores:
+    unusual: {kind: mahalanobis, of: [swing, dwt.d3]}
+    outside: {kind: one_class, of: [swing.mean, swing.kurtosis, dwt]}
+    leak: {kind: lda, of: [swing.mean, swing.kurtosis, dwt.d2]}
+    odds: {kind: logistic, of: [swing.mean, swing.kurtosis, dwt.d2], seed: 3}
+    calm: {kind: compensated, of: [dwt.d2, dwt.d3], by: [swing.kurtosis]}
+    fall: {kind: largest_change, of: [dwt.d1, dwt.d2, dwt.d3, dwt.d4, dwt.d5]}
+"""
+KINDS = ["dwt.d2", "rings.damping_ratio", "unusual", "outside", "leak", "odds", "calm.dwt.d2", "fall"]
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ranked")
+    (folder / "study.yaml").write_text(STUDY)
+    run_sweep(load_experiment(folder / "study.yaml"), folder / "results", InProcessEngine())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def detection(study):
+    return judge_study(read_results(study / "results"))[0]
+
+
+def judged_as_in_the_study(detection, judgement, detector, records):
+    """The numbers of test records, and the threshold, are those of the study."""
+    low, high = (np.nan if limit is None else limit for limit in detector.limits)
+    threshold = judgement.threshold
+    assert (low, high) == pytest.approx(
+        [limit if np.isfinite(limit) else np.nan for limit in (threshold.low, threshold.high)],
+        rel=0, abs=0, nan_ok=True,
+    )  # fmt: skip
+    assert detector.false_alarm_interval == threshold.interval
+    populations = detection.records.populations
+    is_tested = np.array([not each.is_fit for each in populations])[detection.records.of_record]
+    found = np.array([np.nan if score is None else score for score in records["score"]], dtype=float)
+    np.testing.assert_array_equal(found[is_tested], judgement.scored.values[is_tested])
+    alarms = np.array([np.nan if each is None else each for each in records["alarm"]], dtype=float)
+    is_judged = is_tested & np.isfinite(alarms)
+    assert is_judged.sum() > is_tested.sum() // 2
+    np.testing.assert_array_equal(alarms[is_judged], threshold.outcomes(judgement.scored.values)[is_judged])
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_every_kind_of_score_is_trained_and_run_with_the_numbers_of_the_study(
+    study, detection, name, tmp_path
+):
+    (judgement,) = (each for each in detection.judgements if each.scored.name == name)
+    settings = detector_settings(read_results(study / "results").experiment, judgement, detection.rules)
+    detector = hydrofdi.train(study / "results", config=settings, out=tmp_path / "detector.json")
+    again = hydrofdi.Detector.load(tmp_path / "detector.json")
+    assert again.file == detector.file
+    judged_as_in_the_study(detection, judgement, again, again.judge(study / "results"))
+
+
+def test_the_command_that_the_report_names_trains_the_winner(study, detection):
+    told = run_hydrofdi("report", "results", cwd=study)
+    command = told.stdout.strip().splitlines()
+    (line,) = (each for each in command if each.startswith("train the winner: hydrofdi "))
+    arguments = line.removeprefix("train the winner: hydrofdi ").split()
+    done = run_hydrofdi(*arguments, cwd=study)
+    assert done.returncode == 0, done.stderr
+    detector = hydrofdi.Detector.load(study / "detector.json")
+    best = winner(detection)
+    judged_as_in_the_study(detection, best, detector, detector.judge(study / "results"))
+    done = run_hydrofdi(*arguments, "--sensors", "P1", "--json", cwd=study)
+    told, threshold = json.loads(done.stdout)["detector"], winner(detection, ["chamber_1_pressure"]).threshold
+    assert told["channels"] == ["chamber_1_pressure"]
+    limits = [told["limits"][end] for end in ("low", "high")]
+    wanted = [limit if np.isfinite(limit) else None for limit in (threshold.low, threshold.high)]
+    assert limits == wanted
+    for wrong in (["--sensors", "P9"], ["--sensors", "x"], ["--indicator", "dwt"]):
+        refused = run_hydrofdi(*arguments, *wrong, cwd=study)
+        assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)

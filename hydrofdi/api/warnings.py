@@ -17,6 +17,7 @@ from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.config.sweeps.distributions import quantiles
+from hydrofdi.detectors.run_lengths.false_alarms import time_needed
 from hydrofdi.detectors.scores.features import EXTRA, has_extra
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants
@@ -26,7 +27,7 @@ from hydrofdi.settings.counting import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
-from hydrofdi.studies.charts import time_needed, watched_instants
+from hydrofdi.studies.charts import watched_instants
 from hydrofdi.studies.detecting import rules_of
 from hydrofdi.studies.reading import asks_for_extra
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands

@@ -108,7 +108,8 @@ def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any
     for name, path in keys.items():
         section = model
         for part in path[:-1]:
-            section = section.model_fields[part].annotation
+            kinds = section.model_fields[part].annotation
+            section = next(each for each in (kinds, *get_args(kinds)) if hasattr(each, "model_fields"))
         field, text = section.model_fields[path[-1]], field_texts(section)[path[-1]]
         kinds = (field.annotation, *get_args(field.annotation))
         members = [name for each in kinds for name in getattr(each, "_value2member_map_", ())]

@@ -17,6 +17,7 @@ from hydrofdi.detectors.charts.contract import Chart
 from hydrofdi.detectors.healthy_scale import HealthyScale, healthy_scale
 from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, FalseAlarms, delays
+from hydrofdi.detectors.run_lengths.false_alarms import time_needed
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind, Population
@@ -130,11 +131,6 @@ class RunLengths:
     charts: tuple[ChartJudgement, ...]
     confidence: float
     share: float
-
-
-def time_needed(false_alarm_every: float, confidence: float) -> float:
-    """Alarm-free time that demonstrates a mean time between false alarms, in the same unit."""
-    return -math.log(1.0 - confidence) * false_alarm_every
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,6 +107,7 @@ def detector_settings(experiment: ExperimentConfig, judgement: Judgement, rules:
         "false_alarm_rate": rules.false_alarm_rate,
         "confidence": rules.confidence,
         "threshold": rules.threshold,
+        "chart": None,
     }
     if scored.made_by is None:
         label, _, output = scored.name.partition(".")

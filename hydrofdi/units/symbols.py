@@ -50,6 +50,8 @@ SYMBOLS = {
     "s": _unit("1", s=1),
     "min": _unit("60", s=1),
     "h": _unit("3600", s=1),
+    "day": _unit("86400", s=1),
+    "days": _unit("86400", s=1),
     "Hz": _unit("1", s=-1),
     "rad": _unit("1", rad=1),
     "N": _NEWTON,

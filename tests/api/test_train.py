@@ -167,5 +167,5 @@ def test_a_score_of_several_numbers_learns_from_labelled_faulty_records_too(file
         {**config, "output": "d2"},
         {"score": {"kind": "compensated", "of": ["dwt"], "by": ["dwt.d1"]}, "direction": "both"},
     ):
-        with pytest.raises(hydrofdi.ConfigError):
+        with pytest.raises(hydrofdi.HydrofdiError):
             hydrofdi.train(BOTH, config=wrong, **held)

@@ -125,6 +125,11 @@ def _doubts(file: DetectorFile, *, is_unlabelled: bool) -> Iterator[str]:
 def _chart(file: DetectorFile) -> Iterator[str]:
     chart, config = file.chart, file.config.chart
     if chart is None or config is None:
+        if per_hour := alarms_per_hour(file):
+            yield (
+                f"Without a chart expect {count_text(24.0 * per_hour['wanted'])} false alarms a day; a chart"
+                " for one a day needs 24 h of healthy windows."
+            )
         return
     mean = "no false alarm"
     if chart.mean_time is not None:

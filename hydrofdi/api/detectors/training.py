@@ -84,8 +84,9 @@ def train(
         Of records in memory, as in `hydrofdi.measure`.
     **settings
         Keys of a detector: ``options`` of the indicator, ``output``, ``direction``, ``false_alarm_rate``,
-        ``confidence``, ``threshold``, ``accept``, ``chart``; and of its windows: ``window``, their duration,
-        ``every``, ``by``, ``edge``. `DetectorConfig` and ``hydrofdi train --help`` explain them.
+        ``confidence``, ``threshold``, ``accept``, ``score``, ``chart`` and its ``false_alarm_every``; and of
+        its windows: ``window``, their duration, ``every``, ``by``, ``edge``. `DetectorConfig` and
+        ``hydrofdi train --help`` explain them.
 
     Returns
     -------
@@ -186,6 +187,7 @@ def setting_keys() -> dict[str, tuple[str, ...]]:
         name: ("window", name) for name in WindowConfig.model_fields if name != "channel"
     }
     keys["window"] = keys.pop("duration")
+    keys |= {name: ("chart", name) for name in ("chart", "false_alarm_every")}
     return {name: (name,) for name in DetectorConfig.model_fields} | keys
 
 

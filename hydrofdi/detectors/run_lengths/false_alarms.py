@@ -62,6 +62,11 @@ class AlarmLimit:
     not_measurable: int
 
 
+def time_needed(false_alarm_every: float, confidence: float) -> float:
+    """Alarm-free time that demonstrates a mean time between false alarms, in the same unit."""
+    return -math.log(1.0 - confidence) * false_alarm_every
+
+
 class FalseAlarms:
     """False alarms of a chart in healthy operation.
 
@@ -162,10 +167,12 @@ class FalseAlarms:
         wanted = math.floor(self.duration / mean_time + 1e-9)
         if not wanted:
             needed = math.ceil(mean_time / self.duration * self.streams.shape[0])
-            hours = f"{mean_time / HOUR:.3g} h"
+            hours, have = f"{mean_time / HOUR:.3g} h", self.duration / HOUR
+            surely = have / time_needed(1.0, confidence)
             raise NotStatedError(
-                f"a mean time of {hours} between false alarms needs {hours} of healthy scores,"
-                f" not {self.duration / HOUR:.3g} h",
+                f"a mean time of {hours} between false alarms needs {hours} of healthy scores, not"
+                f" {have:.3g} h: these can promise {have:.3g} h on average, {surely:.3g} h with"
+                f" {100.0 * confidence:.4g} % confidence",
                 needed,
             )
         return self.at(self._search(wanted), confidence=confidence)

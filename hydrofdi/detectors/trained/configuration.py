@@ -80,8 +80,8 @@ class WindowConfig(Section):
 class ChartConfig(Section):
     """A control chart on the scores."""
 
-    chart: str
-    """Name of the chart, such as ``cusum`` or ``ewma``."""
+    chart: str = "cusum"
+    """Name of the chart: ``cusum``, ``ewma``, ``glr`` or ``moving_window``."""
 
     options: dict[str, Any] = Field(default_factory=dict)
     """Options of the chart."""
@@ -128,7 +128,8 @@ class DetectorConfig(Section):
     """Whether to train although estimates are physically impossible in most healthy windows."""
 
     chart: ChartConfig | None = None
-    """Control chart on the scores; by default only the threshold is used."""
+    """Control chart on the scores, whose alarms are those of the detector. By default one with a false alarm
+    a day if the healthy records last a day or more; null: only the threshold is used."""
 
 
 @dataclass(frozen=True)

@@ -145,6 +145,12 @@ class HealthyScores(ABC):
         """All scores that are used to set limits."""
         return np.concatenate([line.chosen for line in self.lines] or [np.empty(0)])
 
+    @property
+    def hours(self) -> float:
+        """Time that has scores [h]."""
+        n_score = sum(int(np.isfinite(line.scores).sum()) for line in self.lines)
+        return n_score * self.interval / 3600.0 if n_score else 0.0
+
     @cached_property
     def groups(self) -> list[str]:
         """Group of each record; a record without a group is its own group."""

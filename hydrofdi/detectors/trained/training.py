@@ -83,7 +83,6 @@ def train(
         There are too few records for the false-alarm rate; the message states how many are needed.
     """
     feature, direction, window = feature_of(config), direction_of(config), config.window
-    chart = None if config.chart is None else chart_in_full(config.chart, direction)
     drive = _drive(healthy, window.channel) if window.by == "cycle" else None
     batches = (batch for batch in healthy.batches(labels=True) if batch.n_record)
     first = next(batches, None)
@@ -97,6 +96,7 @@ def train(
     found.finish()
     trained = _learn(found, feature, config, _teachers(faulty, found, first, channels, config))
     _require_scores(found, feature, config, healthy)
+    chart = _chart(config, found, direction)
     limits = limits_of(found, config, direction)
     scale = healthy_scale(found.scores)
     lowest, highest = float(np.nanmin(found.scores)), float(np.nanmax(found.scores))
@@ -281,6 +281,14 @@ def _learn(
         n_healthy=fitted.n_healthy,
         n_faulty=fitted.n_faulty,
     )
+
+
+def _chart(config: DetectorConfig, found: HealthyScores, direction: Direction) -> ChartConfig | None:
+    """The chart that is asked for; one with the usual promise if nothing is said and the records carry it."""
+    chart, usual = config.chart, ChartConfig()
+    if "chart" not in config.model_fields_set and found.hours * 3600.0 >= usual.false_alarm_every:
+        chart = usual
+    return None if chart is None else chart_in_full(chart, direction)
 
 
 def _unit(feature: Feature, records: RecordBatch) -> str:

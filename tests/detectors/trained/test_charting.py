@@ -5,10 +5,12 @@ import pytest
 
 from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.trained.charting import ScoreChart
-from hydrofdi.detectors.trained.configuration import ChartConfig
-from hydrofdi.detectors.trained.file import ChartLimit
+from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig
+from hydrofdi.detectors.trained.file import ChartLimit, Made
 from hydrofdi.detectors.trained.judging import Verdict
+from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import Issue
+from tests.detectors.trained.healthy import Records
 from tests.detectors.trained.made import detector
 
 SCORES = 10.0 + 2.0 * np.random.default_rng(5).standard_normal(60) + np.repeat([0.0, 3.0], 30)
@@ -53,3 +55,15 @@ def test_what_is_not_judged_passes_it_by():
     found = readings(ScoreChart(charted()), mixed)
     assert found[1::3] == readings(ScoreChart(charted()), judged(SCORES))
     assert all(reading.statistic is None and not reading.alarm for reading in found[::3] + found[2::3])
+
+
+def test_healthy_records_of_a_day_set_up_a_chart_unless_none_is_wanted():
+    means = np.random.default_rng(5).standard_normal((20, 5))
+    number = {"indicator": "pressure_statistics", "output": "mean", "direction": "both"}
+    for frequency, given, has_chart in ((0.004, {}, True), (0.004, {"chart": None}, False), (4.0, {}, False)):
+        window = {"window": {"duration": 4.0 / frequency}}
+        config = DetectorConfig.model_validate({**number, **window, "false_alarm_rate": 0.1, **given})
+        records = Records(means, sampling_frequency=frequency)
+        file = train(records, config, ["records"], Made(hydrofdi="1", time="now"))
+        assert (file.chart is not None) is has_chart
+        assert file.config.chart is None or file.config.chart.false_alarm_every == 86400.0

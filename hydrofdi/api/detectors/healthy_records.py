@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.config import ExperimentConfig, expand_runs
 from hydrofdi.config.run_table.expansion import study_roles
-from hydrofdi.config.run_table.identities import record_identities
+from hydrofdi.config.run_table.runs import record_identities
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.indicators.record_measures import samples_digest

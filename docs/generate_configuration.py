@@ -74,6 +74,9 @@ This page lists every key of the YAML that `hydrofdi monitor --config` reads
 ([monitoring](monitoring.md)). A quantity is a number in SI or a string with a unit, such as `1 kHz` or
 `20 ms`. Unknown keys, duplicate keys and wrong units are refused, all at once, with `file:line`. Paths
 are relative to the folder of the file.
+The file may also be the [description of measured files](measured-configuration.md) that a detector was
+trained on: what names and labels files is left out here, and `zone`, `mqtt` and `opcua` are left out there.
+What would change the samples (`trim`, `cycles`, `segment`, `normalize`, `resample`) is refused.
 """
 
 

@@ -11,10 +11,9 @@ from urllib.parse import unquote, urlsplit
 from pydantic import Field, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.records.channels import Channel
 from hydrofdi.records.dates import time_zone
 from hydrofdi.records.measured.description.checks import channel_mistakes
-from hydrofdi.records.measured.description.sections import ChannelConfig, FormatConfig, TimeConfig
+from hydrofdi.records.measured.description.sections import FormatConfig, SamplesConfig
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.validation import read_yaml, validated
 
@@ -205,39 +204,16 @@ def server_url(source: str) -> str:
     return f"{SCHEME}://{host}:{port}{parts.path}"
 
 
-class LimitsConfig(Section):
-    """Limits of a stream."""
-
-    payload: Annotated[int, Field(ge=1024, le=2**28)] = 2**20
-    """Largest message or line of text [bytes]; a longer one is counted as malformed and skipped."""
-
-
-class MonitorConfig(Section):
-    """Settings of a monitor, apart from its detector and its source."""
-
-    channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
-    """Channel, by name or symbol such as ``P1`` → column of a text, key of a JSON object, or node of an OPC
-    UA server. Text and JSON need none if their names and units are self-explanatory."""
-
-    time: TimeConfig | None = None
-    """Column or key of sampling instants; by default recognised by its name."""
-
-    sampling_frequency: Annotated[float, SI("Hz", above=0.0)] | None = None
-    """Sampling frequency of a text without time; its samples are counted."""
+class MonitorConfig(SamplesConfig):
+    """A description, as of measured files, and connections. What concerns files and labels is left out."""
 
     zone: str = ""
     """Time zone of dates that state none, such as ``Europe/Berlin``, ``UTC`` or ``+01:00``. At the end of
     summer time an hour repeats; zones without summer time avoid that."""
 
-    format: FormatConfig = FormatConfig()
-    """Format of a text, as of measured files: ``delimiter``, ``decimal``, ``comment``, ``missing`` and
-    ``encoding``. The other keys do not apply to a stream."""
-
     mqtt: MqttConfig = MqttConfig()
 
     opcua: OpcUaConfig = OpcUaConfig()
-
-    limits: LimitsConfig = LimitsConfig()
 
     @field_validator("zone")
     @classmethod
@@ -265,6 +241,13 @@ class MonitorConfig(Section):
         return time_zone(self.zone) if self.zone else None
 
 
+_OF_RECORDS = {
+    "files", "path", "columns", "group", "label", "healthy", "severity", "drive_period",
+    "sampling_frequency_is",
+}  # fmt: skip
+"""Keys of a description that name and label records of files."""
+
+
 def load_monitor_config(path: Path | None) -> MonitorConfig:
     """The configuration in a YAML file; the default without one. Paths in it are relative to its folder.
 
@@ -276,7 +259,7 @@ def load_monitor_config(path: Path | None) -> MonitorConfig:
     if path is None:
         return MonitorConfig()
     source = read_yaml(path, "a configuration of a monitor")
-    source.data = source.data or {}
+    source.data = {key: value for key, value in (source.data or {}).items() if key not in _OF_RECORDS}
     config = validated(MonitorConfig, source)
     if mistakes := list(channel_mistakes(config.channels, source)):
         raise ConfigError(mistakes)

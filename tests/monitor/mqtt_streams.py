@@ -13,11 +13,12 @@ from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
-from hydrofdi.monitor.configuration import LimitsConfig, MonitorConfig, MqttAddress, MqttConfig
+from hydrofdi.monitor.configuration import MonitorConfig, MqttAddress, MqttConfig
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.mqtt.sending import SamplePublisher
 from hydrofdi.monitor.mqtt.source import MqttSource
 from hydrofdi.records.channels import Channel
+from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.streams import Chunk
 
 DETECTOR = Path("detector.json")

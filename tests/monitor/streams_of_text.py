@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from hydrofdi.monitor.configuration import LimitsConfig, MonitorConfig
+from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import joined
 from hydrofdi.monitor.sources.text_lines import TextLines
-from hydrofdi.records.measured.description.sections import FormatConfig
+from hydrofdi.records.measured.description.sections import FormatConfig, LimitsConfig
 
 
 def config_of(channels=None, largest=2**20, **options):

@@ -9,6 +9,8 @@ import pytest
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import MonitorConfig, load_monitor_config
+from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.records.measured.source import measured_source
 from tests.commands import run
 
 
@@ -38,3 +40,22 @@ def test_the_printed_schema_of_a_monitor_has_every_section():
     schema = json.loads(run("schema", "monitor", check=0).stdout)
     assert set(schema["properties"]) == set(MonitorConfig.model_fields)
     assert {"type": "string"} in schema["$defs"]["ChannelConfig"]["anyOf"]
+
+
+def test_one_description_serves_files_and_streams(tmp_path):
+    (tmp_path / "rig.csv").write_text("t,a\n0,50\n1,51\n2,52\n")
+    (tmp_path / "rig.yaml").write_text(
+        "files: rig.csv\nlabel: healthy\nchannels: {P1: {column: a, unit: bar}}\ntime: {column: t, unit: s}\n"
+        "limits: {payload: 2048, hum: 0.4}\nmqtt: {username: u}\nzone: UTC\n"
+    )
+    (batch,) = measured_source(tmp_path / "rig.yaml").batches(labels=True)
+    stream = TextLines(load_monitor_config(tmp_path / "rig.yaml"), "the stream", {})
+    chunk = stream.read((tmp_path / "rig.csv").read_bytes())
+    assert batch.labels == ("healthy",)
+    assert chunk.time.tolist() == batch.time.tolist()
+    assert {channel: [row.tolist()] for channel, row in chunk.channels.items()} == {
+        channel: samples.tolist() for channel, samples in batch.channels.items()
+    }
+    (tmp_path / "rig.yaml").write_text("files: rig.csv\ntrim: {start: 1 s}\n")
+    with pytest.raises(ConfigError, match=r"rig\.yaml:2: trim"):
+        load_monitor_config(tmp_path / "rig.yaml")

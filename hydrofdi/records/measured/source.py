@@ -15,7 +15,7 @@ from hydrofdi.records.batch import Array, RecordBatch, RejectedRecord
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.defects import differences
 from hydrofdi.records.measured.description.checks import contradictions
-from hydrofdi.records.measured.description.sections import MeasuredConfig
+from hydrofdi.records.measured.description.sections import OF_STREAMS, MeasuredConfig
 from hydrofdi.records.measured.formats.table import Table
 from hydrofdi.records.measured.forming import (
     MOST_SAMPLES,
@@ -109,6 +109,7 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
     """
     file = Path(path)
     source = read_yaml(file, "a description of measured files")
+    source.data = {key: value for key, value in (source.data or {}).items() if key not in OF_STREAMS}
     config = validated(MeasuredConfig, source)
     if config.channels:
         _require_consistent(config, source)

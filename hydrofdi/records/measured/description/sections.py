@@ -205,11 +205,42 @@ class LimitsConfig(Section):
     group, in robust standard deviations, such as 5. All files are then read twice; groups of eight or more
     records are checked. Off by default."""
 
+    payload: Annotated[int, Field(ge=1024, le=2**28)] = 2**20
+    """Largest message or line of a stream [bytes]; a longer one is counted as malformed and skipped."""
+
 
 Frequency = Annotated[float, SI("Hz", above=0.0)]
 
 
-class MeasuredConfig(Section):
+class SamplesConfig(Section):
+    """What the columns are: of files, and of streams."""
+
+    channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
+    """Channel, by name or symbol such as ``P1`` → column of a text or an array, key of a JSON object, or node
+    of an OPC UA server. By default the header of the first file, or the keys, state them, as in ``P1 [bar]``,
+    and the column of time, as in ``time [s]``."""
+
+    sampling_frequency: Frequency | None = None
+    """Sampling frequency; either this or `time`."""
+
+    time: TimeConfig | None = None
+    """Column of sampling instants; either this or `sampling_frequency`."""
+
+    format: FormatConfig = FormatConfig()
+
+    limits: LimitsConfig = LimitsConfig()
+
+    @field_validator("format", mode="before")
+    @classmethod
+    def _kind_alone(cls, value: Any) -> Any:
+        return {"kind": value} if isinstance(value, str) else value
+
+
+OF_STREAMS = ("zone", "mqtt", "opcua")
+"""Keys of a description that only a monitor reads."""
+
+
+class MeasuredConfig(SamplesConfig):
     """Measured files, what their columns are, and how they become records."""
 
     files: Annotated[tuple[str, ...], one_or_more(str), Field(min_length=1)]
@@ -217,24 +248,12 @@ class MeasuredConfig(Section):
     ``**``. Spaces need no escaping. Leading parts that exist literally, including brackets, are taken
     literally."""
 
-    channels: dict[Channel, ChannelConfig] = Field(default_factory=dict)
-    """Channel, by name or symbol such as ``P1`` → column. By default the header of the first file states
-    them, as in ``P1 [bar]``, and the column of time, as in ``time [s]``."""
-
-    sampling_frequency: Frequency | None = None
-    """Sampling frequency; either this or `time`."""
-
     sampling_frequency_is: Literal["given", "inferred"] = "given"
     """``inferred`` if it is undocumented; every record then carries a remark."""
-
-    time: TimeConfig | None = None
-    """Column of sampling instants; either this or `sampling_frequency`."""
 
     resample: Frequency | None = None
     """Sampling frequency to which records with a time column are interpolated linearly. Otherwise uneven
     sampling only causes a remark."""
-
-    format: FormatConfig = FormatConfig()
 
     trim: TrimConfig = TrimConfig()
 
@@ -269,10 +288,3 @@ class MeasuredConfig(Section):
     normalize: Literal["none", "supply", "hold"] = "none"
     """``supply``: pressures are divided by the mean of the supply pressure. ``hold``: by the mean of the
     higher chamber pressure in the last fifth of the file or cycle. Pressures are then relative."""
-
-    limits: LimitsConfig = LimitsConfig()
-
-    @field_validator("format", mode="before")
-    @classmethod
-    def _kind_alone(cls, value: Any) -> Any:
-        return {"kind": value} if isinstance(value, str) else value

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from enum import StrEnum
 
@@ -175,7 +176,7 @@ class SourceTotals:
     def __init__(self) -> None:
         self._n_sample = self._n_unread = 0
         self._first: dict[EventKind, Event] = {}
-        self._count = dict.fromkeys(_WORDS, 0)
+        self._count: Counter[EventKind] = Counter()
 
     def note(self, reading: Reading) -> None:
         """Count a reading."""
@@ -183,25 +184,17 @@ class SourceTotals:
             self._n_sample += reading.chunk.readable.n_time
             self._n_unread += len(reading.chunk.unread)
         for event in reading.events:
-            if event.kind in _WORDS:
-                self._first.setdefault(event.kind, event)
-                self._count[event.kind] += event.count
+            self._first.setdefault(event.kind, event)
+            self._count[event.kind] += event.count
 
     @property
     def is_unreadable(self) -> bool:
         """Whether something arrived, but no sample."""
         return not self._n_sample and self._n_unread + self._count[EventKind.MALFORMED] > 0
 
-    def events(self) -> list[Event]:
+    def events(self) -> Iterator[Event]:
         """The totals of events that were not all reported."""
-        return [
-            Event(
-                kind,
-                f"{self._count[kind]:,} {_WORDS[kind]} in total, the first: {first.text}",
-                None,
-                self._count[kind],
-                is_end=True,
-            )
-            for kind, first in self._first.items()
-            if self._count[kind] > first.count
-        ]
+        for kind, word in _WORDS.items():
+            if (count := self._count[kind]) and count > (first := self._first[kind]).count:
+                text = f"{count:,} {word} in total, the first: {first.text}"
+                yield Event(kind, text, None, count, is_end=True)

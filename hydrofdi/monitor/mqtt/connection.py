@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import ssl
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from threading import Event as Signal
 from threading import Thread
 from typing import TYPE_CHECKING, Any
@@ -85,7 +85,14 @@ class MqttConnection:
             answer is not an error.
         """
         self._new_client()
-        for doubt in _doubts(self.address, self.config):
+        address, config = self.address, self.config
+        doubts = [*exposed(config.password_file, config.key)]
+        if address.is_secure and not config.verify:
+            doubts.append(f"mqtt.verify is false: the certificate of {address.broker} is not checked")
+        is_open = not address.is_secure and address.host not in _THIS_MACHINE
+        if is_open and credentials("mqtt", config.username, config.password_file)[1]:
+            doubts.append(f"the password goes to {address.broker} without encryption; use mqtts://")
+        for doubt in doubts:
             self._say(Event(EventKind.INSECURE, doubt))
         self._thread.start()
 
@@ -216,13 +223,3 @@ def _tls_context(config: MqttConfig) -> ssl.SSLContext:
         context.check_hostname = False
         context.verify_mode = ssl.CERT_NONE
     return context
-
-
-def _doubts(address: MqttAddress, config: MqttConfig) -> Iterator[str]:
-    """A sentence for each setting that is less safe than it could be."""
-    if address.is_secure and not config.verify:
-        yield f"mqtt.verify is false: the certificate of {address.broker} is not checked"
-    yield from exposed(config.password_file, config.key)
-    is_open = not address.is_secure and address.host not in _THIS_MACHINE
-    if is_open and credentials("mqtt", config.username, config.password_file)[1]:
-        yield f"the password goes to {address.broker} without encryption; use mqtts://"

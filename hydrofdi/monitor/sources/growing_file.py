@@ -80,14 +80,18 @@ class StandardInput(StreamSource):
             return Reading(is_over=True)
         if not select.select([self._descriptor], [], [], timeout)[0]:
             return Reading()
-        data = self._data()
+        try:
+            data = os.read(self._descriptor, BLOCK)
+        except OSError:
+            data = b""
         self._is_over = not data
         return Reading(self._text.read(data, is_end=self._is_over), (), self._is_over)
 
     @property
     def position(self) -> Position:
         """The number of samples without time."""
-        return {key: value for key, value in self._text.position.items() if key == "n_sample"}
+        counted = self._text.position.get("n_sample")
+        return {} if counted is None else {"n_sample": counted}
 
     @property
     def may_repeat_all(self) -> bool:
@@ -96,12 +100,6 @@ class StandardInput(StreamSource):
 
     def close(self) -> None:
         """Do nothing."""
-
-    def _data(self) -> bytes:
-        try:
-            return os.read(self._descriptor, BLOCK)
-        except OSError:
-            return b""
 
     def _lines(self, position: Position) -> TextLines:
         return TextLines(self._config, self.name, position, self._needed)
@@ -358,17 +356,17 @@ class GrowingFile(StreamSource):
             self._text.forget_unfinished()
             file.begin_anew()
         elif data:
-            return self._parsed(data)
+            return self._text.read(data)
         elif self._is_replaced(file):
             if data := file.read(BLOCK):
-                return self._parsed(data)
+                return self._text.read(data)
             self._file = FollowedFile(following(self._path, file))
             self._say("is a new file; the old one was read to its end")
             file.close()
-            return self._parsed(b"", is_end=True)
+            return self._text.read(b"", is_end=True)
         elif not self._follow:
             self._is_over = True
-            return None if self._leaves_unended else self._parsed(b"", is_end=True)
+            return None if self._leaves_unended else self._text.read(b"", is_end=True)
         return None
 
     def _is_replaced(self, file: FollowedFile) -> bool:
@@ -378,9 +376,6 @@ class GrowingFile(StreamSource):
         except FileNotFoundError:
             return False
         return found.st_ino != file.inode and found.st_size > 0
-
-    def _parsed(self, data: bytes, *, is_end: bool = False) -> Chunk | None:
-        return self._text.read(data, is_end=is_end)
 
     def _trouble_with(self, error: OSError) -> None:
         """Report once what is wrong; the next reading tries again."""

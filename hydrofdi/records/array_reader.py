@@ -65,7 +65,7 @@ Opened = tuple[Mapping[str, Any], dict[str, str], Callable[[], None]]
 
 
 def _hdf5(content: str | BytesIO) -> Opened:
-    """Datasets of HDF5 by their path; MAT files of version 7.3 are HDF5."""
+    """Datasets of HDF5 by their path."""
     import h5py
 
     file, datasets = open_hdf5(content), dict[str, Any]()
@@ -101,7 +101,10 @@ def _mat(content: str | BytesIO) -> Opened:
     """
     from scipy.io import loadmat
 
-    variables = loadmat(cast(Any, content), appendmat=False, simplify_cells=True)
+    try:
+        variables = loadmat(cast(Any, content), appendmat=False, simplify_cells=True)
+    except (NotImplementedError, ValueError):  # of version 7.3
+        return _hdf5(content)
     own = {name: value for name, value in variables.items() if not name.startswith("__")}
     leaves = dict(_leaves("", own))
     places = {name: "/".join((*name.split("/")[:-1], "units", name.split("/")[-1])) for name in leaves}

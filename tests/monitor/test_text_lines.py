@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hydrofdi.errors import DataError
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
-from hydrofdi.records.measured.source import plain_file_source
+from hydrofdi.records.measured.source import plain_source
 from tests.monitor.streams_of_text import read_in_pieces, reader, samples
 
 CSV = b"time [ms],P1 [bar],u [V]\n0,100,1\n1,101.5,\n2,nan,-3\n"
@@ -140,7 +140,7 @@ def test_a_stream_gives_the_samples_of_a_file(tmp_path):
     )
     file = tmp_path / "run.csv"
     file.write_text(text, encoding="utf-8")
-    [batch] = plain_file_source(file).batches()
+    [batch] = plain_source(file).batches()
     chunk, unread = read_in_pieces(reader(), text.encode(), range(1000, 30000, 997))
     assert unread == []
     assert set(chunk.channels) == set(batch.channels)

@@ -5,7 +5,7 @@ from textwrap import dedent
 import pytest
 
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.records.measured.source import measured_source, plain_file_source
+from hydrofdi.records.measured.source import measured_source, plain_source
 from tests.records.measuring import P1, USUAL, batches, kinds, one
 
 
@@ -26,7 +26,7 @@ def test_a_scale_that_the_header_may_contradict_is_remarked(tmp_path):
 def plain(folder, text):
     file = folder / "run.csv"
     file.write_text(text)
-    return next(iter(plain_file_source(file).batches()))
+    return next(iter(plain_source(file).batches()))
 
 
 @pytest.mark.parametrize("text", ["time,P1 [bar]\n0,1\n1,2\n", "foo [bar]\n1\n2\n", "P1\n1\n2\n"])

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.records import Channel
 from hydrofdi.records.measured.formats import reading_apart
-from hydrofdi.records.measured.source import measured_source, plain_file_source
+from hydrofdi.records.measured.source import measured_source, plain_source
 from hydrofdi.units import parse_unit
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64).filter(lambda x: abs(x) < 1e290)
@@ -43,7 +43,7 @@ def read_or_refused(content, name, description=USUAL):
     with contextlib.suppress(HydrofdiError):
         return read(content, name, description)
     with contextlib.suppress(HydrofdiError), folder_with({name: content}) as folder:
-        list(plain_file_source(folder / name, 1000.0).batches())
+        list(plain_source(folder / name, 1000.0).batches())
     return []
 
 
@@ -132,8 +132,9 @@ def whole_or_empty(rows):
 def test_what_is_read_of_any_cells_is_what_they_say(rows, sign, header, decimal):
     text = header.replace("{}", sign) + "\n".join(sign.join(row) for row in rows) + "\n"
     description = f'{USUAL}format: {{decimal: "{decimal}"}}\n'
+    has_blank_tabs = sign == "\t" and not all("".join(row).strip() for row in rows)
     for batch in read_or_refused(text, "run.csv", description):
-        if not batch.n_record or not header or sign in (",", " ", decimal):
+        if not batch.n_record or not header or sign in (",", " ", decimal) or has_blank_tabs:
             continue
         kept = [row for row in rows if sign.join(row).strip(" ")]
         cells = [row[0].strip().strip('"') for row in whole_or_empty(kept)]

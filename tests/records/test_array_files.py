@@ -9,7 +9,7 @@ import pytest
 import scipy.io
 
 from hydrofdi.errors import DataError, StoreError
-from hydrofdi.records.measured.source import measured_source, plain_file_source
+from hydrofdi.records.measured.source import measured_source, plain_source
 from hydrofdi.store.reading import read_experiment
 from tests.records.measuring import P1, P2, described, one
 
@@ -222,6 +222,6 @@ def test_names_of_datasets_that_are_no_utf_8_do_no_harm(tmp_path):
 def test_a_file_without_columns_is_named(tmp_path, suffix):
     WRITERS[suffix](tmp_path / f"run.{suffix}", {})
     with pytest.raises(DataError, match="contains no columns"):
-        plain_file_source(tmp_path / f"run.{suffix}", 1e3)
+        plain_source(tmp_path / f"run.{suffix}", 1e3)
     with pytest.raises(DataError, match="has no column 'P1'; it has none"):
         one(tmp_path, description(f"run.{suffix}"))

@@ -7,7 +7,7 @@ import pytest
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.dates import unix_seconds
-from hydrofdi.records.measured.source import measured_source, plain_file_source
+from hydrofdi.records.measured.source import measured_source, plain_source
 from tests.records.measuring import P1, described, kinds
 
 FORMS = [
@@ -25,7 +25,7 @@ def text_of(form, name="time", step=4, n_time=6):
 
 def plain(folder, text, sampling_frequency=None):
     (folder / "run.csv").write_text(text, encoding="utf-8")
-    (batch,) = plain_file_source(folder / "run.csv", sampling_frequency).batches()
+    (batch,) = plain_source(folder / "run.csv", sampling_frequency).batches()
     return batch
 
 
@@ -76,7 +76,7 @@ def test_a_missing_date_rejects_the_record(tmp_path):
 def test_arrays_may_hold_dates(tmp_path):
     time = np.datetime64("2026-01-31T12:00:00", "ns") + np.arange(6) * np.timedelta64(12_500, "ns")
     np.savez(tmp_path / "run.npz", **{"time": time, "P1 [bar]": np.arange(6.0)})
-    (batch,) = plain_file_source(tmp_path / "run.npz").batches()
+    (batch,) = plain_source(tmp_path / "run.npz").batches()
     assert batch.sampling_frequency == 80_000.0
 
 

@@ -11,7 +11,7 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.records.measured.forming import path_pattern
-from hydrofdi.records.measured.source import measured_source, plain_file_source
+from hydrofdi.records.measured.source import measured_source, plain_source
 from tests.records.measuring import P1, POSITION, USUAL, VOLTAGE, batches, csv_of, described, kinds, one
 
 RNG = np.random.default_rng(5)
@@ -75,7 +75,7 @@ def test_time_of_another_dimension_and_two_samplings_are_refused(tmp_path):
         batches(tmp_path, TIMED + "sampling_frequency: 1 kHz\n")
     (tmp_path / "plain.csv").write_text("t [s],P1 [bar]\n0,1\n1,2\n")
     with pytest.raises(DataError, match="leave the sampling frequency out"):
-        plain_file_source(tmp_path / "plain.csv", 5.0)
+        plain_source(tmp_path / "plain.csv", 5.0)
 
 
 DRIVEN = """\

@@ -8,7 +8,7 @@ import pytest
 
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records.measured.formats import text as formats_text
-from hydrofdi.records.measured.source import measured_source, plain_file_source
+from hydrofdi.records.measured.source import measured_source, plain_source
 from tests.records.measuring import P1, P2, USUAL, batches, csv_of, described, kinds, one
 
 PRESSURE = np.array([100.0, 101.5, 99.25, 102.125])
@@ -126,7 +126,7 @@ def test_the_blocks_in_which_a_file_is_read_do_not_matter(tmp_path, monkeypatch,
     (tmp_path / "run.csv").write_text(text, encoding="utf-8", newline="")
 
     def read():
-        (batch,) = plain_file_source(tmp_path / "run.csv").batches()
+        (batch,) = plain_source(tmp_path / "run.csv").batches()
         return batch[P1].tobytes(), batch.sampling_frequency, batch.remarks
 
     whole = read()
@@ -148,7 +148,7 @@ TIMED = "time [s],P1 [bar],P2 [bar]\n0,84,20\n0.1,85,20\n0.2,86,20\n0.3,87,20\n0
 @pytest.mark.parametrize("cut", ["0.2,8\n", "0\n"])
 def test_no_number_of_a_row_that_was_cut_off_is_believed(tmp_path, cut):
     (tmp_path / "run.csv").write_text(TIMED.replace("0.2,86,20\n", cut))
-    (batch,) = plain_file_source(tmp_path / "run.csv").batches()
+    (batch,) = plain_source(tmp_path / "run.csv").batches()
     np.testing.assert_array_equal(batch[P1], [np.array([84.0, 85.0, np.nan, 87.0, 88.0]) * 1e5])
     assert batch.sampling_frequency == pytest.approx(10.0)
     assert {"ragged", "missing"} <= set(kinds(batch))
@@ -156,7 +156,7 @@ def test_no_number_of_a_row_that_was_cut_off_is_believed(tmp_path, cut):
 
 def test_a_last_row_that_was_cut_off_is_left_out_although_a_line_end_follows(tmp_path):
     (tmp_path / "run.csv").write_text(TIMED + "0.5,8\n")
-    (batch,) = plain_file_source(tmp_path / "run.csv").batches()
+    (batch,) = plain_source(tmp_path / "run.csv").batches()
     assert batch.n_time == 5
     assert "truncated" in kinds(batch)
 
@@ -240,7 +240,7 @@ def test_a_pattern_without_files_is_named_with_its_line(tmp_path):
 def test_a_plain_file_is_read_by_its_column_names(tmp_path):
     file = tmp_path / "run.csv"
     file.write_text("time [ms];p_1 [bar];Chamber 2 pressure (MPa)\n0;1;2\n2;3;4\n4;5;6\n")
-    (batch,) = plain_file_source(file).batches()
+    (batch,) = plain_source(file).batches()
     assert batch.sampling_frequency == 500.0
     np.testing.assert_array_equal(batch[P1], [[1e5, 3e5, 5e5]])
     np.testing.assert_array_equal(batch[P2], [[2e6, 4e6, 6e6]])
@@ -253,7 +253,7 @@ def test_a_plain_file_is_read_by_its_column_names(tmp_path):
 def test_a_plain_file_that_does_not_say_enough_is_refused(tmp_path, text):
     (tmp_path / "run.csv").write_text(text)
     with pytest.raises(DataError, match=r"run\.csv"):
-        plain_file_source(tmp_path / "run.csv")
+        plain_source(tmp_path / "run.csv")
 
 
 def test_a_counter_is_no_time(tmp_path):
@@ -271,7 +271,7 @@ channels: {chamber_1_pressure: {column: P1, unit: bar}}
 def test_a_text_in_utf_16_is_said_to_be_one(tmp_path):
     (tmp_path / "run.csv").write_text("time [s],P1 [bar]\n0,1\n1,2\n", encoding="utf-16")
     with pytest.raises(DataError, match="is in UTF-16; convert it with 'iconv -f UTF-16 -t UTF-8'"):
-        plain_file_source(tmp_path / "run.csv")
+        plain_source(tmp_path / "run.csv")
 
 
 ROWS = "time [s],P1 [bar]\n0,84.25\n0.1,85.5\n0.2,86.125\n"
@@ -282,7 +282,7 @@ ROWS = "time [s],P1 [bar]\n0,84.25\n0.1,85.5\n0.2,86.125\n"
 )
 def test_a_last_number_that_may_be_cut_off_is_said_to_be_doubtful(tmp_path, end, is_doubtful):
     (tmp_path / "run.csv").write_text(ROWS + end)
-    (batch,) = plain_file_source(tmp_path / "run.csv").batches()
+    (batch,) = plain_source(tmp_path / "run.csv").batches()
     texts = [remark.message for remark in batch.remarks[0] if remark.kind == "unended"]
     assert texts == ["the last line has no line end; its last number may be cut off"] * is_doubtful
     assert batch.n_time == 4

@@ -202,18 +202,9 @@ def open_source(
         from hydrofdi.config import load_experiment
 
         return SimulatedRecords(load_experiment(path, settings), name, channels)
-    from hydrofdi.records.measured.source import measured_source, plain_file_source, plain_folder_source
+    from hydrofdi.records.measured.source import measured_source, plain_source
 
-    if kind == "description":
-        return measured_source(path)
-    if not path.is_dir():
-        return plain_file_source(path, sampling_frequency)
-    if found := plain_folder_source(path, sampling_frequency):
-        return found
-    raise DataError(
-        f"{path}: contains no results of hydrofdi and no measured files such as .csv; describe other measured"
-        " files in a YAML (docs/measured.md)"
-    )
+    return measured_source(path) if kind == "description" else plain_source(path, sampling_frequency)
 
 
 def _kind(path: Path) -> str:

@@ -254,24 +254,33 @@ _SUFFIXES_IN_FOLDERS = (".csv", ".tsv", ".parquet", ".pq", ".mat", ".npz", ".csv
 """Suffixes of records in a folder; a text such as readme.txt may be anything."""
 
 
-def plain_file_source(path: Path | str, sampling_frequency: float | None = None) -> MeasuredSource:
-    """The record of one file whose headers name channels and units.
+def plain_source(path: Path | str, sampling_frequency: float | None = None) -> MeasuredSource:
+    """The records of one file whose headers name channels and units, or of a folder of them.
 
     Parameters
     ----------
     path : path
+        All files of a folder have the columns of the first; subfolders and hidden files are not read.
     sampling_frequency : float, optional
-        [Hz]; needed if the file has no column ``time [s]``.
+        [Hz]; needed if there is no column ``time [s]``.
 
     Raises
     ------
     DataError
-        The headers are not sufficient; the message shows the description to write.
+        The folder has no such files, or the headers are not sufficient; the message shows the description to
+        write.
     """
-    file = Path(path)
-    if not file.is_file():
-        raise DataError(f"{file}: {'is a folder' if file.is_dir() else 'no such file'}")
-    return _plain_source(str(path), file.parent, [file], sampling_frequency)
+    place = Path(path)
+    files = plain_files(place) if place.is_dir() else [place]
+    if not files:
+        raise DataError(
+            f"{path}: contains no results of hydrofdi and no measured files such as .csv; describe other"
+            " measured files in a YAML (docs/measured.md)"
+        )
+    sampling = {} if sampling_frequency is None else {"sampling_frequency": sampling_frequency}
+    named = validated(MeasuredConfig, Source({"files": [file.name for file in files]} | sampling))
+    config, unused = completed(named, files, is_plain=True)
+    return MeasuredSource(str(path), place if place.is_dir() else place.parent, config, files, unused)
 
 
 def plain_files(folder: Path) -> list[Path]:
@@ -283,34 +292,6 @@ def plain_files(folder: Path) -> list[Path]:
             if file.is_file() and file.name[0] != "." and file.name.lower().endswith(_SUFFIXES_IN_FOLDERS)
         ]
     )
-
-
-def plain_folder_source(folder: Path, sampling_frequency: float | None = None) -> MeasuredSource | None:
-    """The records of the files in a folder, all with the columns of the first; None if there are none.
-
-    Parameters
-    ----------
-    folder : path
-        Its subfolders and hidden files are not read.
-    sampling_frequency : float, optional
-        [Hz]; needed if the files have no column ``time [s]``.
-
-    Raises
-    ------
-    DataError
-        The headers of the first file are not sufficient.
-    """
-    files = plain_files(folder)
-    return _plain_source(str(folder), folder, files, sampling_frequency) if files else None
-
-
-def _plain_source(
-    name: str, folder: Path, files: Sequence[Path], sampling_frequency: float | None
-) -> MeasuredSource:
-    sampling = {} if sampling_frequency is None else {"sampling_frequency": sampling_frequency}
-    named = validated(MeasuredConfig, Source({"files": [file.name for file in files]} | sampling))
-    config, unused = completed(named, files, is_plain=True)
-    return MeasuredSource(name, folder, config, files, unused)
 
 
 _FEWEST = 8

@@ -56,9 +56,6 @@ _KINDS = {
 }
 """Suffix → kind."""
 
-_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_SIGNATURE_PLACES = (0, 512, 1024, 2048)
-
 
 @contextmanager
 def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
@@ -83,8 +80,7 @@ def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
             with npz_table(place, content) as table:
                 yield table
         case _:
-            known = "MAT" if kind == "mat" and not _is_hdf5(content) else "HDF5"
-            with table_read_apart(place, known, content) as table:
+            with table_read_apart(place, kind.upper(), content) as table:
                 yield table
 
 
@@ -104,12 +100,3 @@ def kind_of(path: Path, place: str) -> str:
         f"{place}: unknown suffix {suffix!r}{hint}; hydrofdi reads {', '.join(_KINDS)} (or write"
         " 'format: {kind: text}' in the YAML that describes the file, docs/measured.md)"
     )
-
-
-def _is_hdf5(content: Content) -> bool:
-    if isinstance(content, Path):
-        with damage_named("a file"), content.open("rb") as file:
-            start = file.read(_SIGNATURE_PLACES[-1] + 8)
-    else:
-        start = content.getvalue()[: _SIGNATURE_PLACES[-1] + 8]
-    return any(start[place:].startswith(_HDF5_SIGNATURE) for place in _SIGNATURE_PLACES)

@@ -84,11 +84,6 @@ class Axis:
         """The numbers if the groups are ranges of them."""
         return self.numbers if self.groups[0].value is None else None
 
-    @property
-    def is_leakage(self) -> bool:
-        """Whether it is a fault rather than a condition."""
-        return self.name.startswith("leakage.")
-
 
 def swept_runs(data: ExperimentData) -> NDArray[np.bool_]:
     """Runs that the experiment requests; the others were added as healthy baselines or replicates."""

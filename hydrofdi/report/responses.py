@@ -121,7 +121,7 @@ def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, .
     measured = tuple(_indicator_features(indicators))
     axes = []
     for axis in varied_axes(data, runs):
-        wanted = ("matched", "fixed") if axis.is_leakage else ("fixed",)
+        wanted = ("matched", "fixed") if axis.name.startswith("leakage.") else ("fixed",)
         against = next((name for name in wanted if details[name]), "")
         axes.append(_over(axis, against, (*details[against], *measured)))
     return ResponseStudy(tuple(axes), runs)

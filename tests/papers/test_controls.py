@@ -1,14 +1,8 @@
 import math
 
 from hydrofdi.papers.maddahi2015.controls import alarm_verdicts, best_deltas
-from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.store.layout import names
-
-
-def text_of(analysis, key):
-    (block,) = [block for block in StudyReport(analysis).document().blocks if block.key == key]
-    return " ".join(block.paragraphs)
 
 
 def sealed_row(data, beta):
@@ -28,7 +22,6 @@ def test_the_rule_is_silent_where_d3_rises_and_the_sentence_says_so(paper, break
         data = break_cell(data, sealed_row(paper, beta), 2, 1e9)
     analysis = Study(data)
     assert alarm_verdicts(analysis.sealed.changes("fixed")) == [False, False]
-    assert "silent in 2" in text_of(analysis, "controls")
 
 
 def test_the_rule_is_silent_where_d3_falls_but_another_level_falls_more(paper, break_cell):
@@ -42,7 +35,6 @@ def test_the_rule_is_silent_where_d3_falls_but_another_level_falls_more(paper, b
 def test_a_failed_control_is_open_and_no_silence(paper, break_cell):
     analysis = Study(break_cell(paper, sealed_row(paper, 1), slice(None), math.nan))
     assert alarm_verdicts(analysis.sealed.changes("fixed")) == [None, True]
-    assert "alarm in 1 and open in 1" in text_of(analysis, "controls")
 
 
 def test_the_best_level_is_the_one_that_the_table_marks(paper_analysis):
@@ -57,4 +49,3 @@ def test_the_best_level_follows_a_changed_cell(paper, break_cell):
     rms = paper.columns[names.DETAIL_RMS][position, 4]
     analysis = Study(break_cell(paper, position, 4, 0.5 * rms))
     assert [k for k, d in zip(*best_deltas(analysis.leaky), strict=True) if abs(d - 50.0) < 1.0] == [4]
-    assert "d5 in 1" in text_of(analysis, "controls")

@@ -1,6 +1,5 @@
 import pytest
 
-from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.papers.maddahi2015.tables import deviations
 from hydrofdi.report.runs import run_table
 
@@ -21,9 +20,3 @@ def test_a_deviation_beyond_the_tolerance_is_reported(made_up, break_cell):
     assert found[0]["deviation"] == pytest.approx(-0.55)
     assert found[0]["agrees"] is False
     assert deviations_of(break_cell(made_up, 2, 1, 180_900.0))[0]["agrees"] is True
-
-
-def test_a_report_without_published_values_says_that_there_are_none(paper_analysis):
-    (block,) = [block for block in StudyReport(paper_analysis).document().blocks if block.key == "reference"]
-    assert "No published value is compared" in block.paragraphs[0]
-    assert block.tables == ()

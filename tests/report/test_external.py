@@ -125,10 +125,3 @@ def test_claims_and_controls_look_at_the_runs_without_external_leakage(data, sma
     checked = {run for each in analysis.claims for check in analysis.checks(each) for run in check["runs"]}
     table = analysis.table
     assert checked <= {*table.of((table.external_coefficients == 0.0).all(axis=1)).texts(names.RUN_ID)}
-
-
-def test_a_baseline_that_names_no_external_leakage_is_reported(tmp_path):
-    text = "\n".join(line for line in LEAKING.splitlines() if not line.startswith("baseline"))
-    sweep = sweep_in(tmp_path, text)
-    printed = run_hydrofdi("report", sweep.directory, "--format", "markdown", cwd=tmp_path).stdout
-    assert "The baseline names no external leakage" in printed

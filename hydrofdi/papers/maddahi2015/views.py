@@ -42,12 +42,12 @@ def asked_views(analysis: Analysis) -> Iterator[View]:
     """Sections and data of the varied external leakage, and of replicates."""
     if analysis.has_details and analysis.has_results:
         if analysis.table.varies_external:
-            yield from external_views(analysis.table)
+            yield external_view(analysis.table)
         if analysis.data.has_replicates:
             yield from replicates_views(analysis.table, analysis.data)
 
 
-def external_views(table: RunTable) -> Iterator[View]:
+def external_view(table: RunTable) -> View:
     """Ranges of δ with the same leaky chambers, and how far they are from those without external leakage.
 
     δ is against the fixed, δ′ against the matched baseline: of the settled records if there are any. A gap
@@ -92,7 +92,7 @@ def external_views(table: RunTable) -> Iterator[View]:
     title = f"External leakage by the approximation a{level + 1}"
     sheet = Table(tuple(columns), "Ranges over all internal leakages and EBM", "external-ranges", (note,))
     block = Block("external", title, said, (sheet,), is_answer=True)
-    yield block, {"external_leakage": {"approximation": f"a{level + 1}", "states": record}}
+    return block, {"external_leakage": {"approximation": f"a{level + 1}", "states": record}}
 
 
 def _deltas(table: RunTable, level: int) -> dict[str, Array]:

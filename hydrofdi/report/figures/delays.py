@@ -16,7 +16,7 @@ from hydrofdi.report.document import FigureKind
 from hydrofdi.report.figures.detection.marks import panels
 from hydrofdi.report.figures.style import MARKERS, log_axis, series
 from hydrofdi.report.run_lengths import hours
-from hydrofdi.studies.charts import LeakDelay, RunLengths
+from hydrofdi.studies.charts import ChartJudgement, RunLengths
 
 
 def run_length_figures(judged: Sequence[RunLengths]) -> dict[str, FigureKind]:
@@ -42,15 +42,14 @@ def draw_delays(lengths: RunLengths) -> Any:
     levels = list(dict.fromkeys(delay.population for chart in lengths.charts for delay in chart.delays))
     if not levels:
         raise ReportError("no leak sets in while a chart watches")
-    styles = _styles(lengths)
+    labels = list(dict.fromkeys(chart.label for chart in lengths.charts))
+    marks = [{"marker": MARKERS[place % len(MARKERS)], "markersize": 3.5} for place in range(len(labels))]
+    styles = {label: series(k, len(labels)) | marks[k] for k, label in enumerate(labels)}
     figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True)
-    unit, every = (
-        severity_unit(lengths),
-        [hours(chart.false_alarm_every) for chart in lengths.charts],
-    )
+    unit, every = severity_unit(lengths), [hours(chart.false_alarm_every) for chart in lengths.charts]
     for axis, level in zip(axes, levels, strict=True):
         for label, style in styles.items():
-            _draw_line(axis, _along(lengths, label, level), style)
+            _draw_line(axis, [chart for chart in lengths.charts if chart.label == label], level, style)
         axis.set_title(unit.text(level.severity))
         axis.set_xlim(min(every) / 1.5, max(every) * 1.5)
         log_axis(axis.xaxis)
@@ -62,34 +61,19 @@ def draw_delays(lengths: RunLengths) -> Any:
     return figure
 
 
-def _styles(lengths: RunLengths) -> dict[str, dict[str, Any]]:
-    labels = list(dict.fromkeys(chart.label for chart in lengths.charts))
-    return {
-        label: {
-            **series(place, len(labels)),
-            "marker": MARKERS[place % len(MARKERS)],
-            "markersize": 3.5,
-        }
-        for place, label in enumerate(labels)
-    }
-
-
-def _along(lengths: RunLengths, label: str, level: Population) -> list[tuple[float, LeakDelay]]:
-    """Time between false alarms [h] and delay of a chart, ascending."""
-    found = [
-        (hours(chart.false_alarm_every), delay)
-        for chart in lengths.charts
-        if chart.label == label
+def _draw_line(axis: Any, charts: Sequence[ChartJudgement], level: Population, style: dict[str, Any]) -> None:
+    """Delays of a leak over the time between false alarms, ascending."""
+    known = sorted(
+        (
+            hours(chart.false_alarm_every),
+            delay.median.value,
+            delay.median.low,
+            min(delay.median.high, delay.watched),
+        )
+        for chart in charts
         for delay in chart.delays
-        if delay.population == level
-    ]
-    return sorted(found, key=lambda pair: pair[0])
-
-
-def _draw_line(axis: Any, points: Sequence[tuple[float, LeakDelay]], style: dict[str, Any]) -> None:
-    known = [(every, delay) for every, delay in points if np.isfinite(delay.median.value)]
-    every, medians = ([pair[0] for pair in known], [pair[1].median for pair in known])
-    highest = [min(delay.median.high, delay.watched) for _, delay in known]
-    axis.plot(every, [median.value for median in medians], **style)
-    band = {"color": style["color"], "alpha": 0.18, "linewidth": 0}
-    axis.fill_between(every, [median.low for median in medians], highest, **band)
+        if delay.population == level and np.isfinite(delay.median.value)
+    )
+    every, medians, low, high = np.array(known).reshape(-1, 4).T
+    axis.plot(every, medians, **style)
+    axis.fill_between(every, low, high, color=style["color"], alpha=0.18, linewidth=0)

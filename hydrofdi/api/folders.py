@@ -26,8 +26,8 @@ from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of, remedy
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import Guessable
-from hydrofdi.store import StoredRun, read_index
 from hydrofdi.store.folder.provenance import read_provenance
+from hydrofdi.store.index import StoredRun, read_index
 from hydrofdi.store.layout.names import MESSAGE, RUN, STATUS, VERDICT, Variable, stored_variables
 from hydrofdi.store.layout.outputs import output_variables
 from hydrofdi.store.reading import read_request, read_texts

@@ -32,8 +32,9 @@ from hydrofdi.settings.counting import counted
 from hydrofdi.settings.messages import Guessable
 from hydrofdi.settings.readable import shown_bytes, shown_seconds
 from hydrofdi.simulation.kernels.lanes import WIDTH
-from hydrofdi.store import Failure, ShardIndex, StoredRun, holds_enough, read_failures, read_index
 from hydrofdi.store.experiment_file import computed_variables
+from hydrofdi.store.folder.provenance import Failure, read_failures
+from hydrofdi.store.index import ShardIndex, StoredRun, holds_enough, read_index
 from hydrofdi.store.layout.names import stored_signals
 from hydrofdi.store.layout.outputs import dimensions
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.sweep import SweepSummary
     from hydrofdi.records import Channel, RecordSource
     from hydrofdi.report.document import ComposedReport
-    from hydrofdi.store import ExperimentData
+    from hydrofdi.store.experiment_data import ExperimentData
 
 
 class Markdown(str):

@@ -18,18 +18,18 @@ from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.counting import counted
-from hydrofdi.store import (
-    ExperimentData,
-    ShardIndex,
-    ShardResults,
-    read_experiment,
-    read_failures,
-    read_index,
-    read_unfinished,
-)
-from hydrofdi.store.folder.provenance import read_provenance
+from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.folder.provenance import read_failures, read_provenance
+from hydrofdi.store.index import ShardIndex, read_index
 from hydrofdi.store.layout.names import RUN_ID
-from hydrofdi.store.reading import REQUEST_FILE, read_request, request_record
+from hydrofdi.store.reading import (
+    REQUEST_FILE,
+    read_experiment,
+    read_request,
+    read_unfinished,
+    request_record,
+)
+from hydrofdi.store.results import ShardResults
 
 RESULTS = Path("results")
 """Folder for experiments, below the working directory."""

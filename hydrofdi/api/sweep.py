@@ -47,25 +47,22 @@ from hydrofdi.execution.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.counting import counted
-from hydrofdi.store import (
-    Failure,
-    ShardResults,
-    forget_failure,
-    read_failures,
-    read_index,
-    write_experiment,
-    write_failure,
-)
+from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
 from hydrofdi.store.folder.provenance import (
+    Failure,
     RunLog,
     add_provenance,
     environment_record,
+    forget_failure,
     now,
     read_calibrations,
+    read_failures,
     write_calibrations,
+    write_failure,
 )
+from hydrofdi.store.index import read_index
 from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
 from hydrofdi.store.reading import (
     REQUEST_FILE,
@@ -75,7 +72,7 @@ from hydrofdi.store.reading import (
     require_same_experiment,
     write_request,
 )
-from hydrofdi.store.results import MISSING
+from hydrofdi.store.results import MISSING, ShardResults
 
 
 @dataclass(frozen=True)

@@ -101,11 +101,10 @@ def _moved_to_wavelet(source: Source, options: dict[str, Any]) -> dict[str, Any]
     for name, value in options.items():
         if name in ("channel", "kind"):
             message = f"the label {DWT} is the transform of P1; give it another label, with 'kind: {DWT}'"
-            source.mistakes.append(source.mistake(("indicators", DWT, name), message))
+            source.report(("indicators", DWT, name), message)
             continue
         if isinstance(wavelet, dict) and wavelet.get(name, value) != value:
-            message = f"wavelet.{name} says {wavelet[name]!r}; give it once"
-            source.mistakes.append(source.mistake(("indicators", DWT, name), message))
+            source.report(("indicators", DWT, name), f"wavelet.{name} says {wavelet[name]!r}; give it once")
         source.origins[("wavelet", name)] = source.origin(("indicators", DWT, name))
         wavelet = {**wavelet, name: value} if isinstance(wavelet, dict) else wavelet
     source.data["wavelet"] = wavelet

@@ -21,9 +21,8 @@ from hydrofdi.quality.run_quality import assess_runs
 from hydrofdi.sensing import Measurement
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.trajectory import Outcome, Trajectory
-from hydrofdi.store import write_shard
 from hydrofdi.store.layout import names
-from hydrofdi.store.shard import read_records
+from hydrofdi.store.shard import read_records, write_shard
 from hydrofdi.units import convert
 
 Columns = dict[str, NDArray[Any]]

@@ -17,7 +17,7 @@ from hydrofdi.indicators.measuring import Measures, Seconds, measure
 from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.quality.measures import pressure_features
 from hydrofdi.records import RecordBatch
-from hydrofdi.store import StoredRun
+from hydrofdi.store.index import StoredRun
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.outputs import wavelet_numbers
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period

@@ -58,13 +58,13 @@ def chosen_options(chosen: Any, source: Source, within: KeyPath = ()) -> dict[st
     if not isinstance(given, Mapping | Sequence) or not given or is_unnamed:
         listed = "'hydrofdi indicators' lists them"
         message = f"expected 'all', names, or 'name: {{options}}' pairs; found {chosen!r}; {listed}"
-        source.mistakes.append(source.mistake(within, message))
+        source.report(within, message)
         return {}
     if not isinstance(given, Mapping):
         return _named(given, source, within)
     for label in given:
         if mistake := label_mistake(label):
-            source.mistakes.append(source.mistake((*within, label), f"{label!r} {mistake}"))
+            source.report((*within, label), f"{label!r} {mistake}")
     return {str(label): options for label, options in given.items() if label_mistake(label) is None}
 
 
@@ -77,7 +77,7 @@ def _named(given: Sequence[Any], source: Source, within: KeyPath) -> dict[str, A
         else:
             form = "'indicators: {dwt: {}, mine: {kind: dwt, levels: 3}}'"
             message = f"a list contains names, each once, not {name!r}; with options or labels, write {form}"
-            source.mistakes.append(source.mistake((*within, place), message))
+            source.report((*within, place), message)
     return names
 
 
@@ -167,7 +167,7 @@ def make_chosen(
 def _make(label: str, given: Any, source: Source, path: KeyPath) -> Indicator[Any] | None:
     options = {} if given is None else given
     if not isinstance(options, Mapping):
-        source.mistakes.append(source.mistake(path, f"expected 'option: value' pairs; found {options!r}"))
+        source.report(path, f"expected 'option: value' pairs; found {options!r}")
         return None
     options = dict(options)
     is_named = "kind" in options

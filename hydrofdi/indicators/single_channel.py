@@ -10,7 +10,7 @@ from hydrofdi.indicators.contract import Indicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
 
-_FEWEST_SAMPLES = 8
+_FEWEST_SAMPLES, _FEWEST_OF_MODES = 8, 16
 """Least number of samples of a segment."""
 
 
@@ -50,6 +50,13 @@ def segment_obstacle(records: RecordBatch, segment: float) -> str | None:
         return f"a segment of {segment:g} s has {samples} samples; {_FEWEST_SAMPLES} are needed"
     if samples > records.n_time:
         return f"a segment of {segment:g} s has {samples} samples, but the record only {records.n_time}"
+    return None
+
+
+def mode_obstacle(records: RecordBatch) -> str | None:
+    """Message if records are too short to have modes."""
+    if records.n_time < _FEWEST_OF_MODES:
+        return f"a record of {records.n_time} samples has no modes; {_FEWEST_OF_MODES} are needed"
     return None
 
 

@@ -9,8 +9,9 @@ from hydrofdi.papers.maddahi2015.views import asked_views
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.composition import Report
 from hydrofdi.report.document import ComposedReport
-from hydrofdi.store import Columns, ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
+from hydrofdi.store.shard import Columns
 
 
 def make_report(data: ExperimentData) -> ComposedReport:

@@ -11,7 +11,7 @@ from hydrofdi.config.experiment import DWT
 from hydrofdi.report.indicators import MeasuredIndicator, measured_indicators
 from hydrofdi.report.responses import ResponseStudy, study_responses
 from hydrofdi.report.runs import RunTable, run_table, table_runs
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 
 

@@ -18,7 +18,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.report.runs import table_runs
 from hydrofdi.report.wording import litres_per_minute, plain, shown_modulus
 from hydrofdi.settings.readable import HOLE
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 
 _FLOW, _COEFFICIENT = "leakage.internal_flow", "leakage.internal_coefficient"
 _MODULUS = "fluid.bulk_modulus"

@@ -29,7 +29,7 @@ from hydrofdi.report.wording import (
     row_names,
 )
 from hydrofdi.settings.counting import counted
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.store.results import MISSING
 

@@ -25,7 +25,7 @@ from hydrofdi.report.responses import responses_block, responses_record
 
 if TYPE_CHECKING:
     from hydrofdi.report.document import FigureKind
-    from hydrofdi.store import ExperimentData
+    from hydrofdi.store.experiment_data import ExperimentData
 
 FEW_AXES = 4
 """Most varied parameters for which the figure of the responses is the default."""

@@ -22,7 +22,7 @@ from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import joined, row_names, some, span_text
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.readable import HOLE, readable_unit
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 

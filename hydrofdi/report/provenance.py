@@ -13,7 +13,7 @@ from hydrofdi.config.seeds import seeds_of, shown_seeds
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.report.document import Block
 from hydrofdi.report.table import Table
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 
 _MACHINE = {
     "actuator.piston_area": "Piston area",

@@ -21,7 +21,7 @@ from hydrofdi.report.runs import baseline_changes
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import signed, with_minus
 from hydrofdi.settings.readable import HOLE
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 

@@ -62,6 +62,10 @@ class Source:
         """A mistake at `path`."""
         return Issue(message, dotted(path), self.origin(path))
 
+    def report(self, path: Path, message: str) -> None:
+        """Collect a mistake at `path`."""
+        self.mistakes.append(self.mistake(path, message))
+
 
 def dotted(path: Path) -> str:
     """A path as text, e.g. ``sweep.grid.fluid.bulk_modulus[1]``."""

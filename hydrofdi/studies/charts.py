@@ -23,7 +23,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.scores import Array
 from hydrofdi.indicators.recursive import RecursiveIndicator
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import MEAN_LEAKAGE_FLOW
 from hydrofdi.studies.detecting import rules_of
 from hydrofdi.studies.reading import needed_channels, study_designs

@@ -13,7 +13,7 @@ from hydrofdi.detectors.trained.configuration import stated_indicators
 from hydrofdi.evaluation.multiplicity import confidence_text, simultaneous_confidence
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.settings.counting import counted
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.studies.judgement import Detection, Judgement, pareto_set, ranked
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.reading import read_study, within

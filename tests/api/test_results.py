@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.store import read_experiment
+from hydrofdi.store.reading import read_experiment
 from tests.commands import run
 from tests.conftest import SMALL
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.store import read_experiment
+from hydrofdi.store.reading import read_experiment
 from tests.commands import run_json
 
 SHORT = {"duration": "2 s"}

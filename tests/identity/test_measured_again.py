@@ -12,7 +12,7 @@ from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
-from hydrofdi.store import read_index
+from hydrofdi.store.index import read_index
 
 NOISY = """\
 name: noisy

@@ -14,7 +14,7 @@ from hydrofdi.papers.maddahi2015.controls import alarm_verdicts
 from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report import runs
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
 from hydrofdi.store.signals import FileSignals

@@ -11,7 +11,7 @@ import pytest
 from hydrofdi.api.stored import read_results
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
 from hydrofdi.store.signals import FileSignals

@@ -13,8 +13,9 @@ import h5py
 import pytest
 
 from hydrofdi.errors import StoreError
-from hydrofdi.store import read_experiment, read_index
 from hydrofdi.store.folder.lock import experiment_lock
+from hydrofdi.store.index import read_index
+from hydrofdi.store.reading import read_experiment
 
 WRITER = """
 import sys

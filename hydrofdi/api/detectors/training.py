@@ -32,7 +32,7 @@ from hydrofdi.report.detection.populations import n_computed_of
 from hydrofdi.settings.counting import counted
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
 
 

@@ -201,7 +201,8 @@ class Expansion:
     def _solved(self, numbers: Numbers, sources: Numbers) -> Rows:
         """Rows with the conditions under which their leakage flows are solved."""
         place, pool = self._names.index("leakage"), self._pools["leakage"]
-        needed = np.array([_needs_calibration(section) for section in pool.sections])[numbers[:, place]]
+        solved = [isinstance(each, LeakageConfig) and each.needs_calibration for each in pool.sections]
+        needed = np.array(solved)[numbers[:, place]]
         calibrations = np.full_like(numbers, NONE)
         if needed.any():
             conditions = numbers[needed]
@@ -249,10 +250,6 @@ def _fields(values: Mapping[str, Any], section: str) -> tuple[tuple[str, Any], .
     """What dotted values say of a section."""
     split = ((*name.split("."), value) for name, value in values.items())
     return tuple((field, value) for owner, field, value in split if owner == section)
-
-
-def _needs_calibration(leakage: Section) -> bool:
-    return isinstance(leakage, LeakageConfig) and leakage.needs_calibration
 
 
 def _plain_sealed_state(leakage: Section) -> Section:

@@ -35,8 +35,7 @@ def normalize_study(source: Source) -> None:
     if not isinstance(study, dict):
         return
     if source.data.get("claims"):
-        message = "a study has no claims; those of the paper are about its own experiment"
-        source.mistakes.append(source.mistake(("claims",), message))
+        source.report(("claims",), "a study has no claims; those of the paper are about its own experiment")
     _leave_out_nothing(study)
     _normalize_faults(source, study.get("faults"))
     for kind in ("shifts", "confusions"):
@@ -89,7 +88,7 @@ def check_detection(source: Source) -> None:
     for place, label in enumerate(_listed(detection.get("indicators"))):
         if label not in made:
             message = f"{label!r} is not among the indicators{nearest(str(label), list(made))}"
-            source.mistakes.append(source.mistake((*path, "indicators", place), message))
+            source.report((*path, "indicators", place), message)
     normalize_scores(source, detection.get("scores"), (*path, "scores"), made)
     normalize_charts(source, detection.get("online"), (*path, "online"), made)
 
@@ -112,12 +111,12 @@ def _normalize_faults(source: Source, faults: Any) -> None:
     if not over:
         del faults["over"]
         wanted = " or ".join(reversed(INTERNAL_LEAKAGE_FORMS))
-        source.mistakes.append(source.mistake(path, f"names no leak: give {wanted}"))
+        source.report(path, f"names no leak: give {wanted}")
         faults["over"] = {INTERNAL_LEAKAGE_FORMS[1]: []}
     elif isinstance(over, dict):
         if len(over) > 1:
             message = f"the levels are those of one leak; give {' or '.join(map(str, over))}, not both"
-            source.mistakes.append(source.mistake(path, message))
+            source.report(path, message)
             faults["over"] = over = dict([next(iter(over.items()))])
         for name in over:
             over[name] = _levels(source, (*path, "over", name), name, over[name])
@@ -134,9 +133,7 @@ def _levels(source: Source, path: Path, name: str, stated: Any) -> list[float]:
     levels = axis_in_si(source, path, name, stated)
     for place, level in enumerate(levels):
         if level is None:
-            source.mistakes.append(
-                source.mistake((*path, place), "a level is a number with a unit, not null")
-            )
+            source.report((*path, place), "a level is a number with a unit, not null")
     return [level for level in levels if isinstance(level, float)]
 
 
@@ -144,7 +141,7 @@ def _changes(source: Source, path: Path, changes: Any) -> Any:
     """Values and distributions of parameters, in SI."""
     if not isinstance(changes, dict) or not changes:
         message = f"expected 'parameter: value' or 'parameter: {{distribution}}' pairs; found {changes!r}"
-        source.mistakes.append(source.mistake(path, message))
+        source.report(path, message)
         return {}
     return {
         name: distribution_in_si(source, (*path, name), name, value)

@@ -147,7 +147,10 @@ def populations(study: StudyConfig) -> tuple[Drawn, ...]:
     ]
     judged = [*healthy, *_faulty(study), *_others(study)]
     if study.pairing == "common":
-        judged = _on_common_actuators([*_before(judged), *judged])
+        judged = [
+            replace(each, actuators=_stream(_sealed(each.population.is_fit)))
+            for each in (*_before(judged), *judged)
+        ]
     return (*judged, *_alone(study))
 
 
@@ -156,17 +159,14 @@ def study_table(study: StudyConfig, designs: Sequence[dict[str, Any]]) -> StudyT
     drawn = populations(study)
     counts = [each.count for each in drawn]
     of_run = np.repeat(np.arange(len(drawn)), counts)
+    actuators = [f"{each.actuators} {place}" for each in drawn for place in range(each.count)]
     return StudyTable(
         tuple(each.population for each in drawn),
         np.tile(of_run, len(designs)),
         tuple(designs),
         np.repeat(np.arange(len(designs)), len(of_run)),
-        None if study.pairing == "independent" else _actuators(drawn) * len(designs),
+        None if study.pairing == "independent" else tuple(actuators) * len(designs),
     )
-
-
-def _actuators(drawn: Sequence[Drawn]) -> tuple[str, ...]:
-    return tuple(f"{each.actuators} {place}" for each in drawn for place in range(each.count))
 
 
 def _sealed(is_fit: bool) -> Population:
@@ -180,11 +180,6 @@ def _before(judged: Sequence[Drawn]) -> list[Drawn]:
         for is_fit in (True, False)
     ]
     return [_healthy(Population("before", Kind.BEFORE, is_fit), count) for is_fit, count in counts]
-
-
-def _on_common_actuators(judged: Sequence[Drawn]) -> list[Drawn]:
-    """The same with one sequence of actuators for fit, and one for test records."""
-    return [replace(each, actuators=_stream(_sealed(each.population.is_fit))) for each in judged]
 
 
 def _healthy(population: Population, count: int, settings: Mapping[str, Any] | None = None) -> Drawn:
@@ -246,15 +241,15 @@ def changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
     if isinstance(nominal, bool) or not isinstance(nominal, float) or nominal == 0.0:
         what = "0" if nominal == 0.0 else "no number"
         message = f"{value} is relative to the nominal value, and {name} has {what}; state the value itself"
-        source.mistakes.append(source.mistake(path, message))
+        source.report(path, message)
         return value
     try:
         change = parse_quantity(value.replace("−", "-"), "1")
     except ValueError as error:
-        source.mistakes.append(source.mistake(path, str(error)))
+        source.report(path, str(error))
         return value
     if change == 0.0:
-        source.mistakes.append(source.mistake(path, f"{value} changes nothing"))
+        source.report(path, f"{value} changes nothing")
         return value
     return parameter_value(source, path, name, nominal * (1.0 + change))
 

@@ -158,7 +158,7 @@ def distribution_in_si(source: Source, path: Path, name: str, distribution: Any)
     try:
         return _in_si(source, path, name, distribution)
     except _MistakenError as mistake:
-        source.mistakes.append(source.mistake(mistake.path, str(mistake)))
+        source.report(mistake.path, str(mistake))
         return {DISTRIBUTIONS[0]: []}  # validation of the model does not report it again
 
 

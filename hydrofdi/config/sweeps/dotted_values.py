@@ -34,7 +34,7 @@ def normalize_baseline(source: Source) -> None:
         value = source.data["baseline"][name]
         if isinstance(value, float) and value > 0.0:
             message = "a leaking baseline is not a healthy actuator; remove it, or set 0"
-            source.mistakes.append(source.mistake(("baseline", name), message))
+            source.report(("baseline", name), message)
 
 
 def normalize_replicates(source: Source) -> None:
@@ -57,7 +57,7 @@ def _normalize_block(source: Source, path: Path, block: Any) -> None:
     _refuse_outside_grid(source, path, block)
     for kind in ("grid", "zip"):
         if block.get(kind) == {}:
-            source.mistakes.append(source.mistake((*path, kind), "names no parameter to vary"))
+            source.report((*path, kind), "names no parameter to vary")
     varied = [
         *convert_mapping(source, block, "grid", path, axis_in_si),
         *convert_mapping(source, block, "zip", path, axis_in_si),
@@ -76,8 +76,7 @@ def _refuse_outside_grid(source: Source, path: Path, block: dict[str, Any]) -> N
     for key in [key for key in block if key not in SweepConfig.model_fields]:
         if known := [name for name in parameter_names() if key in (name, *name.split("."))]:
             put = "it" if key in known else f"dotted parameters such as {known[0]!r}"
-            message = f"put {put} under {dotted((*path, 'grid'))}"
-            source.mistakes.append(source.mistake((*path, key), message))
+            source.report((*path, key), f"put {put} under {dotted((*path, 'grid'))}")
             del block[key]
 
 
@@ -86,27 +85,24 @@ def axis_in_si(source: Source, path: Path, name: str, values: Any) -> Any:
     if isinstance(values, dict):
         return _generated(source, path, name, values)
     if not isinstance(values, list) or not values:
-        message = "an axis is a list of at least one value, or one of linspace, logspace, arange"
-        source.mistakes.append(source.mistake(path, message))
+        source.report(path, "an axis is a list of at least one value, or one of linspace, logspace, arange")
         return []
     converted = [parameter_value(source, (*path, index), name, value) for index, value in enumerate(values)]
     for index, value in enumerate(converted):
         if value in converted[:index] and path[-2] != "zip":
-            source.mistakes.append(
-                source.mistake((*path, index), f"value {without_contents(value)!r} is in the list twice")
-            )
+            source.report((*path, index), f"value {without_contents(value)!r} is in the list twice")
     return converted
 
 
 def _generated(source: Source, path: Path, name: str, generator: dict[str, Any]) -> list[Any]:
     if len(generator) != 1 or (kind := next(iter(generator))) not in _GENERATORS:
         known = ", ".join(_GENERATORS)
-        source.mistakes.append(source.mistake(path, f"an axis is a list, or one of {known}"))
+        source.report(path, f"an axis is a list, or one of {known}")
         return []
     path, arguments = (*path, kind), generator[kind]
     if not isinstance(arguments, list) or len(arguments) != 3:
         third = "step" if kind == "arange" else "count"
-        source.mistakes.append(source.mistake(path, f"expected [first, last, {third}]; found {arguments!r}"))
+        source.report(path, f"expected [first, last, {third}]; found {arguments!r}")
         return []
     first, last = (parameter_value(source, (*path, index), name, arguments[index]) for index in (0, 1))
     if not all(isinstance(end, int | float) for end in (first, last)):
@@ -118,7 +114,7 @@ def _generated(source: Source, path: Path, name: str, generator: dict[str, Any])
             return [validate_parameter(name, int(value) if value.is_integer() else value) for value in values]
         return [validate_parameter(name, value) for value in values]
     except ValueError as error:
-        source.mistakes.append(source.mistake(path, _first_message(error)))
+        source.report(path, _first_message(error))
         return []
 
 
@@ -153,21 +149,18 @@ def _check_condition(source: Source, path: Path, text: Any) -> None:
         return  # validation of the model reports it
     known = list(parameter_names())
     for name in sorted(condition.names - set(known)):
-        source.mistakes.append(source.mistake(path, f"no parameter {name!r}{nearest(name, known)}"))
+        source.report(path, f"no parameter {name!r}{nearest(name, known)}")
     for name, quantity in condition.compared:
         if name in known and (unit := parameter_unit(name)) is not None:
             try:
                 parse_quantity(quantity, unit)
             except ValueError as error:
-                source.mistakes.append(
-                    source.mistake(path, f"{name} cannot be compared with this quantity: {error}")
-                )
+                source.report(path, f"{name} cannot be compared with this quantity: {error}")
 
 
 def _refuse_both_forms(source: Source, path: Path, names: Iterable[str]) -> None:
     if set(INTERNAL_LEAKAGE_FORMS) <= set(names):
-        message = "give the internal leakage as internal_coefficient or as internal_flow, not both"
-        source.mistakes.append(source.mistake(path, message))
+        source.report(path, "give the internal leakage as internal_coefficient or as internal_flow, not both")
 
 
 def _first_message(error: ValueError) -> str:

@@ -27,7 +27,7 @@ def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
         return validate_parameter(name, value)
     except ValidationError as errors:
         for error in errors.errors():
-            source.mistakes.append(source.mistake(path, describe_error(error)))
+            source.report(path, describe_error(error))
         return value
 
 
@@ -84,4 +84,4 @@ def difference(name: str, value: Any) -> float:
 def require_numbers(source: Source, path: Path) -> None:
     """Report that the ends must be numbers, unless another mistake in them is already reported."""
     if not any(mistake.where.startswith(dotted(path[:-1])) for mistake in source.mistakes):
-        source.mistakes.append(source.mistake(path, "its ends must be numbers"))
+        source.report(path, "its ends must be numbers")

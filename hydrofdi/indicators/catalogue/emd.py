@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator, mode_obstacle
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.transforms.wavelet import root_mean_square
 
@@ -91,9 +91,6 @@ def _before_start(signal: Array, maxima: Places, minima: Places) -> tuple[tuple[
     return ((near, far) if rises else (far, near)), mirror
 
 
-_FEWEST_SAMPLES = 16
-
-
 class EmdOptions(ChannelOptions):
     """Options of `Emd`."""
 
@@ -125,9 +122,7 @@ class Emd(SingleChannelIndicator[EmdOptions]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record has too few samples."""
-        if records.n_time < _FEWEST_SAMPLES:
-            return f"a record of {records.n_time} samples has no modes; {_FEWEST_SAMPLES} are needed"
-        return None
+        return mode_obstacle(records)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """RMS in the unit of the channel, each (n_record,)."""

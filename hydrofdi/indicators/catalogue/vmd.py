@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator
+from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator, mode_obstacle
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 
@@ -81,7 +81,6 @@ def _relative(change: float, power: float) -> float:
     return change / power if power > 0.0 else np.inf
 
 
-_FEWEST_SAMPLES = 16
 _ROUNDING = 1e-12
 """RMS relative to the largest sample below which a mode is only rounding error."""
 
@@ -126,9 +125,7 @@ class Vmd(SingleChannelIndicator[VmdOptions]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record has too few samples."""
-        if records.n_time < _FEWEST_SAMPLES:
-            return f"a record of {records.n_time} samples has no modes; {_FEWEST_SAMPLES} are needed"
-        return None
+        return mode_obstacle(records)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Each (n_record,); the frequency of a mode with zero amplitude is NaN."""

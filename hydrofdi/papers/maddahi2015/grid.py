@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.report.runs import Array, baseline_changes, label_names, leaks_out_more, normal_bulk_modulus
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 
 ABSENT = -1

@@ -22,7 +22,7 @@ from hydrofdi.report.runs import Array, baseline_changes, best_levels
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import HOLE
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 
 Mask = NDArray[np.bool_]

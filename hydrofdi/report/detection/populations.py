@@ -20,7 +20,7 @@ from hydrofdi.report.detection.wording import false_alarms_in_words, probability
 from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.table import Table
 from hydrofdi.settings.counting import counted
-from hydrofdi.store import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
 from hydrofdi.store.results import MISSING
 from hydrofdi.studies.judgement import Detection

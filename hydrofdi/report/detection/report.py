@@ -34,8 +34,9 @@ from hydrofdi.report.document import Block, Document, FigureKind
 from hydrofdi.report.estimates import estimate_records, estimates_block
 from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.run_lengths import run_length_lines, run_length_records, run_lengths_block
-from hydrofdi.store import Columns, ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
+from hydrofdi.store.shard import Columns
 from hydrofdi.studies.charts import RunLengths, judge_run_lengths
 from hydrofdi.studies.detecting import judge_study, winner
 from hydrofdi.studies.judgement import Detection

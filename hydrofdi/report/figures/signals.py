@@ -21,8 +21,8 @@ from hydrofdi.report.figures.style import (
     series,
     time_axis,
 )
-from hydrofdi.store import Columns
 from hydrofdi.store.layout import names
+from hydrofdi.store.shard import Columns
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.spectrum import power_spectrum
 from hydrofdi.transforms.wavelet import detail_coefficients, level_bands

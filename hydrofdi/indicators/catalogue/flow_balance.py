@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from hydrofdi.indicators.balancing import Balance, BalanceOptions
+from hydrofdi.indicators.balancing import BalanceIndicator, BalanceOptions
 
 
-class FlowBalance(Balance[BalanceOptions]):
+class FlowBalance(BalanceIndicator[BalanceOptions]):
     """K_i, β and valve parameters from the volume balance."""
 
     name = "flow_balance"

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hydrofdi.indicators.balancing import Balance, BalanceOptions
+from hydrofdi.indicators.balancing import BalanceIndicator, BalanceOptions
 from hydrofdi.indicators.nominal_actuator import PlantConstant
 from hydrofdi.settings.quantities import SI
 
@@ -35,7 +35,7 @@ class PressureBalanceOptions(BalanceOptions):
     """Whether windows that fit poorly get less weight, such as those in which a force on the piston jumps."""
 
 
-class PressureBalance(Balance[PressureBalanceOptions]):
+class PressureBalance(BalanceIndicator[PressureBalanceOptions]):
     """K_i, β and valve parameters from the volume balance, with pressures only."""
 
     name = "pressure_balance"

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.balancing import WindowOptions, balance_outputs
+from hydrofdi.indicators.balancing import P1, P2, WindowOptions, X, balance_outputs, known_balance
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.estimation.chamber_balance import (
     N_UNKNOWN,
@@ -42,7 +42,6 @@ from hydrofdi.indicators.estimation.weak_rls import (
 )
 from hydrofdi.indicators.information import Information
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
-from hydrofdi.indicators.volume_balance import P1, P2, X, known_balance
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 

@@ -22,7 +22,7 @@ import sys
 from pathlib import Path
 import numpy as np
 from hydrofdi.config.experiment import StoreConfig
-from hydrofdi.store import write_shard
+from hydrofdi.store.shard import write_shard
 from hydrofdi.store.layout import names
 
 n_run, n_time = 16, 40_000

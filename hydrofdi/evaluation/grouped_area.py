@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.roc import Area, area_under_curve, placements, share_below
@@ -66,49 +66,6 @@ def clustered_area(
 FEWEST_GROUPS = 5
 
 
-def group_bootstrap(
-    statistic: Callable[[NDArray[np.intp]], float],
-    groups: Sequence[str],
-    *,
-    confidence: float = 0.95,
-    n_draw: int = 1000,
-    seed: int = 0,
-) -> tuple[float, float]:
-    """Interval of any statistic of the records: whole groups are drawn with replacement.
-
-    Davison and Hinkley, Bootstrap Methods and their Application (1997), section 3.8; percentiles are widened
-    for few groups after Hesterberg, The American Statistician 69 (2015) 371. Resamples without a value, such
-    as those without a faulty record, are drawn again.
-
-    Parameters
-    ----------
-    statistic : callable
-        Function from positions of records, shape (n_drawn,), to a number; NaN or NotStatedError if undefined.
-    groups : sequence of str, length n_record
-        Group of each record; independent records have different groups.
-    confidence : float
-    n_draw : int
-    seed : int
-
-    Raises
-    ------
-    NotStatedError
-        There are fewer than five groups, or most resamples have no value.
-    """
-    _, places = np.unique(np.asarray(groups), return_inverse=True)
-    n_group = _enough(int(places.max(initial=-1)) + 1)
-    order = np.argsort(places, kind="stable")
-    members = np.split(order, np.cumsum(np.bincount(places))[:-1])
-    draw = np.random.default_rng(seed)
-    values: list[float] = []
-    for _ in range(2 * n_draw):
-        value = _value(statistic, np.concatenate([members[g] for g in draw.integers(n_group, size=n_group)]))
-        values += [] if math.isnan(value) else [value]
-        if len(values) == n_draw:
-            return _percentiles(np.array(values), n_group, confidence)
-    raise NotStatedError("most resamples have no value: there are too few groups of one kind")
-
-
 def grouped_area(
     healthy: ArrayLike,
     faulty: ArrayLike,
@@ -121,7 +78,9 @@ def grouped_area(
 ) -> Area:
     """Area under the ROC curve, with an interval from resampled groups; a group may contain both kinds.
 
-    Pairwise wins between groups are counted once, so resampling needs no sorting.
+    Davison and Hinkley, Bootstrap Methods and their Application (1997), section 3.8; percentiles are widened
+    for few groups after Hesterberg, The American Statistician 69 (2015) 371. Pairwise wins between groups are
+    counted once, so resampling needs no sorting.
 
     Parameters
     ----------
@@ -143,7 +102,9 @@ def grouped_area(
     names = np.concatenate((np.asarray(healthy_groups)[is_below], np.asarray(faulty_groups)[order]))
     below, above = below[is_below], above[order]
     _, places = np.unique(names, return_inverse=True)
-    n_group = _enough(int(places.max()) + 1)
+    n_group = int(places.max()) + 1
+    if n_group < FEWEST_GROUPS:
+        raise NotStatedError(f"an interval over groups needs {FEWEST_GROUPS} groups, not {n_group}")
     mine, theirs = places[: below.size], places[below.size :]
     sizes, others = np.bincount(mine, minlength=n_group), np.bincount(theirs, minlength=n_group)
     wins = np.zeros((n_group, n_group))
@@ -155,19 +116,6 @@ def grouped_area(
     drawn = np.einsum("bi,ij,bj->b", counts, wins, counts, optimize=True)[pairs > 0] / pairs[pairs > 0]
     low, high = _percentiles(drawn, n_group, confidence)
     return replace(area, low=low, high=high)
-
-
-def _enough(n_group: int) -> int:
-    if n_group < FEWEST_GROUPS:
-        raise NotStatedError(f"an interval over groups needs {FEWEST_GROUPS} groups, not {n_group}")
-    return n_group
-
-
-def _value(statistic: Callable[[NDArray[np.intp]], float], rows: NDArray[np.intp]) -> float:
-    try:
-        return statistic(rows)
-    except NotStatedError:
-        return math.nan
 
 
 def _percentiles(values: Array, n_group: int, confidence: float) -> tuple[float, float]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,23 +10,7 @@ from numpy.typing import ArrayLike
 from hydrofdi.evaluation.scores import Array
 
 
-@dataclass(frozen=True, eq=False)
-class ManyTests:
-    """P-values of several tests, corrected for multiplicity.
-
-    Attributes
-    ----------
-    n_tried : int
-        Number of all tests tried, including those not reported.
-    p_values : ndarray, shape (n_test,)
-        Corrected p-values, in the order given.
-    """
-
-    n_tried: int
-    p_values: Array
-
-
-def holm(p_values: ArrayLike, *, n_tried: int | None = None) -> ManyTests:
+def holm(p_values: ArrayLike) -> Array:
     """P-values adjusted by Holm's method: the family-wise error rate is at most α under any dependence.
 
     Holm, Scandinavian Journal of Statistics 6 (1979) 65.
@@ -36,22 +19,12 @@ def holm(p_values: ArrayLike, *, n_tried: int | None = None) -> ManyTests:
     ----------
     p_values : array_like, shape (n_test,)
         NaN if a test is undefined; it still counts as tried.
-    n_tried : int, optional
-        Number of tests tried; larger than the number of p-values if only the best are given.
-
-    Raises
-    ------
-    ValueError
-        There are more p-values than tests tried.
     """
     values = np.asarray(p_values, dtype=float)
-    tried = values.size if n_tried is None else n_tried
-    if tried < values.size:
-        raise ValueError(f"{values.size} p-values of {tried} tests")
     order = np.argsort(values)
     corrected = np.empty(values.size)
-    corrected[order] = np.maximum.accumulate(values[order] * (tried - np.arange(values.size)))
-    return ManyTests(tried, np.minimum(corrected, 1.0))
+    corrected[order] = np.maximum.accumulate(values[order] * (values.size - np.arange(values.size)))
+    return np.minimum(corrected, 1.0)
 
 
 def simultaneous_confidence(confidence: float, n_tried: int) -> float:

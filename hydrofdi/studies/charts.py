@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.study.study import ChartConfig, OnlineConfig
 from hydrofdi.detectors.charts.contract import Chart
-from hydrofdi.detectors.healthy_scale import HealthyScale, healthy_scale
 from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, FalseAlarms, delays
 from hydrofdi.detectors.run_lengths.false_alarms import time_needed
+from hydrofdi.detectors.scores.features import healthy_scale
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind, Population
@@ -268,15 +268,15 @@ class _Case:
 
     traces: Traces
     scores: Array
-    scale: HealthyScale
+    scale: tuple[float, float]
     chart: Chart[Any]
     rules: Rules
 
     @classmethod
     def fitted(cls, traces: Traces, chart: Chart[Any], rules: Rules) -> _Case:
         (fit,) = traces.records.chosen(Kind.HEALTHY, is_fit=True)
-        scale = healthy_scale(traces.values[traces.records.rows(fit)])
-        return cls(traces, scale(traces.values), scale, chart, rules)
+        centre, spread = healthy_scale(traces.values[traces.records.rows(fit)])
+        return cls(traces, (traces.values - centre) / spread, (centre, spread), chart, rules)
 
     def judged(self, blank: ChartJudgement) -> ChartJudgement:
         """Evaluate the chart at one limit."""
@@ -284,7 +284,7 @@ class _Case:
             limit = self._fit.limit(blank.false_alarm_every, confidence=self.rules.confidence)
         except NotStatedError as refusal:
             return replace(blank, refusals=(str(refusal),))
-        judged = replace(blank, centre=self.scale.centre, spread=self.scale.spread, limit=limit)
+        judged = replace(blank, centre=self.scale[0], spread=self.scale[1], limit=limit)
         sound, refusals = self._sound(limit)
         return replace(judged, false_alarms=sound, delays=tuple(self._delays(limit)), refusals=refusals)
 

@@ -189,5 +189,5 @@ def are_shown(compared: Sequence[Gain | None]) -> tuple[bool, ...]:
         None if there is no result.
     """
     stated = [each for each in compared if each is not None]
-    corrected = iter(holm([each.p_value for each in stated]).p_values.tolist())
+    corrected = iter(holm([each.p_value for each in stated]).tolist())
     return tuple(each is not None and next(corrected) <= 1.0 - each.confidence for each in compared)

@@ -58,14 +58,6 @@ def test_intervals_of_quantiles_cover(share):
     assert 182 <= held <= 200
 
 
-def test_groups_widen_the_interval():
-    values = np.repeat(np.random.default_rng(2).exponential(size=12), 10)
-    none, groups = np.zeros(120, dtype=int), tuple(str(row // 10) for row in range(120))
-    alone = Delays(values, none, 0).quantile()
-    grouped = Delays(values, none, 0, groups).quantile()
-    assert grouped.high - grouped.low > 1.5 * (alone.high - alone.low)
-
-
 def test_leaks_that_are_not_found_make_quantiles_infinite():
     found = Delays(np.array([1.0] * 6 + [np.inf] * 4), np.zeros(10, dtype=int), 0)
     assert found.quantile(0.5).value == 1.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrofdi.detectors.charts.contract import Chart
-from hydrofdi.evaluation.grouped_area import group_bootstrap
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.scores import Array, share_between_0_and_1
 
@@ -38,48 +36,31 @@ class Delays:
         Number of alarms before the onset: false alarms, not detections. The chart restarts after each.
     not_measurable : int
         Number of streams without a score after the onset; they count as not detected.
-    groups : tuple of str or None
     """
 
     values: Array
     n_early: np.ndarray
     not_measurable: int
-    groups: tuple[str, ...] | None = None
 
     @property
     def found(self) -> Rate:
         """Fraction of leaks that are detected before their record ends."""
-        return alarm_rate(np.isfinite(self.values).astype(float), groups=self.groups)
+        return alarm_rate(np.isfinite(self.values).astype(float))
 
-    def quantile(self, share: float = 0.5, *, confidence: float = 0.95, seed: int = 0) -> Delay:
+    def quantile(self, share: float = 0.5, *, confidence: float = 0.95) -> Delay:
         """Delay within which a given share of the leaks is detected.
 
         Its distribution-free interval is that of order statistics: David and Nagaraja, Order Statistics
-        (2003), section 7.1. If there are groups, groups are resampled.
+        (2003), section 7.1.
 
         Parameters
         ----------
         share : float
         confidence : float
-        seed : int
-            Seed of the resampling of groups.
-
-        Raises
-        ------
-        NotStatedError
-            There are fewer than five groups.
         """
         share_between_0_and_1("the share of leaks", share)
         ordered = np.sort(self.values)
-        value = _at_rank(ordered, share)
-        if self.groups is None:
-            low, high = _order_statistics(ordered, share, confidence)
-        else:
-            low, high = group_bootstrap(
-                lambda rows: _at_rank(np.sort(self.values[rows]), share),
-                self.groups, confidence=confidence, seed=seed,
-            )  # fmt: skip
-        return Delay(value, low, high, confidence)
+        return Delay(_at_rank(ordered, share), *_order_statistics(ordered, share, confidence), confidence)
 
 
 def delays(
@@ -88,8 +69,6 @@ def delays(
     streams: ArrayLike,
     instants: ArrayLike,
     onset: ArrayLike,
-    *,
-    groups: Sequence[str] | None = None,
 ) -> Delays:
     """Detection delays of a chart that runs from the start of each stream.
 
@@ -103,8 +82,6 @@ def delays(
         Instants of the scores [s].
     onset : array_like, scalar or shape (n_stream,)
         Onset of the leak [s].
-    groups : sequence of str, length n_stream, optional
-        Equal for dependent streams.
     """
     scores, times = np.asarray(streams, dtype=float), np.asarray(instants, dtype=float)
     sets_in = np.broadcast_to(np.asarray(onset, dtype=float), scores.shape[:1])[:, None]
@@ -112,7 +89,7 @@ def delays(
     first = np.where(is_alarm & is_later, times, math.inf).min(axis=1, initial=math.inf)
     unscored = int((~(is_later & ~np.isnan(scores)).any(axis=1)).sum())
     early = np.sum(is_alarm & ~is_later, axis=1)
-    return Delays(first - sets_in[:, 0], early, unscored, None if groups is None else tuple(groups))
+    return Delays(first - sets_in[:, 0], early, unscored)
 
 
 def _at_rank(ordered: Array, share: float) -> float:

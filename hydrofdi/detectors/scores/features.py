@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.scores.contract import LEAST_RECORDS
 from hydrofdi.errors import ConfigError, NotStatedError
@@ -127,6 +127,24 @@ def standardisation(values: Array) -> Standardisation:
     if not kept.size:
         raise NotStatedError("no feature varies among the fit records")
     return Standardisation(kept, centre[kept], scale[kept])
+
+
+def healthy_scale(scores: ArrayLike) -> tuple[float, float]:
+    """Median and spread of healthy scores of any shape; NaN values are ignored.
+
+    Raises
+    ------
+    NotStatedError
+        There are fewer than five scores, or all are equal.
+    """
+    known = np.ravel(np.asarray(scores, dtype=float))
+    known = known[np.isfinite(known)]
+    if known.size < LEAST_RECORDS:
+        raise NotStatedError(
+            f"a healthy scale needs {LEAST_RECORDS} healthy scores, not {known.size}", LEAST_RECORDS
+        )
+    scale = standardisation(known[:, None])
+    return float(scale.centre[0]), float(scale.scale[0])
 
 
 @dataclass(frozen=True, eq=False)

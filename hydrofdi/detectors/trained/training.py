@@ -10,10 +10,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hydrofdi.detectors.healthy_scale import healthy_scale
 from hydrofdi.detectors.registry import make_score
 from hydrofdi.detectors.scores.cross_fitting import cross_fitted_scores, known_numbers
 from hydrofdi.detectors.scores.data import plain_data
+from hydrofdi.detectors.scores.features import healthy_scale
 from hydrofdi.detectors.trained.charting import chart_in_full, chart_limit, finite
 from hydrofdi.detectors.trained.configuration import (
     ChartConfig,
@@ -98,9 +98,9 @@ def train(
     _require_scores(found, feature, config, healthy)
     chart = _chart(config, found, direction)
     limits = limits_of(found, config, direction)
-    scale = healthy_scale(found.scores)
+    centre, spread = healthy_scale(found.scores)
     lowest, highest = float(np.nanmin(found.scores)), float(np.nanmax(found.scores))
-    own = Scale(centre=scale.centre, spread=scale.spread, range=(lowest, highest))
+    own = Scale(centre=centre, spread=spread, range=(lowest, highest))
     used = feature if trained is None else feature.of(trained.numbers)
     fits = {name: each.possible[1] or 0.0 for name, each in used.outputs if each.is_fit}
     return DetectorFile(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.rates import Rate, clopper_pearson
+from hydrofdi.evaluation.rates import clopper_pearson
 from hydrofdi.evaluation.scores import Array
 
 
@@ -71,14 +71,11 @@ class Tally:
         Ascending, distinct, positive [unit of the severity].
     hits, total : ndarray, shape (n_level,)
         Number of records detected, and number tested.
-    not_measurable : int
-        Number of further records without a score.
     """
 
     severity: Array
     hits: Array
     total: Array
-    not_measurable: int = 0
 
     @property
     def misses(self) -> Array:
@@ -103,7 +100,7 @@ class Tally:
         first = np.flatnonzero(np.diff(places, prepend=-1))
         last = np.append(first[1:], places.size) - 1
         hits, total = (np.add.reduceat(counts, first).astype(float) for counts in (self.hits, self.total))
-        return Tally(self.severity[last], hits, total, self.not_measurable)
+        return Tally(self.severity[last], hits, total)
 
 
 def tally(severity: ArrayLike, outcomes: ArrayLike) -> Tally:
@@ -133,52 +130,22 @@ def tally(severity: ArrayLike, outcomes: ArrayLike) -> Tally:
     hits, total = (
         np.bincount(places, counts).astype(float) for counts in (values[is_known], is_known[is_known])
     )
-    return Tally(distinct, hits, total, int((~is_known).sum())).pooled(MOST_SEVERITIES)
+    return Tally(distinct, hits, total).pooled(MOST_SEVERITIES)
 
 
 MOST_LEVELS = 10
 """Number of levels into which continuous (measured) severities are pooled."""
 
 
-@dataclass(frozen=True, eq=False)
-class MonotonePod:
-    """Detection rates at each level, and their isotonic regression.
-
-    Attributes
-    ----------
-    tally : Tally
-    rates : tuple of Rate, length n_level
-        Two-sided Clopper–Pearson intervals.
-    probability : ndarray, shape (n_level,)
-        Isotonic estimate.
-    """
-
-    tally: Tally
-    rates: tuple[Rate, ...]
-    probability: Array
-
-
-def monotone_detection(counted: Tally, *, confidence: float = 0.95) -> MonotonePod:
-    """Detection rates at each level with binomial bounds, and their isotonic regression.
+def isotonic(levels: Tally) -> Array:
+    """Detection rates of levels by isotonic regression, shape (n_level,).
 
     Ayer, Brunk, Ewing, Reid and Silverman, Annals of Mathematical Statistics 26 (1955) 641: the
     maximum-likelihood estimate among all nondecreasing curves.
-
-    Parameters
-    ----------
-    counted : Tally
-        More than thirty distinct severities are pooled into ten levels.
-    confidence : float
     """
     from scipy.optimize import isotonic_regression
 
-    levels = _levels(counted)
-    rates = tuple(
-        Rate(int(hits), int(total), 0, *clopper_pearson(hits, total, confidence), confidence)
-        for hits, total in zip(levels.hits, levels.total, strict=True)
-    )
-    rising = isotonic_regression(levels.hits / levels.total, weights=levels.total).x
-    return MonotonePod(levels, rates, np.asarray(rising, dtype=float))
+    return np.asarray(isotonic_regression(levels.hits / levels.total, weights=levels.total).x, dtype=float)
 
 
 def detected_level(
@@ -199,7 +166,7 @@ def detected_level(
     """
     levels = _levels(counted)
     if confidence is None:
-        shown = monotone_detection(levels).probability >= probability
+        shown = isotonic(levels) >= probability
     else:
         two_sided = 2.0 * confidence - 1.0
         bounds = [clopper_pearson(h, n, two_sided)[0] for h, n in zip(levels.hits, levels.total, strict=True)]
@@ -239,8 +206,8 @@ def interpolated_level(counted: Tally, *, probability: float = 0.9) -> Detectabl
     counted : Tally
     probability : float
     """
-    rising = monotone_detection(counted)
-    level, estimate = rising.tally.severity, rising.probability
+    levels = _levels(counted)
+    level, estimate = levels.severity, isotonic(levels)
     if estimate[-1] < probability:
         return DetectableSeverity("above", float(level[-1]), probability, source="levels")
     after = int(np.argmax(estimate >= probability))

@@ -6,6 +6,8 @@ from scipy.stats import chi2, kstest
 from sklearn.covariance import LedoitWolf, ShrunkCovariance
 
 from hydrofdi.detectors.registry import make_score
+from hydrofdi.detectors.scores.features import healthy_scale
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.roc import area_under_curve
 from tests.detectors.scores.populations import Population
 
@@ -90,3 +92,10 @@ def test_without_shrinkage_no_invertible_transform_changes_the_distance():
         matrix, offset = draw.normal(size=(4, 4)), draw.normal(size=4)
         moved = healthy_scores(score, fit @ matrix + offset, records @ matrix + offset)
         np.testing.assert_allclose(moved, expected, rtol=1e-6)
+
+
+def test_a_healthy_scale_leaves_out_what_is_missing():
+    assert healthy_scale(np.array([[1.0, 2.0, np.nan], [3.0, 4.0, 5.0]]))[0] == 3.0
+    for scores in (np.ones(10), np.arange(4.0)):
+        with pytest.raises(NotStatedError):
+            healthy_scale(scores)

@@ -34,6 +34,7 @@ These are refused, and the message names the right unit: `did you mean 'L/min'?`
 NAMES = {
     "1": "without a unit", "%": "percent", "kg": "kilogram", "g": "gram", "t": "tonne", "lb": "pound",
     "m": "metre", "in": "inch", "ft": "foot", "s": "second", "min": "minute", "h": "hour",
+    "day": "24 hours", "days": "24 hours",
     "Hz": "hertz, cycles per second", "rad": "radian", "N": "newton", "daN": "decanewton",
     "kgf": "kilogram-force", "lbf": "pound-force", "Pa": "pascal", "hPa": "hectopascal", "atm": "atmosphere",
     "bar": "bar", "psi": "pound-force per square inch", "L": "litre", "l": "litre", "galUS": "US gallon",

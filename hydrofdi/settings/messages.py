@@ -156,6 +156,6 @@ def percent_hint(found: Any, most: float) -> str:
     """The end of a message on a share above its largest value, which is most often a number of percent."""
     try:
         number = float(found)
-    except (TypeError, ValueError):
+    except (OverflowError, TypeError, ValueError):
         return ""
     return f"; write '{number:g} %' if it is in percent" if most <= 1.0 <= number < 100.0 else ""

@@ -81,13 +81,13 @@ class ChartConfig(Section):
     """A control chart on the scores."""
 
     chart: str = "cusum"
-    """Name of the chart: ``cusum``, ``ewma``, ``glr`` or ``moving_window``."""
+    """Name of the chart: ``cusum`` (default), ``ewma``, ``glr`` or ``moving_window``."""
 
     options: dict[str, Any] = Field(default_factory=dict)
     """Options of the chart."""
 
     false_alarm_every: Duration = 86400.0
-    """Required mean time between false alarms [s]."""
+    """Mean time between false alarms of the chart, such as 30 days; a day by default [s]."""
 
 
 class DetectorConfig(Section):

@@ -25,7 +25,8 @@ MISTAKES = [
     (("limits", "high"), "1e5"), (("limits", "high"), None), (("limits", "high"), -1e7),
     (("limits", "interval"), [0.5, 0.1]), (("limits", "interval_rests_on"), "faith"),
     (("limits", "low"), 1e7), (("limits", "false_alarm_rate"), 1e308), (("limits", "confidence"), -1),
-    (("healthy", "spread"), 0), (("sampling_frequency",), -1), (("n_sample",), True), (("channels",), []),
+    (("healthy", "spread"), 0), (("sampling_frequency",), -1), (("sampling_frequency",), 10**400),
+    (("n_sample",), True), (("channels",), []),
     (("ranges", "chamber_1_pressure", "low"), [2, 1]), (("ranges", "chamber_1_pressure", "at_end"), -1),
     (("ranges", "chamber_9_pressure"), {}), (("chart",), None), (("chart", "limit"), 0),
     (("basis", "n_windows"), 1), (("basis", "n_record"), -1), (("basis", "sources"), []),
@@ -120,6 +121,38 @@ def test_a_file_of_more_than_16_megabytes_is_not_read(load, file):
     load(detector_text(file))
     with pytest.raises(ConfigError):
         load(detector_text(file) + " " * 2**24)
+
+
+SCORED = {
+    "indicator": "",
+    "output": "",
+    "indicators": {"p": {"kind": "pressure_statistics"}},
+    "score": {"kind": "mahalanobis", "of": ["p.mean", "p.kurtosis"]},
+    "direction": "rising",
+}
+
+
+def test_what_a_score_learned_is_read_strictly(load):
+    file = trained(**SCORED)
+    assert load(detector_text(file)) == file
+    record = json.loads(detector_text(file))
+    white = ("score", "rule", "white")
+    for path, value, key in (
+        (("score",), None, "score"),
+        (("score", "numbers"), [], "score.numbers"),
+        (("score", "numbers"), ["p.mean", "p.median"], "score.numbers"),
+        (("score", "rule"), {}, "score.rule"),
+        ((*white, "mean"), [0.0, 1.0, 2.0], "score.rule.white"),
+        ((*white, "matrix"), [[0.0, "x"]], "score.rule.white.matrix"),
+        ((*white, "standardised", "kept"), [7], "score.rule"),
+        ((*white, "standardised", "scale"), [-1.0], "score.rule.white.standardised"),
+        (("config", "score", "kind"), "lda", "score.rule"),
+        (("config", "score", "of"), ["p.men"], "config.score"),
+        (("config", "score", "options"), {"shrinkage": 2}, "config.score.options.shrinkage"),
+        (("indicator_versions", "p"), 99, "indicator_versions"),
+    ):
+        with pytest.raises(ConfigError, match=rf"detector\.json: {key}: "):
+            load(changed(record, path, value))
 
 
 numbers = st.integers() | st.floats(allow_nan=False, allow_infinity=False)

@@ -33,7 +33,7 @@ def test_the_shell_completes_commands():
 def test_every_plain_setting_of_a_detector_is_an_option_of_train():
     command = typer.main.get_command(application(["train"])).commands["train"]
     options = {parameter.name for parameter in command.params}
-    assert setting_keys().keys() - options == {"options", "chart"}
+    assert setting_keys().keys() - options == {"options", "indicators", "score"}
 
 
 def test_commands_stand_in_groups():

@@ -332,7 +332,8 @@ def simulate(
     Parameters
     ----------
     experiment : path, mapping or ExperimentConfig, optional
-        YAML file, or what would stand in one; without it, the nominal actuator. A sweep is left aside.
+        YAML file, or what would stand in one; without it, the nominal actuator. Of a sweep,
+        only its nominal run is simulated.
     out : path, optional
         Store the run in this experiment file (HDF5); `Run.save` does it later.
     **settings

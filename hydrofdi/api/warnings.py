@@ -97,9 +97,9 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
         first = f"{frequency:.1f} Hz at EBM {shown_value('fluid.bulk_modulus', modulus)}"
         where = f" in {len(near):,} of {len(modes):,} conditions, e.g." if len(near) > 1 else ":"
         yield (
-            "The hydraulic mode f_h is close to the edge of a wavelet band, so both bands respond to it"
-            f"{where} {first}. Another record.sampling_frequency moves the bands; the undecimated transform"
-            " (modwt) has the same ones"
+            "Two wavelet levels share the natural frequency, so their values depend strongly on the oil"
+            f"{where} {first}. Another record.sampling_frequency moves the levels; other indicators are not"
+            " affected"
         )
 
 

@@ -153,7 +153,7 @@ def simulate(
 ) -> int:
     """Simulate one actuator and print its features.
 
-    Ignores a sweep in the file.
+    If the file describes a sweep, only its nominal run is simulated.
     """
     from hydrofdi.api.experiments import experiment_of
     from hydrofdi.api.run import simulate as simulate_actuator

@@ -107,8 +107,7 @@ def _claims_table(study: Study) -> Table:
         (
             "At the configured start phase. Margin: how far one δ behind a claim could move before its"
             " result turns; negative if it does not hold. If it is a difference of two δ, both may move,"
-            " each by half of it. Open: a run is missing or failed, its healthy run does not move, or there"
-            " is no such mode.",
+            " each by half of it. Open: cannot be decided (a run is missing, or the actuator does not move).",
         ),
     )
 

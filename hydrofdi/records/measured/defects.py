@@ -110,11 +110,13 @@ def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Itera
 def _of_channel(
     recording: Recording, channel: Channel, samples: Array, limits: LimitsConfig, ranges: Ranges
 ) -> Iterator[Issue]:
-    missing = int(np.count_nonzero(~np.isfinite(samples)))
-    if missing:
+    missing = np.flatnonzero(~np.isfinite(samples))
+    if missing.size:
+        first, last = recording.sampling.start + missing[[0, -1]] / recording.sampling.frequency
         text = (
-            f"{missing} of {counted(samples.size, 'sample')} of {channel} are missing or not finite; to use"
-            " the rest, set 'trim' or 'cycles' in a description, or judge windows"
+            f"{missing.size} of {counted(samples.size, 'sample')} of {channel} are missing or not finite"
+            f" ({first:.6g} to {last:.6g} s); to use the rest, set 'trim' or 'cycles' in a description, or"
+            " judge windows"
         )
         yield Issue(text, channel, kind="missing", is_unusable=True)
         return

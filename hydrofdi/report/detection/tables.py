@@ -69,8 +69,7 @@ def _ranking_notes(detection: Detection) -> Iterator[str]:
         f"q90/95: upper bound with {confidence} confidence on the {unit.quantity} found with"
         f" {100.0 * asked.probability:g} % probability; q90 and q50: estimates without confidence."
         f" ≤: at most the smallest tested; >: not found up to the largest tested;"
-        f" {FROM_LEVELS}: from the tested levels, without a fitted curve: a level counts as the largest true"
-        " severity of its records, which may be above the nominal one; estimates are interpolated."
+        f" {FROM_LEVELS}: read from the tested leaks, because no curve fitted (rounded up)."
     )
     yield (
         f"False alarms: healthy test records, with {confidence} interval, at thresholds for {rate}."

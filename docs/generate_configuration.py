@@ -28,9 +28,8 @@ from hydrofdi.detectors.registry import chart_kind, chart_names
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.records.measured.description.sections import MeasuredConfig
-from hydrofdi.settings.quantities import SI
+from hydrofdi.settings.quantities import SI, described_schema, field_texts
 from hydrofdi.settings.readable import readable_unit, typeset
-from hydrofdi.settings.schema import described_schema, field_texts
 from hydrofdi.units import convert, parse_quantity
 
 DOCS, CONFIGS = Path(__file__).parent, Path(__file__).parent.parent / "configs"

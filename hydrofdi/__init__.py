@@ -21,19 +21,18 @@ if TYPE_CHECKING:
     from hydrofdi.api.detectors.training import train
     from hydrofdi.api.evaluation import Evaluation, evaluate
     from hydrofdi.api.exporting import Exported, export
-    from hydrofdi.api.folders import collect, rerun, status, verify, why
+    from hydrofdi.api.folders import rerun, status, verify, why
     from hydrofdi.api.inspecting import Inspection, inspect
-    from hydrofdi.api.listing import indicators
-    from hydrofdi.api.measuring import measure
+    from hydrofdi.api.measuring import indicators, measure
     from hydrofdi.api.plan import plan
     from hydrofdi.api.replaying import replay
     from hydrofdi.api.results import Results, load, report
     from hydrofdi.api.run import Run, simulate
-    from hydrofdi.api.schemas import schema
-    from hydrofdi.api.sweep import sweep
+    from hydrofdi.api.sweep import collect, sweep
     from hydrofdi.config import load_experiment
     from hydrofdi.errors import HydrofdiError
     from hydrofdi.report.table import Table
+    from hydrofdi.settings.ready import schema
 
 __version__ = "0.1.0"
 
@@ -48,11 +47,11 @@ _HOMES = {
     "Table": "hydrofdi.report.table",
     "calibrate": "hydrofdi.api.check",
     "check": "hydrofdi.api.check",
-    "collect": "hydrofdi.api.folders",
+    "collect": "hydrofdi.api.sweep",
     "detect": "hydrofdi.api.detectors.detector",
     "evaluate": "hydrofdi.api.evaluation",
     "export": "hydrofdi.api.exporting",
-    "indicators": "hydrofdi.api.listing",
+    "indicators": "hydrofdi.api.measuring",
     "inspect": "hydrofdi.api.inspecting",
     "load": "hydrofdi.api.results",
     "load_experiment": "hydrofdi.config",
@@ -61,7 +60,7 @@ _HOMES = {
     "replay": "hydrofdi.api.replaying",
     "report": "hydrofdi.api.results",
     "rerun": "hydrofdi.api.folders",
-    "schema": "hydrofdi.api.schemas",
+    "schema": "hydrofdi.settings.ready",
     "simulate": "hydrofdi.api.run",
     "status": "hydrofdi.api.folders",
     "sweep": "hydrofdi.api.sweep",

@@ -69,7 +69,7 @@ HOMES = {
 FILES = sorted(PACKAGE.rglob("*.py"))
 TREES = {path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in FILES}
 ROOMS = {room for layer in LAYERS for room in layer}
-BELOW_THE_API = {"execution", "monitor", "papers", "simulation", "store", "studies", "config.load_experiment"}
+BELOW_THE_API = {"execution", "monitor", "papers", "simulation", "store", "studies"}
 """What commands do, they do through ``hydrofdi.api``: they import none of these when they run."""
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from generators.writing import table, write_page
-from hydrofdi.units import BASE_UNITS, Unit
-from hydrofdi.units.spellings import SPELLINGS
-from hydrofdi.units.symbols import PREFIXABLE, PREFIXES, SYMBOLS
+from hydrofdi.units import BASE_UNITS, PREFIXABLE, PREFIXES, SPELLINGS, SYMBOLS, Unit
 
 INTRODUCTION = """\
 # Units

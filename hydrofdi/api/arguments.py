@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.settings.counting import brief
-from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.messages import brief
 from hydrofdi.units import parse_quantity
 
 
@@ -52,21 +51,6 @@ def count_of(name: str, given: Any) -> int:
     if given < 1:
         raise ConfigError(f"{name}: must be at least 1; found {given}")
     return int(given)
-
-
-def choice_of(name: str, given: Any, known: Sequence[str]) -> str:
-    """One of the known words.
-
-    Raises
-    ------
-    ConfigError
-        The value is not one of them.
-    """
-    if not isinstance(given, str):
-        raise refusal(name, f"one of {', '.join(known)}", given)
-    if given not in known:
-        raise ConfigError(f"{name}: {given!r} is unknown{nearest(given, known)}")
-    return given
 
 
 def names_of(name: str, given: Any, expected: str) -> list[str]:

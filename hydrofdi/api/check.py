@@ -5,43 +5,39 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import combinations
 from numbers import Real
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.api.arguments import positive_of
-from hydrofdi.api.experiments import Experiment, experiment_of
-from hydrofdi.api.notebook import html_sentences
-from hydrofdi.api.selection import (
-    Convergence,
-    LeakageTarget,
-    Selection,
-    calibrate_flows,
-    computed_rows,
-    converge,
-    select_runs,
-)
-from hydrofdi.api.step_limits import lag_limit, step_limits, too_long_sentence
+from hydrofdi.api.step_limits import Distinct, lag_limit, step_limits, too_long_sentence
 from hydrofdi.api.warnings import experiment_warnings, period_count, place_in_bands
-from hydrofdi.config import RunParameters
-from hydrofdi.config.request import RunRequest
+from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
+from hydrofdi.config.loading import Experiment, load_experiment
+from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
+from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.config.shown_values import shown_in, shown_value
+from hydrofdi.config.study.table import StudyTable
+from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
-from hydrofdi.execution import Job
+from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.indicators.information import Information, Informative, Unknown
 from hydrofdi.indicators.measuring import seen_by
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import RecordBatch
+from hydrofdi.report.forms.numbers import plain
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.report.wording import labels_text, shown_modulus
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, readable_unit, two_digits, typeset
 from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.layout.names import OBSTACLE
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
@@ -169,29 +165,15 @@ class Check:
             del record["convergence"]
         else:
             record["convergence"]["good_enough"] = self.convergence.good_enough
-        cleaned: dict[str, Any] = _plain(record)
+        cleaned: dict[str, Any] = plain(record)
         return cleaned
 
     def __bool__(self) -> bool:
         return not self.problems
 
-    def _sentences(self) -> list[str]:
-        lines = [f"problem: {each}" for each in self.problems]
-        return [*lines, *(f"warning: {each}" for each in self.warnings)] or ["no warnings"]
-
     def __repr__(self) -> str:
-        return "\n".join(self._sentences())
-
-    def _repr_html_(self) -> str:
-        return html_sentences("Results would be wrong" if self.problems else "No problems", self._sentences())
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        lines = [f"problem: {each}" for each in self.problems]
+        return "\n".join([*lines, *(f"warning: {each}" for each in self.warnings)] or ["no warnings"])
 
 
 def check(
@@ -230,7 +212,7 @@ def check(
     'the step of 0.001 s is too long for the friction zone: ...'
     """
     accepted = positive_of("tolerance", tolerance, "1", "a relative change such as 0.001")
-    loaded = experiment_of(experiment, settings)
+    loaded = load_experiment(experiment, settings)
     selection = select_runs(loaded)
     with shown_in(loaded.units):
         return inspect_experiment(
@@ -276,7 +258,7 @@ def calibrate(
     values = [positive_of("flows", flow, "m^3/s", what) for flow in flows]
     if not values:
         raise ConfigError("flows: name at least one, e.g. 0.12 L/min")
-    return calibrate_flows(experiment_of(experiment, settings), values)
+    return calibrate_flows(load_experiment(experiment, settings), values)
 
 
 def inspect_experiment(
@@ -601,3 +583,184 @@ def targets_table(targets: Sequence[LeakageTarget]) -> Table:
         column("laminar_coefficient", "m^3/(s*Pa)", "laminar [m³/(s·Pa)]", ".4g"),
         column("piston_share", "1", "of piston flow", ".2%"),
     ))  # fmt: skip
+
+
+MOST_RUNS, MOST_HALVINGS = 60, 6
+
+_USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Runs to look at.
+
+    Attributes
+    ----------
+    jobs : list of Job
+        Distinct runs with their K_i and ideal sensors.
+    labels : tuple of str
+        Varied parameters, besides EBM, internal leakage, sensors and analysis.
+    n_left_out : int
+        Number of further distinct runs.
+    distinct : callable
+        Gives one run of the experiment for each combination of sections that occurs.
+    """
+
+    jobs: list[Job]
+    labels: tuple[str, ...]
+    n_left_out: int
+    distinct: Distinct
+
+
+def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selection:
+    """The runs of an experiment that differ in more than sensors and analysis, up to a number.
+
+    Where there are more, the first run of every EBM × leakage is chosen, then the first of every
+    value of what varies besides; of a study, the first run of every population, then the second, and so on.
+    In an ensemble, a leakage that cannot be reached is a run without K_i.
+
+    Raises
+    ------
+    ConfigError
+        A leakage flow cannot be reached.
+    """
+    table = expand_runs(experiment)
+    labels = tuple(
+        name for name in table.axes if name not in _USUAL and name.partition(".")[0] not in OBSERVATION
+    )
+    distinct = table.runs.first(*(name for name in RunParameters.model_fields if name not in SENSING))
+    if table.study is None:
+        ordered = _most_different(table.runs, labels, distinct)
+    else:
+        ordered = distinct[np.argsort(_places(table.study)[distinct], kind="stable")].tolist()
+    chosen = sorted(ordered[:most])
+    runs = list(table.runs.at(chosen))
+    required = "none" if experiment.has_scenarios else "any"
+    coefficients = leakage_coefficients(runs, InProcessEngine(), {}, required=required)  # type: ignore[arg-type]
+    jobs = [
+        Job(str(position), run.request.with_defaults(SENSING).parameters, coefficient, run.analysis)
+        for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
+    ]
+    return Selection(jobs, labels, len(distinct) - len(chosen), table.runs.distinct)
+
+
+def _most_different(runs: Runs, labels: tuple[str, ...], distinct: NDArray[np.intp]) -> list[int]:
+    """Positions of the runs that differ in more than their sensors, in the order in which they are chosen."""
+    modes = runs.first("fluid", "leakage").tolist()
+    others: dict[Any, int] = {}
+    for position in runs.first(*{name.partition(".")[0] for name in labels}).tolist():
+        others.setdefault(tuple(runs[position].parameters.shown_value(name) for name in labels), position)
+    return list(dict.fromkeys([*modes, *others.values(), *distinct.tolist()]))
+
+
+def _places(study: StudyTable) -> NDArray[np.intp]:
+    """The place of each run in its population."""
+    places = np.empty(len(study.of_run), dtype=np.intp)
+    for population in range(len(study.populations)):
+        own = np.flatnonzero(study.of_run == population)
+        places[own] = np.arange(len(own))
+    return places
+
+
+def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:
+    """All variables of each job, in their order."""
+    grids: dict[Any, list[Job]] = {}
+    for job in jobs:
+        grids.setdefault((job.parameters.record, job.analysis), []).append(job)
+    rows: dict[str, dict[str, Any]] = {}
+    for group in (
+        all_[first : first + WIDTH] for all_ in grids.values() for first in range(0, len(all_), WIDTH)
+    ):
+        columns = compute_columns(group)
+        for position, job in enumerate(group):
+            rows[job.run_id] = {
+                name: values[position] for name, values in columns.items() if len(values) == len(group)
+            }
+    return [rows[job.run_id] for job in jobs]
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Features under halved steps.
+
+    Attributes
+    ----------
+    tolerance : float
+        Largest relative change that is accepted [-].
+    steps : tuple of float
+        The steps tried, longest first [s].
+    changes : tuple of tuple of float
+        For every step, the largest relative change of each detail RMS over the runs when it is halved; NaN
+        where a run failed.
+    """
+
+    tolerance: float
+    steps: tuple[float, ...]
+    changes: tuple[tuple[float, ...], ...]
+
+    @property
+    def good_enough(self) -> float | None:
+        """The longest step tried whose halving moves no feature beyond the tolerance; None: none of them."""
+        pairs = zip(self.steps, self.changes, strict=True)
+        return next((step for step, change in pairs if max(change) <= self.tolerance), None)
+
+
+def converge(jobs: Sequence[Job], tolerance: float) -> Convergence:
+    """Halve the step of runs until none of their detail RMS moves by more than a tolerance."""
+    steps: list[float] = []
+    changes: list[tuple[float, ...]] = []
+    coarse = np.array([row["detail_rms"] for row in computed_rows(jobs)])
+    while len(steps) < MOST_HALVINGS and not (changes and max(changes[-1]) <= tolerance):
+        steps.append(step := jobs[0].parameters.record.step)
+        half = {"record.step": 0.5 * step}
+        jobs = [replace(job, parameters=job.parameters.with_values(half)) for job in jobs]
+        fine = np.array([row["detail_rms"] for row in computed_rows(jobs)])
+        changes.append(tuple(np.max(np.abs(coarse / fine - 1.0), axis=0).tolist()))
+        coarse = fine
+    return Convergence(tolerance, tuple(steps), tuple(changes))
+
+
+@dataclass(frozen=True)
+class LeakageTarget:
+    """A mean leakage flow and the coefficients that cause it.
+
+    Attributes
+    ----------
+    flow : float
+        Mean of abs(q_il) [m³/s].
+    coefficient : float
+        K_i of the orifice law [m^3.5/kg^0.5].
+    laminar_coefficient : float
+        Mean of abs(q_il) over the mean of abs(P_1 − P_2) [m³/(s·Pa)].
+    piston_share : float
+        Mean of abs(q_il) over the mean of A abs(v_p) [-].
+    """
+
+    flow: float
+    coefficient: float
+    laminar_coefficient: float
+    piston_share: float
+
+
+def calibrate_flows(experiment: ExperimentConfig, flows: Sequence[float]) -> list[LeakageTarget]:
+    """Solve several mean leakage flows [m³/s] at once, under the experiment's baseline conditions.
+
+    Raises
+    ------
+    ConfigError
+        A flow cannot be reached.
+    """
+    sweep = SweepConfig(grid={"leakage.internal_flow": list(dict.fromkeys(flows))})
+    table = expand_runs(experiment.model_copy(update={"sweep": sweep}))
+    runs = table.runs[: table.n_swept]
+    coefficients = leakage_coefficients(runs, InProcessEngine(), {})
+    jobs = [Job(str(k), run.calibration or run.parameters, coefficients[k]) for k, run in enumerate(runs)]
+    targets = []
+    for job, row in zip(jobs, computed_rows(jobs), strict=True):
+        mean = float(row["mean_internal_leakage_flow"])
+        difference = np.mean(np.abs(row["chamber_1_pressure"] - row["chamber_2_pressure"]))
+        piston = job.parameters.actuator.piston_area * np.mean(np.abs(row["piston_velocity"]))
+        targets.append(
+            LeakageTarget(mean, job.leakage_coefficient, float(mean / difference), float(mean / piston))
+        )
+    return targets

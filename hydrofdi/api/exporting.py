@@ -18,8 +18,7 @@ from hydrofdi.config.run_table.runs import record_identities, run_identities
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.writing import OWN, WRITERS, selection
-from hydrofdi.settings.counting import counted
-from hydrofdi.settings.messages import Guessable, nearest
+from hydrofdi.settings.messages import Guessable, counted, nearest
 from hydrofdi.store.files import require_own, whole_file
 from hydrofdi.store.layout.names import RUN_ID, STATUS
 from hydrofdi.store.records import StoredRecords, distinct_records

@@ -13,19 +13,18 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.arguments import path_of, refusal
-from hydrofdi.api.experiments import Experiment, experiment_of
 from hydrofdi.api.plan import SweepPlan, plan_sweep
-from hydrofdi.api.results import Results, load
+from hydrofdi.api.results import Results
 from hydrofdi.api.stored import changes_since, rows_named, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
+from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN
 from hydrofdi.config.run_table.runs import record_identity
 from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of, remedy
-from hydrofdi.settings.counting import counted
-from hydrofdi.settings.messages import Guessable
+from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.store.folder.provenance import read_provenance
 from hydrofdi.store.index import StoredRun, read_index
 from hydrofdi.store.layout.names import MESSAGE, RUN, STATUS, VERDICT, Variable, stored_variables
@@ -255,7 +254,7 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
     {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
     """
     directory = path_of(folder)
-    asked = None if experiment is None else experiment_of(experiment, {})
+    asked = None if experiment is None else load_experiment(experiment, {})
     plan = _stored_plan(directory) if asked is None else plan_sweep(asked, directory)
     position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
@@ -333,28 +332,6 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
         if not same:
             differing.append(variable.name)
     return Rerun(run_id, differing)
-
-
-def collect(folder: Folder) -> Results:
-    """Build the experiment file from what is stored; runs without a result are holes with a reason.
-
-    Raises
-    ------
-    StoreError
-        The folder contains no experiment, a sweep is at work there, or the file cannot be written.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> study = {"name": "asked", "record": {"duration": "2 s"}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
-    >>> hydrofdi.collect(results.folder)
-    1 run in results/asked: 1 ok
-    """
-    from hydrofdi.api.sweep import collect as build_file
-
-    build_file(path_of(folder))
-    return load(path_of(folder))
 
 
 def _held(stored: StoredRun) -> dict[str, Any]:

@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.arguments import refusal
-from hydrofdi.api.assumed_plant import plant_advice
-from hydrofdi.api.measuring import Indicators, indicators_of
+from hydrofdi.api.measuring import Indicators, indicators_of, plant_advice
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.errors import Issue, ReportError
@@ -16,8 +15,7 @@ from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.records import Channel
 from hydrofdi.records.overview import Finding, Overview, Range, look_at
 from hydrofdi.report.table import Table
-from hydrofdi.settings.counting import counted
-from hydrofdi.settings.messages import Guessable
+from hydrofdi.settings.messages import Guessable, counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -64,12 +62,11 @@ class Inspection(Guessable):
         ReportError
             No record can be drawn.
         """
-        from hydrofdi.api.notebook import shown
         from hydrofdi.report.figures.signals import draw_record
 
         if self.overview.example is None:
             raise ReportError(f"{self.overview.name}: has no record that can be drawn")
-        return shown(draw_record(self.overview.example))
+        return draw_record(self.overview.example)
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi inspect --json`` prints."""

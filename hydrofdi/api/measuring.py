@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
 from hydrofdi.api.arguments import refusal
-from hydrofdi.api.assumed_plant import assumed_plants
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, Texts, sources_of
 from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.description import Description, describe
+from hydrofdi.indicators.nominal_actuator import constants_not_given, plant_constants
 from hydrofdi.indicators.plausibility import summaries
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
-from hydrofdi.indicators.registry import indicator_names
+from hydrofdi.indicators.registry import indicator_names, shadows, sound_indicator
 from hydrofdi.indicators.selection import load_indicators, make_indicators
+from hydrofdi.records import Channel, RecordSource
+from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.forms.measures import measures_table
 from hydrofdi.report.table import Table
-from hydrofdi.settings.counting import brief, counted
+from hydrofdi.settings.messages import brief, counted
+from hydrofdi.settings.quantities import Section
+from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.settings.yaml_source import plain
 
 Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
@@ -208,3 +214,123 @@ def indicators_of(given: Indicators) -> dict[str, Any]:
     if isinstance(given, str | PathLike):
         return load_indicators(fspath(given))
     return make_indicators(plain(given))
+
+
+def assumed_constants(sources: Sequence[RecordSource], options: Section) -> tuple[str, ...]:
+    """Constants of the plant that nobody gave; none if all records are simulated."""
+    return constants_not_given(options) if any(map(_is_measured, sources)) else ()
+
+
+def _is_measured(source: RecordSource) -> bool:
+    if isinstance(source, HeldSource):
+        return not source.is_simulated
+    return isinstance(source, MeasuredSource)
+
+
+def assumed_plants(
+    sources: Sequence[RecordSource], indicators: Mapping[str, Indicator[Any]]
+) -> tuple[str, ...]:
+    """A sentence for each set of indicators that assume the same constants of the plant."""
+    labels: dict[tuple[str, ...], list[str]] = {}
+    for label, indicator in indicators.items():
+        if names := assumed_constants(sources, indicator.options):
+            labels.setdefault(names, []).append(label)
+    return tuple(assumption_text(", ".join(of), names) for names, of in labels.items())
+
+
+def plant_advice(sources: Sequence[RecordSource], channels: Collection[Channel]) -> tuple[str, ...]:
+    """What the indicators that can use these channels assume of the plant; at most one sentence."""
+    labels: list[str] = []
+    names: dict[str, None] = {}
+    for label, usual in make_indicators("all").items():
+        for indicator, text in ((usual, label), (_by_command(usual), f"{label} (spool: command)")):
+            own = () if indicator is None else assumed_constants(sources, indicator.options)
+            if indicator is not None and own and indicator.channels <= set(channels):
+                labels.append(text)
+                names |= dict.fromkeys(own)
+                break
+    if not labels:
+        return ()
+    return (
+        f"{', '.join(labels)} take {', '.join(names)} of your actuator as options; without them they assume"
+        " the nominal actuator of the paper",
+    )
+
+
+def _by_command(indicator: Indicator[Any]) -> Indicator[Any] | None:
+    """The same with the spool position from the input voltage; None if it has no such option."""
+    if getattr(indicator.options, "spool", "") != "measured":
+        return None
+    return sound_indicator(indicator.name, {"spool": "command"})
+
+
+def assumption_text(label: str, names: Sequence[str]) -> str:
+    """The sentence that names constants which nobody gave."""
+    are = "is" if len(names) == 1 else "are"
+    them = f"it as an option of {label}" if len(names) == 1 else f"them as options of {label}"
+    return (
+        f"{label}: {', '.join(names)} {are} not given; the nominal actuator of the paper is assumed, so the"
+        f" numbers may be wrong for yours; give {them}"
+    )
+
+
+def constants_text(options: Section) -> str:
+    """The constants of the plant with their values, ``piston_area = 633 mm^2``; empty if there are none."""
+    return ", ".join(
+        f"{name} = {shown_quantity(getattr(options, name), unit)}"
+        for name, unit in plant_constants(options).items()
+    )
+
+
+def indicators(name: str | None = None) -> Any:
+    """List all indicators, or describe one, as ``hydrofdi indicators`` does.
+
+    Returns
+    -------
+    Table or Description
+        A row for each indicator: ``name``, ``summary``, ``channels`` that it needs, number of ``outputs``,
+        ``cost`` and ``source``. Of one: equation, source, channels, options and outputs.
+
+    Raises
+    ------
+    ConfigError
+        There is no indicator of this name.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> "dwt" in hydrofdi.indicators()["name"]
+    True
+    >>> [option.name for option in hydrofdi.indicators("dwt").options]
+    ['name', 'levels', 'extension', 'boundary', 'phase', 'channel']
+    """
+    if name is None:
+        return indicators_table(described_indicators()[0])
+    if not isinstance(name, str):
+        raise refusal("name", "the name of an indicator", name)
+    return describe(name)
+
+
+def indicators_table(described: Sequence[Description], *, with_sources: bool = True) -> Table:
+    """A row for each indicator."""
+    symbols = [" ".join(Channel(name).symbol for name in each.channels) for each in described]
+    columns: dict[str, list[Any]] = {
+        "name": [each.name for each in described],
+        "summary": [each.summary for each in described],
+        "channels": symbols,
+        "outputs": [len(each.outputs) for each in described],
+        "cost": [each.cost for each in described],
+    }
+    sources = {"source": [each.source for each in described]} if with_sources else {}
+    return Table.of(columns | sources, row="indicator")
+
+
+def described_indicators() -> tuple[list[Description], list[str]]:
+    """All indicators, and a sentence on each package whose indicator cannot be used."""
+    described, doubts = [], [*shadows()]
+    for name in indicator_names():
+        try:
+            described.append(describe(name))
+        except ConfigError as error:
+            doubts.append(str(error))
+    return described, doubts

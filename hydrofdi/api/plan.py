@@ -17,19 +17,17 @@ from typing import Any
 from numpy import bincount
 
 from hydrofdi.api.arguments import count_of, path_of
-from hydrofdi.api.experiments import Experiment, experiment_of
-from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.run_table.runs import identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.settings.counting import counted
-from hydrofdi.settings.messages import Guessable
+from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.settings.readable import shown_bytes, shown_seconds
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.experiment_file import computed_variables
@@ -297,14 +295,11 @@ class Plan(Guessable, SimpleNamespace):
         """What ``hydrofdi plan --json`` prints."""
         return dict(vars(self))
 
-    def _repr_html_(self) -> str:
-        return html_sentences(repr(self), self.warnings)
-
     def __repr__(self) -> str:
         least, most = shown_seconds(self.predicted_seconds), shown_seconds(self.predicted_seconds_most)
         return (
             f"{self.experiment}: {self.missing:,} of {counted(self.planned, 'run')} to compute in {least} to"
-            f" {most}, {counted(len(self.warnings), 'warning')}"
+            f" {most}; {counted(len(self.warnings), 'warning')}, see .warnings"
         )
 
 
@@ -336,14 +331,14 @@ def plan(
     >>> study = {"name": "planned", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
     >>> plan = hydrofdi.plan(study)
     >>> plan
-    planned: 2 of 2 runs to compute in 0... s to 1... s, ... warnings
+    planned: 2 of 2 runs to compute in 0... s to 1... s; ... warnings, see .warnings
     >>> plan.reasons
     {'new': 2}
     """
     from hydrofdi.execution import available_cores
 
     workers = available_cores() if workers is None else count_of("workers", workers)
-    loaded = experiment_of({} if experiment is None else experiment, settings)
+    loaded = load_experiment({} if experiment is None else experiment, settings)
     with shown_in(loaded.units):
         return _planned(loaded, out, workers, retry_failed)
 

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hydrofdi.api.arguments import path_of
-from hydrofdi.api.notebook import html_sentences, shown
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.report.table import Table, library
-from hydrofdi.settings.messages import Guessable
+from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.store.layout.names import RUN, STATUS, VERDICT
 
 if TYPE_CHECKING:
@@ -155,7 +154,7 @@ class Results(Guessable):
 
         name = self.composed.usual_figure if figure is None else str(figure)
         with shown_in(self.data.experiment.units):
-            return shown(draw_figure(self.composed, name))
+            return draw_figure(self.composed, name)
 
     @cached_property
     def composed(self) -> ComposedReport:
@@ -164,25 +163,14 @@ class Results(Guessable):
 
         return make_report(self.data)
 
-    def _ends(self) -> dict[str, int]:
-        """How runs ended; ``ok`` is called done where some of them have another verdict."""
+    def __repr__(self) -> str:
         verdicts = self.verdicts
         done = "done" if verdicts else "ok"
-        return {done if word == "ok" else word: n for word, n in self.statuses.items()} | verdicts
-
-    def __repr__(self) -> str:
-        from hydrofdi.settings.counting import counted
-
-        ends = ", ".join(f"{count:,} {word}" for word, count in self._ends().items())
+        ends = {done if word == "ok" else word: n for word, n in self.statuses.items()} | verdicts
         warned = () if self.summary is None else self.summary.warnings
         told = f"; {counted(len(warned), 'warning')}, see .warnings" if warned else ""
-        return f"{counted(self.data.n_run, 'run')} in {self.folder}: {ends}{told}"
-
-    def _repr_html_(self) -> str:
-        ends = {"runs": self.data.n_run, **self._ends()}
-        warned = () if self.summary is None else self.summary.warnings
-        page = Table.of({"": [*ends], "n": [*ends.values()]}, title=str(self.folder))._repr_html_()
-        return page + html_sentences("Warnings", warned) if warned else page
+        shown = ", ".join(f"{count:,} {word}" for word, count in ends.items())
+        return f"{counted(self.data.n_run, 'run')} in {self.folder}: {shown}{told}"
 
 
 def load(folder: str | PathLike[str] | None = None) -> Results:

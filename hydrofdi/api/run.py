@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.api.arguments import path_of
-from hydrofdi.api.experiments import Experiment, experiment_of
-from hydrofdi.api.notebook import shown
 from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
+from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.run_table.runs import record_identity, run_identity
 from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.config.study.detection import DetectionConfig
@@ -287,7 +286,7 @@ class Run(Guessable):
         """The signals over time; `Figure.savefig` writes them."""
         from hydrofdi.report.figures.signals import draw_signals
 
-        return shown(draw_signals(self.columns, self.experiment.wavelet, self.title))
+        return draw_signals(self.columns, self.experiment.wavelet, self.title)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Store the run as an experiment file (HDF5). A healthy one is its own baseline, others have none.
@@ -366,7 +365,7 @@ def simulate(
     Traceback (most recent call last):
     hydrofdi.errors.ConfigError: bulk_modulos: unknown key; did you mean 'bulk_modulus'?
     """
-    loaded = experiment_of(experiment, settings)
+    loaded = load_experiment(experiment, settings)
     if out is not None:
         require_replaceable(path_of(out))
     spec = expand_runs(_alone(loaded)).runs[0]

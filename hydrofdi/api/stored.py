@@ -17,7 +17,7 @@ from hydrofdi.config.run_table.runs import run_identities
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.folder.provenance import read_failures, read_provenance
 from hydrofdi.store.index import ShardIndex, read_index

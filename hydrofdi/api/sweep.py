@@ -12,8 +12,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
-from hydrofdi.api.arguments import choice_of, count_of, path_of
-from hydrofdi.api.experiments import Experiment, experiment_of
+from hydrofdi.api.arguments import count_of, path_of
 from hydrofdi.api.plan import SweepPlan, plan_sweep
 from hydrofdi.api.progress import COEFFICIENTS, RUNS, Progress, Watching, watching
 from hydrofdi.api.results import Results
@@ -26,6 +25,7 @@ from hydrofdi.api.stored import (
 )
 from hydrofdi.compilation.compiling import cache_directory
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
+from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.run_table.runs import Runs, run_identities
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, StoreError, SweepInterrupted, is_interruption
@@ -46,7 +46,7 @@ from hydrofdi.execution import (
 from hydrofdi.execution.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
@@ -176,15 +176,10 @@ def sweep(
     {'ok': 2}
     """
     with watching(progress) as watcher:
-        loaded = experiment_of({} if experiment is None else experiment, settings)
+        loaded = load_experiment({} if experiment is None else experiment, settings)
         n_worker = None if workers is None else count_of("workers", workers)
         directory = experiment_directory(loaded, None if out is None else path_of(out))
-        chosen = _engine(
-            choice_of("engine", engine, ("local", "in-process", "dask")),
-            n_worker,
-            scheduler,
-            shared_directory=shared_directory,
-        )
+        chosen = _engine(engine, n_worker, scheduler, shared_directory=shared_directory)
         with shown_in(loaded.units):
             summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed)
     if summary.interrupted:
@@ -200,6 +195,8 @@ def _engine(name: str, workers: int | None, scheduler: str | None, *, shared_dir
     ConfigError
         The options do not fit the engine, or Dask is not installed.
     """
+    if name not in (known := ("local", "in-process", "dask")):
+        raise ConfigError(f"engine: {name!r} is unknown{nearest(str(name), known)}")
     if name == "dask":
         if not isinstance(scheduler, str):
             raise ConfigError("the engine dask needs scheduler=tcp://host:port")
@@ -284,18 +281,28 @@ def run_sweep(
     return _summary(plan, completed, start, interrupted=bool(requests))
 
 
-def collect(directory: Path) -> Path:
+def collect(folder: str | PathLike[str] | Results) -> Results:
     """Build the experiment file from what is stored; runs without a result are holes with a reason.
 
     Raises
     ------
     StoreError
         The folder contains no experiment, a sweep is at work there, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> study = {"name": "asked", "record": {"duration": "2 s"}}
+    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> hydrofdi.collect(results.folder)
+    1 run in results/asked: 1 ok
     """
+    directory = path_of(folder)
     experiment = read_request(directory)
     table = expand_runs(experiment)
     with experiment_lock(directory, lambda _: None):
-        return _write_file(experiment, directory, table, run_identities(table.runs))
+        _write_file(experiment, directory, table, run_identities(table.runs))
+    return Results(read_results(directory))
 
 
 def _write_file(
@@ -304,13 +311,11 @@ def _write_file(
     table: RunTable,
     run_ids: Sequence[str],
     fresh: frozenset[str] = frozenset(),
-) -> Path:
+) -> None:
     index = read_index(directory, fresh=fresh)
     results = ShardResults(run_ids, index, read_failures(directory))
-    file = experiment_file(directory, experiment)
-    write_experiment(file, experiment, table, results, library_versions())
+    write_experiment(experiment_file(directory, experiment), experiment, table, results, library_versions())
     index.save()
-    return file
 
 
 def _announce(plan: SweepPlan, engine: Engine, watcher: Watching) -> None:

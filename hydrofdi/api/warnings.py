@@ -23,7 +23,7 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import RecordBatch
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period

@@ -19,7 +19,7 @@ import typer
 from hydrofdi.cli.options import Detector, Json, Settings, Sources
 from hydrofdi.cli.terminal import answer, tell, terminal, write_out
 from hydrofdi.errors import without_credentials
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.detectors.windows import JudgedWindow, Tally

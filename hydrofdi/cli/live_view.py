@@ -16,7 +16,7 @@ from hydrofdi.api.detectors.promise import promise_text
 from hydrofdi.api.detectors.windows import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import plain, shown_quantity, time_text
 
 _FRAMES_IN_A_SECOND = 4.0

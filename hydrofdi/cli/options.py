@@ -101,8 +101,7 @@ def options_like(function: Any, names: Iterable[str]) -> dict[str, Any]:
 
 def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
     """Name → annotation of an option, for each of these keys of a configuration whose field is no section."""
-    from hydrofdi.settings.quantities import SI
-    from hydrofdi.settings.schema import field_texts
+    from hydrofdi.settings.quantities import SI, field_texts
 
     options = {}
     for name, path in keys.items():

@@ -13,7 +13,7 @@ import typer
 from hydrofdi.cli.options import Figure, Json, Sources
 from hydrofdi.cli.terminal import answer, draw, facts, tell, write_out
 from hydrofdi.errors import ConfigError
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.evaluation import Evaluation

@@ -1,4 +1,4 @@
-"""``hydrofdi init``, ``configs``, ``check`` and ``simulate``."""
+"""``hydrofdi indicators``, ``schema``, ``init``, ``configs``, ``check`` and ``simulate``."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from hydrofdi.cli.options import Config, Figure, Json, Settings
-from hydrofdi.cli.terminal import answer, draw, print_json, tell, write_out
+from hydrofdi.cli.terminal import answer, draw, facts, print_json, tell, terminal, write_out
 from hydrofdi.errors import ConfigError
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
     from hydrofdi.api.check import Check
+    from hydrofdi.indicators.description import Description
 
 _NAME = re.compile(r"^name: .*$", re.MULTILINE)
 
@@ -42,12 +43,12 @@ def init(
     It contains the data sheet, motion, load, sensors and study, with units, and runs unchanged. An existing
     file is never overwritten.
     """
-    from hydrofdi.api.experiments import experiment_of
+    from hydrofdi.config import load_experiment
     from hydrofdi.settings.ready import ready_copy
     from hydrofdi.settings.yaml_source import scalar
 
     experiment = name.removesuffix(".yaml")
-    experiment_of({"name": experiment}, {})
+    load_experiment({"name": experiment}, {})
     stated = experiment if isinstance(scalar(experiment), str) else f"'{experiment}'"
     text = _NAME.sub(f"name: {stated}", ready_copy(f"templates/{template}"), count=1)
     file = Path(f"{experiment}.yaml")
@@ -109,10 +110,10 @@ def check(config: Config = None, settings: Settings = None, json: Json = False, 
     Exit code 1 if results would be wrong.
     """
     from hydrofdi.api.check import check as look
-    from hydrofdi.api.experiments import experiment_of
+    from hydrofdi.config import load_experiment
     from hydrofdi.config.shown_values import shown_in
 
-    experiment = experiment_of(config, settings or ())
+    experiment = load_experiment(config, settings or ())
     found = look(experiment, **more)
     with shown_in(experiment.units):
         answer(found, _checked, json=json)
@@ -155,12 +156,12 @@ def simulate(
 
     If the file describes a sweep, only its nominal run is simulated.
     """
-    from hydrofdi.api.experiments import experiment_of
     from hydrofdi.api.run import simulate as simulate_actuator
+    from hydrofdi.config import load_experiment
     from hydrofdi.config.shown_values import shown_in
     from hydrofdi.quality.doubts import doubts_of, remedy
 
-    experiment = experiment_of(config, settings or ())
+    experiment = load_experiment(config, settings or ())
     with shown_in(experiment.units):
         run = simulate_actuator(experiment, **more)
         if more:
@@ -175,3 +176,87 @@ def simulate(
         for doubt in doubts_of(run.verdict):
             tell(f"{doubt.word}: {doubt.remedy}")
         return 0
+
+
+_WIDE = 110
+"""Width from which the terminal has room for the sources [columns]."""
+
+
+def indicators(
+    name: Annotated[str | None, typer.Argument(help="Indicator to describe, with its options.")] = None,
+    json: Json = False,
+) -> int:
+    """List the indicators, or describe one."""
+    from dataclasses import asdict
+
+    from hydrofdi.api.measuring import described_indicators
+    from hydrofdi.indicators.description import describe
+
+    if name:
+        described = describe(name)
+        answer(asdict(described), lambda _: _described(described), json=json)
+        return 0
+    all_that_load, doubts = described_indicators()
+    tell(*(f"warning: {doubt}" for doubt in doubts))
+    record = {"indicators": [asdict(each) for each in all_that_load]}
+    answer(record, lambda _: _listed(all_that_load), json=json)
+    return 0
+
+
+def _listed(indicators: list[Description]) -> Iterator[Any]:
+    from hydrofdi.api.measuring import indicators_table
+    from hydrofdi.records import Channel
+
+    yield indicators_table(indicators, with_sources=terminal().width >= _WIDE)
+    used = sorted({channel for each in indicators for channel in each.channels})
+    yield "\n" + ", ".join(f"{Channel(channel).symbol}: {channel}" for channel in used)
+    yield "'hydrofdi indicators NAME' shows equation, source, options and outputs of one indicator."
+
+
+def _described(indicator: Description) -> Iterator[Any]:
+    from rich.text import Text
+
+    from hydrofdi.report.table import Table
+
+    yield Text(f"{indicator.name}, version {indicator.version}", "bold")
+    yield indicator.summary
+    yield from facts([
+        ("equation", indicator.equation or "–"),
+        ("caution", indicator.caution),
+        ("source", indicator.source),
+        ("channels", ", ".join(indicator.channels)),
+        ("optional", ", ".join(indicator.optional_channels)),
+        ("cost", indicator.cost),
+        ("scale", "needs channels in SI, not raw counts" if indicator.needs_scale else ""),
+    ])  # fmt: skip
+    options, outputs = indicator.options, indicator.outputs
+    dims = ("".join(f" × {n} {name}" for name, n in output.dims.items()) for output in outputs)
+    of_options = {
+        "option": [option.name for option in options],
+        "default": [option.default for option in options],
+        "meaning": [option.text.replace("``", "") for option in options],
+    }
+    of_outputs = {
+        "output": [output.name for output in outputs],
+        "unit": [output.unit for output in outputs],
+        "under leakage": [output.departure for output in outputs],
+        "meaning": [output.long_name + more for output, more in zip(outputs, dims, strict=True)],
+    }
+    yield from ("", Table.of(of_options, title="Options"), "", Table.of(of_outputs, title="Outputs"))
+
+
+def schema(
+    kind: Annotated[
+        Literal["experiment", "measured", "monitor", "detector"],
+        typer.Argument(help="Kind of file that the schema describes."),
+    ] = "experiment",
+) -> int:
+    """Print the JSON Schema of a kind of file, for editors and programs.
+
+    Experiment files, descriptions of measured files, configurations of 'hydrofdi monitor', and the detector
+    files that 'hydrofdi train' writes.
+    """
+    from hydrofdi.settings.ready import schema as schema_of
+
+    print_json(schema_of(kind))
+    return 0

@@ -16,7 +16,7 @@ from rich.text import Text
 
 from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.table import Column, Table
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.report.document import Document

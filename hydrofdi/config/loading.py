@@ -14,11 +14,9 @@ from hydrofdi.config.study.normalizing import check_detection, normalize_detecti
 from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.selection import chosen_options, make_chosen
-from hydrofdi.settings.counting import brief
-from hydrofdi.settings.extending import extended, overlay, read_extended
-from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.settings.ready import located
-from hydrofdi.settings.validation import validated
+from hydrofdi.settings.validation import extended, overlay, read_extended, validated
 from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
 from hydrofdi.units import parse_unit, stated_unit
 
@@ -123,17 +121,21 @@ _MAPPING = "the mapping"
 _NOTHING = "states nothing; write at least a name, such as 'name: nominal' for the actuator of the paper"
 
 
+Experiment = str | PathLike[str] | Mapping[str, Any] | ExperimentConfig
+"""A YAML file, what would stand in one, or an experiment that is loaded."""
+
+
 def load_experiment(
-    file: str | FilePath | Mapping[str, Any] | None = None,
+    file: Experiment | None = None,
     settings: Sequence[str] | Mapping[str, Any] = (),
 ) -> ExperimentConfig:
     """The experiment that a YAML file and settings describe.
 
     Parameters
     ----------
-    file : path or mapping, optional
-        YAML file, or what would stand in one; without it every parameter has its nominal value. It may
-        extend other files (``extends: other.yaml``), whose keys it overrides.
+    file : path, mapping or ExperimentConfig, optional
+        YAML file, what would stand in one, or what is loaded; without it every parameter has its nominal
+        value. It may extend other files (``extends: other.yaml``), whose keys it overrides.
     settings : sequence of str, or mapping
         ``"fluid.bulk_modulus=689 MPa"`` and the like, or ``{"fluid.bulk_modulus": "689 MPa"}``; they win
         over the file.
@@ -143,6 +145,10 @@ def load_experiment(
     ConfigError
         With every mistake in the files and the settings.
     """
+    if isinstance(file, ExperimentConfig):
+        if settings:
+            raise ConfigError("the experiment is already loaded; pass the settings to load_experiment")
+        return file
     source = _read(file)
     settings = [settings] if isinstance(settings, str) else settings
     _require_texts(settings)
@@ -165,7 +171,7 @@ def _require_texts(settings: object) -> None:
         raise ConfigError(f"settings: expected {expected}; found {brief(settings)}")
 
 
-def _read(file: str | FilePath | Mapping[str, Any] | None) -> Source:
+def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:
     kind = "an experiment file"
     if file is None:
         return Source({})
@@ -173,7 +179,7 @@ def _read(file: str | FilePath | Mapping[str, Any] | None) -> Source:
         return extended(Source(plain(file)), FilePath(_MAPPING), kind, _prepare, _merged)
     if not isinstance(file, str | PathLike):
         raise ConfigError(f"expected a path, found {brief(file)}")
-    return read_extended(FilePath(file), kind, _prepare, _merged)
+    return read_extended(FilePath(file).expanduser(), kind, _prepare, _merged)
 
 
 def _prepare(own: Source, file: FilePath) -> None:

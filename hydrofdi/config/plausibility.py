@@ -14,7 +14,7 @@ from hydrofdi.config.study.study import study_values
 from hydrofdi.config.sweeps.distributions import argument_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import typeset
 from hydrofdi.units import parse_quantity
 

@@ -10,7 +10,7 @@ from hydrofdi.config.loading import PARAMETER_MAPPINGS
 from hydrofdi.config.request import parameter_names
 from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
-from hydrofdi.settings.schema import described_schema
+from hydrofdi.settings.quantities import described_schema
 
 _CHOICE: dict[str, Any] = {
     "anyOf": [

@@ -16,8 +16,7 @@ from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.execution.measuring import Job, measured_columns, needed_signals
 from hydrofdi.indicators.measuring import Seconds
 from hydrofdi.quality.doubts import how_records_settle
-from hydrofdi.quality.measures import hydraulic_mode, mean_external_leakage_flows
-from hydrofdi.quality.run_quality import assess_runs
+from hydrofdi.quality.measures import assess_runs, hydraulic_mode, mean_external_leakage_flows
 from hydrofdi.sensing import Measurement
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.trajectory import Outcome, Trajectory

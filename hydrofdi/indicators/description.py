@@ -11,9 +11,8 @@ from pydantic.fields import FieldInfo
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.records import Channel
-from hydrofdi.settings.quantities import field_quantity
+from hydrofdi.settings.quantities import field_quantity, field_texts
 from hydrofdi.settings.readable import shown_quantity
-from hydrofdi.settings.schema import field_texts
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from pydantic import ValidationError
 from hydrofdi.errors import ConfigError, IndicatorWarning, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, shadows, sound_indicator
-from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.ready import located
+from hydrofdi.settings.validation import read_extended
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source
 

@@ -13,7 +13,7 @@ from hydrofdi.detectors.trained.judging import Verdict
 from hydrofdi.monitor.lines import Condition, Event, EventKind
 from hydrofdi.records import Array
 from hydrofdi.records.streams import Chunk, Finding, State
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import plain
 
 MINUTE = 60.0

@@ -16,7 +16,7 @@ from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.stuck import Direction, drive_edges, frozen_time, must_change
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 _FARTHEST = 1e11
 """Largest distance of a time stamp from zero [s]: about 3,000 years."""

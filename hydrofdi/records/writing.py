@@ -14,8 +14,7 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records.batch import Array, RecordBatch
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.columns import channel_named, known_unit, scaled
-from hydrofdi.settings.counting import counted
-from hydrofdi.settings.messages import listed, nearest
+from hydrofdi.settings.messages import counted, listed, nearest
 from hydrofdi.units import parse_unit, similar_units
 
 

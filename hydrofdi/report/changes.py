@@ -28,7 +28,7 @@ from hydrofdi.report.wording import (
     modulus_text,
     row_names,
 )
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.store.results import MISSING

@@ -20,7 +20,7 @@ from hydrofdi.report.intervals import span_of
 from hydrofdi.report.runs import RunTable, table_runs
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import joined, row_names, some, span_text
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, readable_unit
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names

@@ -6,10 +6,9 @@ import re
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
+from numbers import Integral
 from types import ModuleType
 from typing import Any
-
-from hydrofdi.settings.counting import brief, counted
 
 _SYNONYMS = {
     "ebm": "bulk_modulus", "beta": "bulk_modulus", "ki": "internal_coefficient", "leak": "internal_flow",
@@ -159,3 +158,22 @@ def percent_hint(found: Any, most: float) -> str:
     except (OverflowError, TypeError, ValueError):
         return ""
     return f"; write '{number:g} %' if it is in percent" if most <= 1.0 <= number < 100.0 else ""
+
+
+_LONGEST = 60
+"""Characters of a value that messages show."""
+
+
+def counted(count: float, noun: str) -> str:
+    """A number and its noun: ``1 run``, ``1,200 runs``, ``2.5 periods``, ``2 entries``."""
+    plural = f"{noun[:-1]}ies" if noun.endswith("y") and noun[-2:-1] not in "aeiou" else f"{noun}s"
+    number = f"{count:,}" if isinstance(count, Integral) else f"{count:g}"
+    return f"{number} {noun if count == 1 else plural}"
+
+
+def brief(found: object) -> str:
+    """A value that was found, as Python writes it; only its type if that takes more than a few words."""
+    text = repr(found)
+    kind = type(found).__name__
+    article = "an" if kind[0].lower() in "aeio" else "a"
+    return text if len(text) <= _LONGEST and "\n" not in text else f"{article} {kind}"

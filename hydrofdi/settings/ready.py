@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import difflib
+import json
 import os
 import re
 import warnings
 from functools import cache
 from pathlib import Path
+from typing import Any, Literal
 
-from hydrofdi.errors import ShadowedNameWarning
+from hydrofdi.errors import ConfigError, ShadowedNameWarning
+from hydrofdi.settings.messages import brief, nearest
 
 _FOLDER = "configs"
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -115,3 +118,25 @@ def _lines(name: str) -> list[str]:
     """The lines of a ready configuration, without the line for editors."""
     lines = (ready_folder() / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
     return [line for line in lines if not line.startswith(_SCHEMA_LINE)]
+
+
+def schema(kind: Literal["experiment", "measured", "monitor", "detector"] = "experiment") -> dict[str, Any]:
+    """The JSON Schema of a kind of file, as ``hydrofdi schema`` prints it.
+
+    Raises
+    ------
+    ConfigError
+        There is no such kind.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> hydrofdi.schema("measured")["$schema"]
+    'https://json-schema.org/draft/2020-12/schema'
+    """
+    known = ("experiment", "measured", "monitor", "detector")
+    if kind not in known:
+        raise ConfigError(f"kind: {brief(kind)} is unknown{nearest(str(kind), known)}")
+    file = ready_folder() / ("schema.json" if kind == "experiment" else f"{kind}-schema.json")
+    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return found

@@ -12,7 +12,7 @@ from hydrofdi.detectors.scores.configuration import CHANGE
 from hydrofdi.detectors.trained.configuration import stated_indicators
 from hydrofdi.evaluation.multiplicity import confidence_text, simultaneous_confidence
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.studies.judgement import Detection, Judgement, pareto_set, ranked
 from hydrofdi.studies.judging import judge

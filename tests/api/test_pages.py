@@ -14,13 +14,6 @@ import hydrofdi
 ROOT = Path(__file__).parent.parent.parent
 
 
-def test_a_plan_and_a_check_are_pages():
-    study = {"name": "mine", "record": {"duration": "2 s"}, "sweep": {"grid": {"fluid.bulk_modulus": [7e8]}}}
-    assert "mine" in hydrofdi.plan(study)._repr_html_()
-    assert "<li>warning: " in hydrofdi.check(duration="2 s")._repr_html_()
-    assert "would be wrong" in hydrofdi.check(duration="2 s", step="1 ms")._repr_html_()
-
-
 def test_an_export_is_told_in_few_words(tmp_path):
     done = hydrofdi.export(np.ones((2, 99)) * 5e6, tmp_path / "out", sampling_frequency="1 kHz")
     assert repr(done).startswith("2 files in ")

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import pywt
 
-from hydrofdi.api.check import inspect_experiment
-from hydrofdi.api.selection import calibrate_flows, computed_rows, converge, select_runs
+from hydrofdi.api.check import calibrate_flows, computed_rows, converge, inspect_experiment, select_runs
 from hydrofdi.api.warnings import place_in_bands
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.leakage import internal_leakage_flow

@@ -2,8 +2,7 @@
 
 import pytest
 
-from hydrofdi.api.check import observability
-from hydrofdi.api.selection import select_runs
+from hydrofdi.api.check import observability, select_runs
 from hydrofdi.config import load_experiment
 from tests.commands import run_json
 

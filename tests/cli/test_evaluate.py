@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrofdi.api.evaluation_tables import ranked_by_control
+from hydrofdi.api.evaluation import ranked_by_control
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.rates import healthy_against_healthy

@@ -8,8 +8,8 @@ import pytest
 from hydrofdi.config import load_experiment
 from hydrofdi.config.loading import anchor_input_files
 from hydrofdi.indicators import indicator_names, load_indicators
-from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names
+from hydrofdi.settings.validation import read_extended
 from tests.commands import run, run_json
 
 

@@ -14,8 +14,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import mode_frequency
 from hydrofdi.quality.doubts import how_records_settle
-from hydrofdi.quality.measures import hydraulic_mode
-from hydrofdi.quality.run_quality import assess_runs
+from hydrofdi.quality.measures import assess_runs, hydraulic_mode
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hydrofdi.api.selection import computed_rows
+from hydrofdi.api.check import computed_rows
 from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig

@@ -8,7 +8,7 @@ from free_motion import free_motion
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.api.selection import calibrate_flows
+from hydrofdi.api.check import calibrate_flows
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.hydraulic_mode import blended_conductance, laminar_conductance
 from hydrofdi.physics.leakage import (

@@ -9,7 +9,7 @@ import numpy as np
 from hydrofdi.records.measured.columns import NAMES
 from hydrofdi.records.measured.description.sections import MeasuredConfig
 from hydrofdi.records.measured.source import measured_source
-from hydrofdi.settings.schema import described_schema
+from hydrofdi.settings.quantities import described_schema
 from tests.commands import run
 from tests.conftest import REPOSITORY
 from tests.records.measuring import P1, SUPPLY, described

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
+from html import escape
 from itertools import chain
 from os import PathLike
 from pathlib import Path
@@ -15,7 +16,6 @@ from hydrofdi.api.detectors.healthy_records import LeftOut
 from hydrofdi.api.detectors.judged import windows_table
 from hydrofdi.api.detectors.promise import alarms_per_hour, sentences
 from hydrofdi.api.detectors.windows import Tally, channels_read, judged_windows, watched
-from hydrofdi.api.notebook import html_sentences
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
@@ -351,7 +351,7 @@ class Detector(Guessable):
         return f"{self.name}: alarm {self.file.limits_text}; {rate} ({low.removesuffix(' %')} to {high})"
 
     def _repr_html_(self) -> str:
-        return html_sentences(self.name, self._sentences())
+        return f"<pre>{escape(self.summary)}</pre>"
 
 
 def require_place(out: Path) -> None:

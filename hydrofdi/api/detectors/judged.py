@@ -14,7 +14,7 @@ from hydrofdi.api.detectors.windows import JudgedWindow, Tally
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.monitor.lines import line_record
 from hydrofdi.report.table import Column, Table, quantity
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, number_text
 
 _ROWS = 1_000

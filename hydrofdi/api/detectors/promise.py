@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from itertools import chain
 from typing import Any
 
-from hydrofdi.api.assumed_plant import assumption_text, constants_text
 from hydrofdi.api.detectors.healthy_records import LeftOut
+from hydrofdi.api.measuring import assumption_text, constants_text
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import count_text, percent, plain, time_text
 
 _HOUR = 3600.0

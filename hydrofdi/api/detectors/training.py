@@ -10,10 +10,9 @@ from typing import Any
 
 from hydrofdi import __version__
 from hydrofdi.api.arguments import names_of, path_of
-from hydrofdi.api.assumed_plant import assumed_constants
 from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
-from hydrofdi.api.measuring import Indicators
+from hydrofdi.api.measuring import Indicators, assumed_constants
 from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, Texts, sources_of
@@ -29,7 +28,7 @@ from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.report.detection.populations import n_computed_of
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
 from hydrofdi.store.experiment_data import ExperimentData

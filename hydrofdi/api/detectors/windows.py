@@ -23,7 +23,7 @@ from hydrofdi.monitor.watch import Watch, judging_of
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.measured.recording import samples_of
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 __all__ = ["Condition", "Event", "EventKind", "JudgedWindow", "Line", "Tally", "WindowLine"]
 

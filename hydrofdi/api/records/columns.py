@@ -24,8 +24,7 @@ from hydrofdi.records.measured.columns import (
 )
 from hydrofdi.records.measured.recording import counts_samples
 from hydrofdi.records.measured.source import HeldSource, HeldTable, held_source
-from hydrofdi.settings.counting import counted
-from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.messages import counted, nearest
 
 _CF_POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")
 """A power as CF writes it: ``m s-1``."""

@@ -14,7 +14,7 @@ from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.sensing import Measurement
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_seconds
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH

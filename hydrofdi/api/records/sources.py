@@ -17,7 +17,7 @@ from hydrofdi.api.records.columns import Names, held, known_text, records_of
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.measured.source import HeldSource
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
 
 Texts = str | Sequence[str] | None

@@ -16,7 +16,7 @@ from hydrofdi.config.study.table import StudyTable, populations, study_points, s
 from hydrofdi.config.sweeps.points import Column, Points, count_points, multiplied, sweep_points
 from hydrofdi.config.sweeps.sweep import SweepConfig, distinct_rows
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 MOST_RUNS = 1_000_000
 """Points that one sweep may have."""

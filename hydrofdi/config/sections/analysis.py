@@ -15,7 +15,7 @@ from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import ControlConfig, InputConfig, RecordConfig, is_whole
 from hydrofdi.config.sections.machine import FluidConfig, LoadConfig, SupplyConfig
 from hydrofdi.config.sections.sensor import MeasurementConfig
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.transforms.configuration import WaveletConfig

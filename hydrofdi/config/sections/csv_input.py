@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationInfo
 
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.validation import read_text
 from hydrofdi.units import parse_quantity, parse_si, parse_unit
 

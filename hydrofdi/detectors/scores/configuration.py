@@ -13,11 +13,10 @@ from hydrofdi.detectors.registry import score_kind, score_names
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.selection import label_mistake
-from hydrofdi.settings.extending import read_extended
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.ready import located
-from hydrofdi.settings.validation import validated
+from hydrofdi.settings.validation import read_extended, validated
 from hydrofdi.settings.yaml_source import Path, Source
 
 CHANGE = " (change)"

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 
 Flags = NDArray[np.bool_]

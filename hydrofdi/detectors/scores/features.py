@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from hydrofdi.detectors.scores.contract import LEAST_RECORDS
 from hydrofdi.errors import ConfigError, NotStatedError
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 EXTRA = "pip install 'hydrofdi[learn]'"
 """Command that installs the extra."""

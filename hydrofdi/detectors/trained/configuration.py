@@ -21,10 +21,9 @@ from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Array
 from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import CycleWindower, TimeWindower, Windower
-from hydrofdi.settings.extending import extended, overlay, read_extended
 from hydrofdi.settings.messages import describe_error, listed, nearest
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.validation import validated
+from hydrofdi.settings.validation import extended, overlay, read_extended, validated
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source, dotted, plain
 

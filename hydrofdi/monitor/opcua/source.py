@@ -26,7 +26,7 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.records.measured.columns import Column, factor_to_si
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 _LONGEST_WAIT = 120.0
 

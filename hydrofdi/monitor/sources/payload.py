@@ -18,7 +18,7 @@ from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.measured.columns import Column, columns_of, is_counts, split_title, time_column
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_quantity
 
 

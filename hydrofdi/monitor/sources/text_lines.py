@@ -16,7 +16,7 @@ from hydrofdi.records.dates import is_dated, unix_seconds
 from hydrofdi.records.measured.columns import Column, is_unit, split_title
 from hydrofdi.records.measured.rows import RowReader, runs
 from hydrofdi.records.streams import Chunk
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 
 class CsvLines:

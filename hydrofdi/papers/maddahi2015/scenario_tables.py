@@ -14,7 +14,7 @@ from hydrofdi.papers.maddahi2015.standings import Mask
 from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import joined, modulus_text, share_text
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE
 
 _FOURTH = ("C4",)

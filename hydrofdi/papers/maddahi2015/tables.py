@@ -16,7 +16,7 @@ from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.runs import RunTable
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import kilopascal, leakage_texts, mode_name, modulus_column, signed
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert

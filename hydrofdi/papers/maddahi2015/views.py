@@ -28,7 +28,7 @@ from hydrofdi.report.intervals import Share, clustered_share, span_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import modulus_column, share_text, signed, span_text
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.change import percentage_change

@@ -14,7 +14,7 @@ from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.measured.recording import Recording
 from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
 from hydrofdi.settings import readable as usual
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.units import parse_quantity
 

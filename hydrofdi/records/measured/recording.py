@@ -26,7 +26,7 @@ from hydrofdi.records.measured.columns import (
 from hydrofdi.records.measured.description.sections import MeasuredConfig, TimeConfig
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import RejectionError, Table
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 Key = TypeVar("Key")
 

@@ -33,7 +33,7 @@ from hydrofdi.report.detection.wording import (
 from hydrofdi.report.document import Block
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import capitalized, joined
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.studies.judgement import Detection, Judgement
 
 _MOST, _MOST_REMARKS = 5, 30

@@ -14,7 +14,7 @@ from hydrofdi.report.detection.wording import SeverityUnit, severity_unit
 from hydrofdi.report.document import Block
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import Column, Table
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.judgement import Detection
 from hydrofdi.studies.nuisances import Nuisance, Nuisances, nuisances_of

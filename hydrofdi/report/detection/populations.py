@@ -19,7 +19,7 @@ from hydrofdi.report.detection.selection import best_with_sensors
 from hydrofdi.report.detection.wording import false_alarms_in_words, probability_in_words, severity_unit
 from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.table import Table
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
 from hydrofdi.store.results import MISSING

@@ -10,7 +10,7 @@ from hydrofdi.report.detection.selection import chosen_levels, foremost, level_o
 from hydrofdi.report.detection.wording import FROM_LEVELS, percent, rate_text, sensors, severity_unit
 from hydrofdi.report.document import Block
 from hydrofdi.report.table import Column, Table
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.judgement import Detection, Judgement
 

@@ -15,7 +15,7 @@ from hydrofdi.report.changes import MOST_DRAWN
 from hydrofdi.report.document import ComposedReport, FigureKind
 from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
-from hydrofdi.report.figures.style import SETTINGS, figure_bytes
+from hydrofdi.report.figures.style import SETTINGS, figure_bytes, shown
 from hydrofdi.settings.messages import similar
 from hydrofdi.store.files import whole_file
 
@@ -54,8 +54,7 @@ def draw_figure(report: ComposedReport, name: str) -> Figure:
     if name not in figures:
         raise ReportError(f"no figure {name!r}; there are {', '.join(figures)}{similar(name, [*figures])}")
     with matplotlib.rc_context(SETTINGS):
-        figure: Figure = figures[name].draw()
-    return figure
+        return shown(figures[name].draw())
 
 
 def draw_all(report: ComposedReport, names: Sequence[str]) -> tuple[dict[str, Figure], dict[str, str]]:

@@ -19,6 +19,7 @@ from hydrofdi.report.figures.style import (
     log_axis,
     mark_bands,
     series,
+    shown,
     time_axis,
 )
 from hydrofdi.store.layout import names
@@ -59,7 +60,7 @@ def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
     title : str
     """
     moving = tuple(panel for panel in _MOVING_PANELS if np.ptp(columns[panel[0]][0]) > 0.0)
-    return draw_beside(columns, [title], wavelet, PANELS + moving)
+    return shown(draw_beside(columns, [title], wavelet, PANELS + moving))
 
 
 def draw_beside(
@@ -100,7 +101,7 @@ def draw_record(record: RecordBatch) -> Figure:
     if not whole or record.n_time < 2:
         raise ReportError("the record has no channel that can be drawn")
     with matplotlib.rc_context(SETTINGS):
-        return _drawn(record, whole, _panels(record), _levels(record.n_time))
+        return shown(_drawn(record, whole, _panels(record), _levels(record.n_time)))
 
 
 def _drawn(record: RecordBatch, whole: list[Channel], panels: list[list[Channel]], levels: int) -> Figure:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -67,6 +68,12 @@ def ordered_color(position: int, count: int) -> Any:
 
     first, last = _SCALE_ENDS
     return matplotlib.colormaps[_SCALE](first + (last - first) * position / max(count - 1, 1))
+
+
+def shown(figure: Figure) -> Figure:
+    """The figure, as a picture in notebooks: IPython shows figures without pyplot by this method alone."""
+    figure.__dict__["_repr_png_"] = partial(figure_bytes, figure, "png")
+    return figure
 
 
 def figure_bytes(figure: Figure, kind: str) -> bytes:

@@ -15,7 +15,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.columns import split_title
 from hydrofdi.records.measured.formats.table import RejectionError, Table, damage_named
-from hydrofdi.settings.counting import counted
+from hydrofdi.settings.messages import counted
 
 _EXACT = 2**53
 """Integers up to here are exact as floats."""

@@ -1,0 +1,350 @@
+"""Quantities with units at the border, SI floats inside.
+
+``"551 MPa"``, ``"0.12 L/min"`` and ``"22 µm/V"`` become floats in SI. All conversion factors are
+exact fractions, so that every spelling of one quantity gives the same float.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from itertools import islice, product
+from typing import Self
+
+Exponents = tuple[Fraction, ...]
+
+BASE_UNITS = ("kg", "m", "s", "A", "rad")
+"""Base units that span all dimensions; the angle is one, so that Hz and rad/s are not mixed up."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit as an exact (or, after a fractional power, rounded) factor and exponents of the base units."""
+
+    factor: Fraction
+    exponents: Exponents
+
+    def __mul__(self, other: Self) -> Unit:
+        exponents = tuple(a + b for a, b in zip(self.exponents, other.exponents, strict=True))
+        return Unit(self.factor * other.factor, exponents)
+
+    def __pow__(self, power: Fraction) -> Unit:
+        exact = power.denominator == 1
+        factor = self.factor**power.numerator if exact else Fraction(float(self.factor) ** float(power))
+        return Unit(factor, tuple(exponent * power for exponent in self.exponents))
+
+
+def _unit(factor: str | Fraction, **exponents: int) -> Unit:
+    return Unit(Fraction(factor), tuple(Fraction(exponents.get(base, 0)) for base in BASE_UNITS))
+
+
+_POUND_FORCE = Fraction("0.45359237") * Fraction("9.80665")
+_NEWTON = _unit("1", kg=1, m=1, s=-2)
+_PASCAL = _unit("1", kg=1, m=-1, s=-2)
+
+SYMBOLS = {
+    "1": _unit("1"),
+    "%": _unit("1/100"),
+    "kg": _unit("1", kg=1),
+    "g": _unit("1/1000", kg=1),
+    "t": _unit("1000", kg=1),
+    "lb": _unit("0.45359237", kg=1),
+    "m": _unit("1", m=1),
+    "in": _unit("0.0254", m=1),
+    "ft": _unit("0.3048", m=1),
+    "s": _unit("1", s=1),
+    "min": _unit("60", s=1),
+    "h": _unit("3600", s=1),
+    "day": _unit("86400", s=1),
+    "days": _unit("86400", s=1),
+    "Hz": _unit("1", s=-1),
+    "rad": _unit("1", rad=1),
+    "N": _NEWTON,
+    "daN": _unit("10", kg=1, m=1, s=-2),
+    "kgf": _unit("9.80665", kg=1, m=1, s=-2),
+    "lbf": Unit(_POUND_FORCE, _NEWTON.exponents),
+    "Pa": _PASCAL,
+    "hPa": Unit(Fraction(100), _PASCAL.exponents),
+    "atm": Unit(Fraction(101_325), _PASCAL.exponents),
+    "bar": Unit(Fraction(100_000), _PASCAL.exponents),
+    "psi": Unit(_POUND_FORCE / Fraction("0.0254") ** 2, _PASCAL.exponents),
+    "L": _unit("1/1000", m=3),
+    "l": _unit("1/1000", m=3),
+    "galUS": _unit("0.003785411784", m=3),
+    "galUK": _unit("0.00454609", m=3),
+    "St": _unit("1/10000", m=2, s=-1),
+    "A": _unit("1", A=1),
+    "V": _unit("1", kg=1, m=2, s=-3, A=-1),
+    "J": _unit("1", kg=1, m=2, s=-2),
+    "W": _unit("1", kg=1, m=2, s=-3),
+}
+"""Symbol → unit."""
+
+PREFIXABLE = {"g", "m", "s", "Hz", "N", "Pa", "L", "l", "A", "V", "J", "W", "psi", "bar", "St"}
+PREFIXES = {"G": 9, "M": 6, "k": 3, "d": -1, "c": -2, "m": -3, "µ": -6, "μ": -6, "u": -6, "n": -9}
+"""Powers of ten."""
+
+
+_TOKEN = re.compile(r"\s*(?:([A-Za-zµμ%]+|1)|([·*/()])|\^(?a:(-?\d+(?:\.\d+)?|\(-?\d+/\d+\)))|([⁻⁰¹²³⁴-⁹]+))")
+_ROOT = re.compile(r"(?:√|sqrt)\s*(?:\(\s*([A-Za-zµμ]+)\s*\)|([A-Za-zµμ]+))")
+"""Square root of a single unit, as in ``Pa/√Hz`` or ``Pa/sqrt(Hz)``."""
+_LARGEST_EXPONENT = 12
+MOST_CHARACTERS = 100
+_SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+
+
+@lru_cache(maxsize=256)
+def parse_unit(text: str) -> Unit:
+    """The unit that an expression such as ``"N·s/m"``, ``"m^3.5/kg^0.5"`` or ``"Pa/√Hz"`` stands for.
+
+    Raises
+    ------
+    ValueError
+        The expression is malformed or names a unit that hydrofdi does not know.
+    """
+    if len(text) > MOST_CHARACTERS:
+        raise ValueError(f"a unit has at most {MOST_CHARACTERS} characters; found {len(text)}")
+    result, power_sign, open_signs, pending = SYMBOLS["1"], 1, [1], None
+    for symbol, operator, power in _tokens(_ROOT.sub(r"\1\2^0.5", text)):
+        if symbol:
+            result = result if pending is None else result * pending
+            pending = _symbol(symbol, text) ** Fraction(power_sign * open_signs[-1])
+            power_sign = 1
+        elif power:
+            if pending is None:
+                raise ValueError(f"misplaced exponent in the unit {text!r}")
+            pending = pending ** _exponent(power, text)
+        elif operator == "/":
+            power_sign = -1
+        elif operator == "(":
+            open_signs.append(open_signs[-1] * power_sign)
+            power_sign = 1
+        elif operator == ")":
+            if len(open_signs) == 1:
+                raise ValueError(f"unbalanced parentheses in the unit {text!r}")
+            open_signs.pop()
+    if pending is None or len(open_signs) != 1 or power_sign != 1:
+        raise ValueError(f"{text!r} is not a unit")
+    return result * pending
+
+
+def _tokens(text: str) -> list[tuple[str, str, str]]:
+    tokens: list[tuple[str, str, str]] = []
+    position = 0
+    while position < len(text.rstrip()):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise ValueError(f"{text!r} is not a unit")
+        symbol, operator, power, superscript = match.groups(default="")
+        if (power or superscript) and tokens and tokens[-1][2]:
+            raise ValueError(f"misplaced exponent in the unit {text!r}")
+        tokens.append((symbol, operator, power.strip("()") or superscript.translate(_SUPERSCRIPTS)))
+        position = match.end()
+    return tokens
+
+
+def _exponent(power: str, text: str) -> Fraction:
+    try:
+        exponent = Fraction(power)
+    except (ValueError, ZeroDivisionError):
+        raise ValueError(f"{power!r} is not an exponent in the unit {text!r}") from None
+    if abs(exponent) > _LARGEST_EXPONENT:
+        raise ValueError(f"exponent {power} is too large in the unit {text!r}")
+    return exponent
+
+
+def _symbol(symbol: str, text: str) -> Unit:
+    if symbol in SYMBOLS:
+        return SYMBOLS[symbol]
+    prefix, stem = symbol[0], symbol[1:]
+    if prefix in PREFIXES and stem in PREFIXABLE:
+        unit = SYMBOLS[stem]
+        return Unit(unit.factor * Fraction(10) ** PREFIXES[prefix], unit.exponents)
+    within = "" if symbol == text else f" in {text!r}"
+    raise ValueError(f"unknown unit {symbol!r}{within}")
+
+
+SPELLINGS = {
+    "s": "sec second seconds", "ms": "msec", "h": "hr hour hours", "Hz": "hertz cps", "1/min": "rpm",
+    "in": "inch inches", "ft": "foot feet", "µm": "micron microns", "mm²": "sqmm", "cm³": "cc ccm",
+    "L": "liter liters litre litres ltr", "L/min": "lpm", "mL/min": "mlpm", "galUS": "gal gallon gallons",
+    "galUS/min": "gpm usgpm", "galUK/min": "gpm", "kgf": "kp", "lb": "lbs", "N·m": "nm",
+    "bar": "bars barg bara", "psi": "psig psia", "kpsi": "ksi", "V": "volt volts", "A": "amp amps",
+    "m/s": "mps", "%": "percent pct",
+}  # fmt: skip
+"""Symbol or expression → other spellings, in small letters."""
+
+_WORD = re.compile(r"[A-Za-zµμ]+")
+_BARE_POWER = re.compile(r"(?<=[a-zA-Zµμ])(?:\*\*|\^)?([23])(?![\d.])")
+_KNOWN = [*SYMBOLS, *(prefix + stem for prefix in PREFIXES for stem in sorted(PREFIXABLE))]
+_MOST_READINGS = 100
+
+
+def similar_units(text: str, unit: str) -> list[str]:
+    """Units of the dimension of `unit` that a spelling which `parse_unit` refuses may stand for."""
+    plain = _BARE_POWER.sub(lambda power: "²³"[int(power[1]) - 2], text.strip(" .")[:MOST_CHARACTERS])
+    plain = re.sub(r"(?<=\w)[-.](?=[A-Za-z])", "·", plain)
+    pieces, words = _WORD.split(plain), _WORD.findall(plain)
+    wanted, found = parse_unit(unit).exponents, []
+    for chosen in islice(product(*map(_meant, words)), _MOST_READINGS):
+        reading = "".join(piece + word for piece, word in zip(pieces, [*chosen, ""], strict=True))
+        try:
+            if parse_unit(reading).exponents == wanted:
+                found.append(reading)
+        except ValueError:
+            continue
+    return list(dict.fromkeys(found))
+
+
+def _meant(word: str) -> list[str]:
+    """What one word of an expression may stand for; itself if it is known."""
+    if word in _KNOWN:
+        return [word]
+    small = word.lower()
+    if spelt := [unit for unit, names in SPELLINGS.items() if small in names.split()]:
+        return spelt
+    found = [known for known in _KNOWN if known.lower() == small]
+    return [known for known in found if word != small and known[0] == word[0]] or found
+
+
+_NUMBER = re.compile(r"\s*([-+]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*)", re.DOTALL)
+
+
+class Quantity(float):
+    """A number in SI that knows its unit.
+
+    Attributes
+    ----------
+    unit : str
+        ``""`` if it has none.
+    """
+
+    unit = ""
+
+    @classmethod
+    def of(cls, value: float, unit: str) -> Quantity:
+        """A number in an SI unit."""
+        quantity = cls(value)
+        quantity.unit = unit
+        return quantity
+
+    def to(self, unit: str) -> float:
+        """The number in another unit, e.g. ``"L/min"``.
+
+        Raises
+        ------
+        ValueError
+            The unit is unknown or has another dimension.
+        """
+        if _given_unit(unit, self.unit).exponents != parse_unit(self.unit or "1").exponents:
+            raise ValueError(f"{unit} has the wrong dimension; it must be convertible to {self.unit or 1}")
+        return convert(self, unit)
+
+
+def parse_quantity(text: str, unit: str) -> float:
+    """A quantity such as ``"551 MPa"`` as a float in ``unit``.
+
+    Parameters
+    ----------
+    text : str
+        A number, or a number and a unit of the same dimension as `unit`.
+    unit : str
+        Unit of the returned number, e.g. ``"Pa"``; also the unit of a bare number.
+
+    Raises
+    ------
+    ValueError
+        The text is not a number with a unit, or the unit has another dimension.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None or match[2].startswith(","):
+        comma = "a point instead of a comma, " if "," in text else "it "
+        raise ValueError(f"{text!r} is not a number with a unit; write {comma}like {_example(text, unit)!r}")
+    number, given = match.groups()
+    wanted = parse_unit(unit)
+    found = _given_unit(given.strip(), unit) if given.strip() else wanted
+    if found.exponents != wanted.exponents:
+        needed = "be a number or a percentage" if unit == "1" else f"be convertible to {unit}"
+        raise ValueError(f"{text!r} has the wrong unit; it must {needed}")
+    return _scaled(number, found.factor / wanted.factor)
+
+
+def parse_si(text: str) -> float:
+    """A quantity such as ``"551 MPa"`` in the SI unit of its dimension.
+
+    Raises
+    ------
+    ValueError
+        The text is not a number with a unit.
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        raise ValueError(f"{text!r} is not a number with a unit")
+    number, unit = match.groups()
+    factor = parse_unit(unit.strip()).factor if unit.strip() else Fraction(1)
+    return _scaled(number, factor)
+
+
+def stated_unit(text: str, unit: str) -> str | None:
+    """The unit that a quantity is written with, such as ``bar`` in ``"80 bar"`` and ``"±5 bar"``.
+
+    Parameters
+    ----------
+    text : str
+    unit : str
+        Unit of the same dimension.
+
+    Returns
+    -------
+    str or None
+        None if the text states no unit of this dimension.
+    """
+    match = _NUMBER.fullmatch(text.lstrip(" ±"))
+    if match is None or not (given := match[2].strip()):
+        return None
+    try:
+        return given if parse_unit(given).exponents == parse_unit(unit).exponents else None
+    except ValueError:
+        return None
+
+
+def convert(value: float, unit: str) -> float:
+    """A value in SI expressed in `unit`, e.g. ``convert(2e-6, "L/min")`` is 0.12.
+
+    Non-finite values pass unchanged.
+    """
+    if not math.isfinite(value):
+        return value
+    return float(Fraction(value) / parse_unit(unit).factor)
+
+
+def _given_unit(text: str, wanted: str) -> Unit:
+    """The unit of a quantity; the error suggests units for an unknown spelling."""
+    try:
+        return parse_unit(text)
+    except ValueError as error:
+        similar = similar_units(text, wanted)
+        hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
+        raise ValueError(f"{error}{hint}") from None
+
+
+def _example(text: str, unit: str) -> str:
+    """The same with a decimal point, unless its comma may divide thousands; otherwise another quantity."""
+    pointed = text.strip().replace(",", ".", 1)
+    if re.search(r"\d,\d", text) and not re.search(r",\d{3}\b", text):
+        match = _NUMBER.fullmatch(pointed)
+        if match is not None and (not match[2] or stated_unit(pointed, unit)):
+            return pointed
+    return "1.5" if unit == "1" else f"1.5 {unit}"
+
+
+def _scaled(number: str, factor: Fraction) -> float:
+    if not 1e-300 < abs(float(number)) < 1e300:
+        return float(number)
+    try:
+        return float(Fraction(number.replace("_", "")) * factor)
+    except OverflowError:
+        raise ValueError(f"{number!r} is too large a number in its unit") from None

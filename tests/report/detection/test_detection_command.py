@@ -1,14 +1,21 @@
-"""``hydrofdi report`` on a study that was swept."""
+"""Reports of studies that were swept: whole, with clipped records, unfinished, with few sensors."""
 
 import json
 
 import pytest
 
 from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
+from hydrofdi.config import load_experiment
+from hydrofdi.errors import ConfigError
+from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
+from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.report.figures import draw_figure
+from hydrofdi.store.reading import write_request
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
+from tests.report.rows import rows
 
 STUDY = """
 name: small-study
@@ -78,3 +85,147 @@ def test_all_forms_of_a_study_are_written(swept, tmp_path):
     assert {f"small-study.{form}" for form in ("md", "csv", "json", "html")} <= written
     figures = {"ranking", "pod", "roc", "det", "false_alarms", "densities", "signals"}
     assert {f"{name}.{kind}" for name in figures for kind in ("png", "svg", "pdf")} <= written
+
+
+STUDY_OF_VERDICTS = """
+name: short
+record: {duration: 2 s, sampling_frequency: 500 Hz}
+study:
+  population: {over: {fluid.bulk_modulus: {uniform: ±20 %}}}
+  healthy: {fit: 5, test: 4, shift: 2}
+  shifts: {narrow: {pressure_1_sensor.highest: 1 MPa}}
+  faults: {leakage.internal_flow: [1 L/min], each: 3, fit: 0}
+detection: {indicators: [dwt]}
+"""
+
+
+@pytest.fixture(scope="module")
+def swept_of_verdicts(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("verdicts")
+    (folder / "short.yaml").write_text(STUDY_OF_VERDICTS)
+    out = folder / "out"
+    done = run_hydrofdi("sweep", folder / "short.yaml", "--out", out, "--engine", "in-process")
+    assert "2 clipped: widen pressure_1_sensor.lowest" in done.stderr
+    return out
+
+
+def test_the_first_page_counts_the_verdicts_of_each_population(swept_of_verdicts):
+    text = " ".join(run_hydrofdi("report", swept_of_verdicts, "--full").stdout.split())
+    assert "2 of 14 records are clipped (2 of 2 'narrow')" in text
+    assert "Remedy: widen pressure_1_sensor.lowest" in text
+
+
+def test_the_status_counts_the_verdicts_with_the_remedy(swept_of_verdicts):
+    lines = run_hydrofdi("status", swept_of_verdicts).stdout.splitlines()
+    assert lines[0] == "14 planned, 14 done, 0 failed, 0 missing (14 ok)"
+    assert any(line.startswith("2 clipped: widen pressure_1_sensor.lowest") for line in lines[1:])
+
+
+STUDY_OF_UNFINISHED_STUDY = """
+name: half-study
+record: {duration: 2 s}
+input: {period: 0.5 s}
+study:
+  population: {over: {fluid.bulk_modulus: {uniform: ±20 %}, supply.pressure: {uniform: ±5 %}}}
+  healthy: {fit: 30, test: 20}
+  faults: {leakage.internal_flow: [0.02 L/min, 2 L/min], each: 15, fit: 5}
+detection: {false_alarm_rate: 10 %, probability: 80 %, indicators: [dwt]}
+"""
+LARGER = ("study.healthy.fit=60", "study.sensitivity.alone=49")
+
+
+@pytest.fixture(scope="module")
+def report_of_unfinished_study(tmp_path_factory):
+    """90 runs are stored, and many more are asked for, of a Sobol design none."""
+    folder = tmp_path_factory.mktemp("half")
+    file = folder / "study.yaml"
+    file.write_text(STUDY_OF_UNFINISHED_STUDY)
+    run_sweep(load_experiment(file), folder / "out", InProcessEngine())
+    write_request(folder / "out", load_experiment(file, LARGER))
+    return make_report(read_results(folder / "out"))
+
+
+def test_an_unfinished_study_says_so_first_and_concludes_nothing(report_of_unfinished_study):
+    document = report_of_unfinished_study.document()
+    assert document.blocks[0].key == "progress"
+    assert (
+        document.blocks[0]
+        .paragraphs[0]
+        .startswith(f"90 of {report_of_unfinished_study.data.n_run:,} runs are computed")
+    )
+    answer = next(block for block in document.blocks if block.key == "answer")
+    assert "confidence" not in " ".join(answer.paragraphs)
+    assert {"why", "designs", "holes"}.isdisjoint(block.key for block in document.blocks)
+
+
+def test_its_json_counts_what_is_there(report_of_unfinished_study):
+    record = report_of_unfinished_study.record()
+    assert (record["is_complete"], record["runs_computed"]) == (False, 90)
+    (study,) = record["studies"]
+    assert sum(each["n"] for each in study["populations"]) == 90
+    assert all(one["threshold"]["n"] == 30 for one in record["detection"])
+
+
+STUDY_OF_SENSORS = """
+name: sensors
+record: {duration: 2 s}
+input: {period: 0.5 s}
+pressure_1_sensor: {noise: 5 kPa, bias: 1 kPa}
+pressure_2_sensor: {noise: 5 kPa}
+position_sensor: {noise: 1 µm}
+study:
+  population: {over: {fluid.bulk_modulus: {uniform: ±20 %}, supply.pressure: {uniform: ±5 %}}}
+  healthy: {fit: 30, test: 30}
+  faults: {leakage.internal_flow: [0.2 L/min, 2 L/min], each: 20, fit: 0}
+detection:
+  false_alarm_rate: 10 %
+  probability: 80 %
+  indicators: [dwt, flow_balance]
+  scores: {calm: {kind: compensated, of: [dwt.d1], by: [flow_balance.leakage]}}
+"""
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    file = tmp_path_factory.mktemp("sensors") / "study.yaml"
+    file.write_text(STUDY_OF_SENSORS)
+    run_sweep(load_experiment(file), file.parent / "out", InProcessEngine())
+    return file
+
+
+def report_of_sensors(study, *settings) -> DetectionReport:
+    experiment = load_experiment(study, settings)
+    run_sweep(experiment, study.parent / "out", InProcessEngine())
+    return make_report(read_results(study.parent / "out"))
+
+
+def test_a_report_shows_the_sensors_and_says_which_have_no_noise(study):
+    made = report_of_sensors(study)
+    blocks = {block.key: block for block in made.document().blocks}
+    (sheet,) = [sheet for sheet in blocks["populations"].tables if sheet.key == "sensors"]
+    shown = {row[0].split()[0]: row[1:] for row in rows(sheet)}
+    assert shown["P1"] == ["5 kPa", "1 kPa", "–"]
+    assert shown["xv"][0] == shown["Ps"][0] == "none"
+    assert made.record()["perfect_sensors"] == ["Ps", "xv"]
+    assert "at 8 MPa" in " ".join(blocks["answer"].paragraphs)
+    assert 0.5 < made.detections[0].records.per_mean_flow < 5.0
+    assert "Ps and xv are simulated without noise" in " ".join(blocks["answer"].paragraphs)
+
+
+def test_noise_that_is_drawn_is_noise(study):
+    made = report_of_sensors(study, "study.population.over.spool_sensor.noise={uniform: [0.1 µm, 1 µm]}")
+    assert made.record()["perfect_sensors"] == ["Ps"]
+
+
+def test_scores_that_need_other_sensors_are_left_out(study):
+    made = report_of_sensors(study, "detection.sensors=[P1, P2, x, u]")
+    names = {each.scored.name.partition(".")[0] for each in made.detections[0].judgements}
+    assert names == {"dwt"}
+    remarks = " ".join(made.detections[0].remarks)
+    assert "flow_balance is left out: it needs Ps, xv" in remarks
+    assert "the score calm is left out" in remarks
+
+
+def test_a_mistaken_sensor_is_named_with_the_one_that_may_be_meant(study):
+    with pytest.raises(ConfigError, match="is unknown; did you mean 'spool_position'"):
+        load_experiment(study, ["detection.sensors=[P1, spool_positon]"])

@@ -3,14 +3,22 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from hydrofdi.report.figures import draw_all, draw_figure
+from hydrofdi.errors import ReportError
+from hydrofdi.evaluation.populations import Kind
+from hydrofdi.report.detection.wording import score_title
+from hydrofdi.report.figures import draw_all, draw_figure, write_figure
+from hydrofdi.report.figures.detection.marks import sensor_marks
+from hydrofdi.report.figures.detection.pod import bound_line, draw_pod
 from hydrofdi.report.figures.style import figure_bytes
 from hydrofdi.report.publication import write_page
 from hydrofdi.studies.detecting import detect
+from hydrofdi.studies.judging import judge
 from hydrofdi.studies.rules import Rules
-from tests.report.detection.made_up import judged, made_up_records, made_up_score, report_of
+from tests.report.detection.made_up import P1, P2, U, X, judged, made_up_records, made_up_score, report_of
+from tests.studies.populations import rising, usual
 
 FIGURES = {"answer", "ranking", "pod", "roc", "det", "false_alarms", "densities"}
 
@@ -118,3 +126,166 @@ def test_a_study_that_carries_little_is_drawn_as_far_as_it_goes(chosen, tmp_path
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert page.count('class="hole"') == len(set(report.document().figures) & holes.keys())
     assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL).lower()
+
+
+def study(gain, shift=0.0, **chosen):
+    records = made_up_records(**chosen)
+    return detect(records, [made_up_score(records, "one", gain=gain, shift=shift, channels=(P1,))], Rules())
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.0, 9.0])
+def test_the_axis_of_false_alarms_ends_behind_the_largest_interval(shift):
+    detection = study(50.0, shift)
+    (axis,) = draw_figure(report_of(detection), "false_alarms").axes
+    highest = 100.0 * max(rate.high for rate in detection.judgements[0].false_alarms.values())
+    assert highest <= axis.get_xlim()[1] <= max(1.2 * highest, 2.5)
+    ticks = axis.get_xticks()
+    assert len(ticks) >= 3
+    assert max(ticks) <= axis.get_xlim()[1]
+
+
+def test_densities_show_scores_beyond_the_axis_as_a_share():
+    detection = study(200.0, severities=(0.001, 0.01, 0.1, 0.3, 1.0))
+    (axis,) = draw_figure(report_of(detection), "densities").axes
+    assert [text.get_text() for text in axis.texts].count("100 % →") == 2
+    assert len(axis.patches) == 2 * (len(detection.records.populations) - 2), "no bar of what lies beyond"
+
+
+def test_densities_show_every_tested_level_of_a_usual_study():
+    detection = study(200.0, severities=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0))
+    (axis,) = draw_figure(report_of(detection), "densities").axes
+    labels = {label.get_text() for label in axis.get_yticklabels()}
+    assert {each.name for each in detection.records.populations if each.kind is Kind.FAULT} <= labels
+
+
+@pytest.mark.parametrize("name", ["tornado", "figure2", "rok"])
+def test_a_figure_that_a_study_does_not_have_is_refused_with_those_it_has(tmp_path, name):
+    with pytest.raises(ReportError, match="ranking, pod"):
+        write_figure(report_of(judged()), tmp_path / f"{name}.svg")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_set_of_sensors_has_one_colour_in_all_figures():
+    detection = judged()
+    whole = sensor_marks(detection, detection.judgements)
+    for few in (detection.judgements[:2], detection.judgements[-2:]):
+        assert sensor_marks(detection, few).items() <= whole.items()
+
+
+@pytest.mark.parametrize(
+    ("name", "indicator", "channels", "title"),
+    [
+        ("balance_P1_P2_x_u.mean_leakage", "flow_balance", (P1, P2, X, U), "flow_balance, mean leakage"),
+        ("balance_P1.leakage", "", (P1,), "balance, leakage"),
+        ("my_own.leakage", "flow_balance", (P1, P2, X, U), "my_own, leakage"),
+        ("weak_rls.leakage_flow", "weak_rls", (P1, P2, X, U), "weak_rls, leakage flow"),
+        ("largest_change(d1 … d5)", "", (P1,), "largest change (d1 … d5)"),
+    ],
+)
+def test_a_title_has_the_users_own_name_but_no_sensors(name, indicator, channels, title):
+    judgement = judged().judgements[0]
+    scored = replace(judgement.scored, name=name, indicator=indicator, channels=channels)
+    assert score_title(replace(judgement, scored=scored)) == title
+
+
+@pytest.fixture(scope="module")
+def pod():
+    """Each drawn score with its panel."""
+    detection = judged(n_healthy=200, n_other=60, severities=(0.05, 0.1, 0.2, 0.5, 1.0))
+    by_name = {each.scored.name: each for each in detection.judgements}
+    axes = draw_figure(report_of(detection), "pod").axes
+    found = [(by_name[name], axis) for axis in axes for name in by_name if name in titled(axis)]
+    assert found
+    return found
+
+
+def titled(axis):
+    return "".join(axis.get_title(loc="left").split())
+
+
+def sloped(axis, style):
+    """The drawn line of many points with this style."""
+    lines = [line for line in axis.lines if len(line.get_xdata()) > 10]
+    return next((line for line in lines if (line.get_linestyle() == "-") == (style == "-")), None)
+
+
+def test_the_drawn_bound_reaches_ninety_percent_at_q90_95(pod):
+    seen = 0
+    for judgement, axis in pod:
+        found = judgement.smallest.get("q90_95")
+        line = sloped(axis, "--")
+        if found is None or found.source == "levels":
+            assert line is None
+        elif found.place == "within":
+            at = np.interp(found.value * 6e4, line.get_xdata(), line.get_ydata())
+            assert at == pytest.approx(100.0 * Rules().probability, abs=0.5)
+            seen += 1
+    assert seen
+
+
+def test_the_drawn_curve_reaches_ninety_percent_at_q90(pod):
+    seen = 0
+    for judgement, axis in pod:
+        found, line = judgement.smallest.get("q90"), sloped(axis, "-")
+        if found is None or found.source == "levels":
+            assert line is None
+        elif found.place == "within":
+            at = np.interp(found.value * 6e4, line.get_xdata(), line.get_ydata())
+            assert at == pytest.approx(100.0 * Rules().probability, abs=1.0)
+            seen += 1
+    assert seen
+
+
+SEVEN_LEVELS = tuple(np.geomspace(0.001, 1.0, 7))
+
+
+@pytest.fixture(scope="module")
+def lines():
+    """Judgements of made-up studies with a bound within the tested severities, and its line."""
+    found = []
+    for seed in range(12):
+        draw = np.random.default_rng(seed)
+        records = usual(healthy=500, each=int(draw.integers(30, 80)), seed=seed)
+        slope, half = draw.uniform(3.0, 60.0), draw.uniform(0.03, 0.3)
+        judgement = judge(records, rising(records, slope=slope, half=half, seed=seed), Rules())
+        bound = judgement.smallest["q90_95"]
+        if bound.source == "curve" and bound.place == "within":
+            found.append((bound, bound_line(judgement.bounding, bound.severity, bound.confidence)))
+    assert len(found) >= 5
+    return found
+
+
+def test_the_line_is_at_ninety_percent_at_q90_95(lines):
+    for bound, (severities, low) in lines:
+        at = np.interp(np.log(bound.severity), np.log(severities), low)
+        assert at == pytest.approx(bound.probability, abs=1e-3)
+        assert np.all(low[severities < bound.severity] <= bound.probability + 1e-3)
+
+
+def test_the_line_rises_in_small_steps(lines):
+    for _, (severities, low) in lines:
+        assert np.all(np.diff(severities) > 0.0)
+        assert np.diff(low).min() > -1e-3
+        is_near = np.diff(np.log10(severities)) < 2e-3
+        assert np.all((np.diff(low) < 0.1) | is_near)
+
+
+@pytest.mark.parametrize("n_other", [45, 60])
+def test_the_drawn_line_does_not_move_misses_to_larger_severities(n_other):
+    detection = judged(n_healthy=500, n_other=n_other, severities=SEVEN_LEVELS)
+    drawn = 0
+    for axis in draw_pod(detection).axes:
+        dashed, found = [line for line in axis.lines if is_bound(line)], [*filter(is_vertical, axis.lines)]
+        if dashed and found:
+            at = np.interp(found[0].get_xdata()[0], dashed[0].get_xdata(), dashed[0].get_ydata())
+            assert at == pytest.approx(90.0, abs=0.5)
+            drawn += 1
+    assert drawn
+
+
+def is_vertical(line):
+    return len(line.get_xdata()) == 2 and line.get_xdata()[0] == line.get_xdata()[1]
+
+
+def is_bound(line):
+    return len(line.get_xdata()) > 10 and line.get_linestyle() != "-"

@@ -1,12 +1,17 @@
-"""Responses of features over what an experiment varies."""
+"""Responses of features over what an experiment varies, their rank correlations, and both in JSON."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import spearmanr
 
 from hydrofdi.api.stored import read_results
-from hydrofdi.report.responses import spread, study_responses
+from hydrofdi.papers import make_report
+from hydrofdi.report.intervals import LEAST_RUNS
+from hydrofdi.report.record import render_json
+from hydrofdi.report.responses import rank_correlation, spread, study_responses
 from hydrofdi.store.layout import names
 from tests.conftest import sweep_in
 
@@ -86,3 +91,122 @@ def test_where_each_run_is_its_own_baseline_the_features_stand_themselves(tmp_pa
     assert (found.axis.header, found.against) == ("supply.pressure [MPa]", "")
     assert found.responses[0].feature.header == "RMS of d1 [kPa]"
     assert found.responses[0].over[0].median != found.responses[0].over[1].median
+
+
+N_RUN, N_REPEAT = 64, 500
+
+
+def heteroscedastic(rng, n_run):
+    """A feature whose scatter grows with the parameter: ρ is not that of a normal distribution."""
+    parameter = rng.uniform(size=n_run)
+    return parameter, parameter + parameter * rng.normal(size=n_run)
+
+
+def bent(rng, n_run):
+    """A feature that falls, then rises."""
+    parameter = rng.uniform(-1.0, 1.0, size=n_run)
+    return parameter, (parameter - 0.3) ** 2 + 0.05 * rng.normal(size=n_run)
+
+
+@pytest.mark.parametrize("draw", [heteroscedastic, bent])
+def test_the_interval_covers_the_true_value_in_95_percent_of_repeats(draw):
+    rng = np.random.default_rng(1)
+    true = spearmanr(*draw(rng, 200_000)).statistic
+    found = [rank_correlation(*draw(rng, N_RUN)) for _ in range(N_REPEAT)]
+    covered = np.mean([each.low <= true <= each.high for each in found])
+    assert 0.92 <= covered <= 0.985
+
+
+def test_chance_gives_more_than_its_bound_in_5_percent_of_permutations():
+    rng = np.random.default_rng(2)
+    parameter, feature = heteroscedastic(rng, N_RUN)
+    clear = [rank_correlation(parameter, rng.permutation(feature)).is_clear for _ in range(N_REPEAT)]
+    assert 0.025 <= np.mean(clear) <= 0.08
+
+
+@pytest.mark.parametrize(("feature", "expected"), [(np.exp, 1.0), (lambda x: -(x**3), -1.0)])
+def test_a_monotone_feature_has_rank_correlation_1(feature, expected):
+    parameter = np.random.default_rng(3).uniform(size=30)
+    found = rank_correlation(parameter, feature(parameter))
+    assert found.value == pytest.approx(expected)
+    assert found.low == pytest.approx(found.high)
+
+
+def test_it_is_spearmans_with_ties_and_without_runs_that_lack_a_number():
+    rng = np.random.default_rng(4)
+    parameter, feature = rng.integers(0, 6, 50).astype(float), rng.integers(0, 6, 50).astype(float)
+    expected = spearmanr(parameter[:40], feature[:40]).statistic
+    feature[40:] = np.nan
+    found = rank_correlation(parameter, feature)
+    assert found.value == pytest.approx(expected)
+    assert found.n_run == 40
+
+
+@pytest.mark.parametrize("n_run", [LEAST_RUNS - 1, LEAST_RUNS])
+def test_too_few_runs_and_constant_features_have_none(n_run):
+    parameter = np.arange(float(n_run))
+    assert np.isfinite(rank_correlation(parameter, parameter).value) == (n_run == LEAST_RUNS)
+    assert np.isnan(rank_correlation(parameter, np.ones(n_run)).value)
+
+
+MIXED = """\
+name: mixed
+record: {duration: 1 s}
+store: {signals: none}
+indicators: [dwt, pressure_statistics]
+leakage: {internal_coefficient: 1e-9}
+baseline: {fluid.bulk_modulus: 800 MPa}
+sweep:
+  grid: {input.shape: [square, sine]}
+  sample: {count: 16, over: {fluid.bulk_modulus: {uniform: [700 MPa, 900 MPa]}}}
+"""
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    return read_results(sweep_in(tmp_path_factory.mktemp("mixed"), MIXED).directory)
+
+
+@pytest.fixture(scope="module")
+def record(data):
+    return json.loads(render_json(make_report(data)))
+
+
+def of_of_responses_record(record, axis, feature):
+    (found,) = [each for each in record["responses"] if (each["axis"], each["feature"]) == (axis, feature)]
+    return found
+
+
+def test_what_was_varied_has_values_or_quantiles_with_the_runs(record):
+    varied = {each["name"]: each for each in record["varied"]}
+    modulus, shape = varied["fluid.bulk_modulus"], varied["input.shape"]
+    assert (shape["values"], shape["n"], shape["unit"]) == (["square", "sine"], [16, 16], None)
+    assert (modulus["unit"], modulus["n"]) == ("Pa", 32)
+    quantiles = list(modulus["quantiles"].values())
+    assert list(modulus["quantiles"]) == ["0.05", "0.25", "0.5", "0.75", "0.95"]
+    assert quantiles == sorted(quantiles)
+    assert quantiles[0] >= 7e8
+    assert quantiles[-1] <= 9e8
+
+
+def test_groups_of_an_output_are_in_si_whatever_the_tables_show(record, data):
+    mean = of_of_responses_record(record, "input.shape", "pressure_statistics.mean")
+    assert (mean["unit"], mean["baseline"], mean["rank_correlation"]) == ("Pa", None, None)
+    group = next(each for each in mean["groups"] if each["value"] == "square")
+    assert group["n"] == 16
+    assert 1e6 < group["low"] < group["median"] < group["high"] < 2e7
+
+
+def test_a_sampled_parameter_has_fifths_and_a_rank_correlation(record, data):
+    change = of_of_responses_record(record, "fluid.bulk_modulus", "δd2")
+    assert (change["unit"], change["baseline"]) == ("%", "fixed")
+    assert sum(group["n"] for group in change["groups"]) == 32
+    ends = [end for group in change["groups"] for end in (group["from"], group["to"])]
+    assert ends == sorted(ends)
+    rows = {row["run_id"]: row["delta_fixed_percent"][1] for row in record["rows"]}
+    runs = data.columns[names.RUN_ID].astype(str)[:32]
+    expected = spearmanr(np.array(data.values("fluid.bulk_modulus")[:32]), [rows[run] for run in runs])
+    rank = change["rank_correlation"]
+    assert rank["value"] == pytest.approx(expected.statistic)
+    assert rank["low"] <= rank["value"] <= rank["high"]
+    assert (rank["n"], 0.0 < rank["chance"] < 1.0) == (32, True)

@@ -1,9 +1,16 @@
 """The sentences that answer a study of delays."""
 
+import csv
+import io
+import json
 from dataclasses import replace
+from pathlib import Path
+
+import pytest
 
 from hydrofdi.report.run_lengths import run_lengths_block, time_text
 from hydrofdi.studies.charts import RunLengths
+from tests.commands import run, run_json
 from tests.report.rows import rows
 from tests.studies.test_run_lengths import EVERY, TEST, judged, traces
 
@@ -48,3 +55,93 @@ def test_times_stand_in_the_unit_that_a_person_reads():
     assert {row[1] for row in rows(delays)} == {"16.7 min"}
     measured = [row[5] for row in rows(alarms)]
     assert all(" s (" in each for each in measured)
+
+
+FEWER = ("--set", "study.healthy={fit: 40, test: 24, shift: 5}", "--set", "study.faults.each=8")
+
+SMOKE = Path(__file__).parents[3] / "configs" / "delays" / "smoke.yaml"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("delays")
+    run("sweep", SMOKE, *FEWER, "--out", folder / "out", "--engine", "in-process", check=0)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def record(folder):
+    return run_json("report", folder / "out")
+
+
+def test_each_chart_is_judged_at_each_time_between_false_alarms(record):
+    judged = record["run_lengths"]
+    asked = [(chart, hours) for chart in ("cusum", "threshold") for hours in (1 / 60, 1 / 20)]
+    assert [(each["chart"], each["false_alarm_every_h"]) for each in judged] == [
+        (chart, pytest.approx(hours)) for chart, hours in asked
+    ]
+    for each in judged:
+        assert each["limit"] > 0.0
+        populations = [found["population"] for found in each["false_alarms"]]
+        assert populations == ["healthy", "stiffer"]
+
+
+def test_a_large_leak_is_found_soon_after_it_sets_in(record):
+    for each in record["run_lengths"]:
+        small, large = each["delays"]
+        assert (small["leakage_L_per_min"], large["leakage_L_per_min"]) == pytest.approx((0.05, 0.5))
+        assert large["n"] == 8
+        assert large["found"] > 4
+        assert 0.0 < large["delay_median_s"] < 1.5
+
+
+def test_a_level_is_the_flow_after_the_onset(record):
+    for delay in record["run_lengths"][0]["delays"]:
+        stated, true = delay["leakage_L_per_min"], delay["true_mean_flow_after_onset_L_per_min"]
+        assert true == pytest.approx(stated, rel=0.25)
+
+
+def test_traces_are_no_scores(record):
+    names = [each["indicator"] for each in record["detection"]]
+    assert "weak_rls.leakage" in names
+    assert not any("trace" in name for name in names)
+
+
+def test_every_form_of_the_report_shows_the_delays(folder):
+    text = run("report", folder / "out", "--full", check=0).stdout
+    assert "Delay in operation" in text
+    assert "Mean time between false alarms, as measured" in text
+    for form in ("markdown",):
+        assert "Delay after the onset" in run("report", folder / "out", "--format", form, check=0).stdout
+    written = folder / "forms"
+    run("report", folder / "out", "--out", written, check=0)
+    assert {"delays.svg", "delays.png", "delays-smoke.html"} <= {each.name for each in written.iterdir()}
+    assert json.loads((written / "delays-smoke.json").read_text())["run_lengths"]
+
+
+def test_the_table_has_a_line_for_each_chart_limit_and_tested_population(folder, record):
+    table = csv.DictReader(io.StringIO(run("report", folder / "out", "--format", "csv", check=0).stdout))
+    lines = [line for line in table if line["chart"]]
+    assert len(lines) == 4 * 4
+    found = [line for line in lines if line["population"] == "0.5 L/min"]
+    medians = [each["delays"][1]["delay_median_s"] for each in record["run_lengths"]]
+    assert [float(line["delay_median_s"]) for line in found] == medians
+
+
+def test_a_chart_on_sensors_that_a_machine_lacks_is_left_out(folder):
+    out = folder / "lacking"
+    small = ["--set", "study.healthy={fit: 5, test: 5, shift: 5}", "--set", "study.faults.each=1"]
+    sensors = ["--set", "detection.sensors=[P1]"]
+    run("sweep", SMOKE, *small, *sensors, "--out", out, "--engine", "in-process", check=0)
+    shown = run_json("report", out)
+    assert shown["run_lengths"] == []
+    assert any("weak_rls is left out" in remark for remark in shown["studies"][0]["remarks"])
+    assert "Delay in operation" not in run("report", out, check=0).stdout
+
+
+def test_a_mistaken_chart_ends_the_command_with_its_line(tmp_path):
+    file = tmp_path / "mistaken.yaml"
+    charts = "{online: {charts: {a: {of: dwt.d3, chart: cusum}}}}"
+    file.write_text(f"extends: {SMOKE}\nname: mistaken\ndetection: {charts}\n")
+    done = run("sweep", file, check=2)
+    assert f"{file}:3: detection.online.charts.a.of: no indicator keeps a trace of 'dwt.d3'" in done.stderr

@@ -1,13 +1,13 @@
-"""Records with known answers, for the tests of indicators."""
-
-from __future__ import annotations
+"""Records with known answers, simulated runs, and the laws that indicators keep."""
 
 from dataclasses import replace
 
 import numpy as np
 
+from hydrofdi.config import load_experiment
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.simulation.batch import simulate_batch
 
 P1, P2 = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE
 U = Channel.INPUT_VOLTAGE
@@ -54,3 +54,80 @@ def ringing_pressure(n_time, half_period, frequency, damping_ratio, sampling_fre
         1.0 - (decay * (np.cosh(rate * time) + damping_ratio * natural * np.sinh(rate * time) / rate)).real
     )
     return 8e6 + 1e6 * square_wave(n_time, half_period) * (rings - 0.5)
+
+
+SAMPLING_FREQUENCY = 500.0
+
+
+def records(samples, **more):
+    """Records of the chamber-1 pressure."""
+    return batch({P1: samples}, SAMPLING_FREQUENCY, **more)
+
+
+def values(name, samples, **options):
+    """Output → numbers (n_record,) of one indicator."""
+    numbers, obstacles = measured(_as_records(samples), name, **options)
+    assert obstacles == (None,) * len(obstacles)
+    return numbers
+
+
+def obstacle(name, samples, **options):
+    """Why one indicator cannot measure; its numbers are then NaN."""
+    numbers, (reason,) = measured(_as_records(samples), name, **options)
+    assert all(np.isnan(array).all() for array in numbers.values())
+    return reason
+
+
+def _as_records(samples):
+    return samples if isinstance(samples, RecordBatch) else records(samples)
+
+
+def noise(seed, shape, size=1e5, mean=8e6):
+    """White noise about a mean pressure [Pa]."""
+    return np.random.default_rng(seed).normal(mean, size, shape)
+
+
+def ringing(seed, n_record, n_time=4000):
+    """Pressures that step every second and ring, each record with its own frequency and damping [Pa]."""
+    draw = np.random.default_rng(seed)
+    time = np.arange(n_time) / SAMPLING_FREQUENCY
+    phase = time % 1.0
+    frequency, decay = draw.uniform(50, 90, (n_record, 1)), draw.uniform(5, 30, (n_record, 1))
+    square = np.where(time % 2.0 < 1.0, 1.0, -1.0)
+    motion = square * (1.0 - np.exp(-decay * phase) * np.cos(2 * np.pi * frequency * phase))
+    return 8e6 + 2e6 * motion + draw.normal(0, 5e3, (n_record, n_time))
+
+
+X, XV = Channel.PISTON_POSITION, Channel.SPOOL_POSITION
+LEAKS = np.array([0.0, 0.0, 0.0, 1e-9, 5e-9])
+MODULI = np.array([551e6, 620e6, 480e6, 551e6, 600e6])
+
+
+def simulated(*settings, leaks=LEAKS, moduli=MODULI):
+    """Nominal actuators but for K_i [m^3.5/kg^0.5] and β [Pa], without noise."""
+    parameters = [
+        load_experiment(None, [*settings, f"fluid.bulk_modulus={modulus} Pa"]).nominal_parameters
+        for modulus in moduli
+    ]
+    signals = simulate_batch(parameters, list(leaks))
+    return batch(
+        {
+            P1: signals.chamber_1_pressure,
+            P2: signals.chamber_2_pressure,
+            X: signals.piston_position,
+            XV: signals.spool_position,
+            U: signals.input_voltage,
+        }
+    )
+
+
+def noisy(records, row, n_record, seed):
+    """Copies of a run with sensor noise: 5 kPa, 10 µm, 0.2 µm of the spool."""
+    draw = np.random.default_rng(seed)
+    sizes = {P1: 5e3, P2: 5e3, X: 10e-6, XV: 0.2e-6, U: 0.0}
+    return batch(
+        {
+            channel: records[channel][row] + size * draw.normal(size=(n_record, records.n_time))
+            for channel, size in sizes.items()
+        }
+    )

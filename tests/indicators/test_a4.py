@@ -1,8 +1,7 @@
 import numpy as np
 import pywt
 
-from indicators.laws import noise
-from indicators.signals import P1, P2, batch, measured
+from indicators.signals import P1, P2, batch, measured, noise
 
 N = 3000
 

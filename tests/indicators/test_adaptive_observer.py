@@ -7,8 +7,7 @@ import pytest
 
 from hydrofdi.indicators import make_indicators
 from hydrofdi.records import Channel
-from indicators.observed import LEAKS, MODULI, simulated
-from indicators.signals import P1, P2, measured
+from indicators.signals import LEAKS, MODULI, P1, P2, measured, simulated
 
 
 @pytest.fixture(scope="module")

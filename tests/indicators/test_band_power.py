@@ -4,12 +4,7 @@ from scipy.signal import welch
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import make_indicators
-from indicators.laws import (
-    SAMPLING_FREQUENCY,
-    noise,
-    ringing,
-    values,
-)
+from indicators.signals import SAMPLING_FREQUENCY, noise, ringing, values
 
 
 @pytest.mark.parametrize("segment", [1.0, 0.502, 0.514])

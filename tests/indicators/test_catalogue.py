@@ -5,12 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.indicators import indicator_names, make_indicators, measure
+from hydrofdi.config import load_experiment
+from hydrofdi.detectors.scores.configuration import load_scores
+from hydrofdi.indicators import indicator_names, load_indicators, make_indicators, measure
 from hydrofdi.indicators.description import describe
 from hydrofdi.indicators.record_measures import used_channels
+from hydrofdi.indicators.registry import indicator_kind
 from hydrofdi.records import Channel, RecordBatch
-from indicators.laws import SAMPLING_FREQUENCY, ringing
-from indicators.signals import assert_rows_stand_alone, square_wave
+from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.store.records import SIGNAL_OF_CHANNEL
+from hydrofdi.units import parse_quantity
+from indicators.signals import SAMPLING_FREQUENCY, assert_rows_stand_alone, ringing, square_wave
 
 N_TIME = 2000
 
@@ -161,3 +166,59 @@ def test_another_unit_of_pressure_scales_what_is_a_pressure_and_nothing_else(nam
     for output in indicator.outputs:
         key, factor = f"{name}.{output.name}", 4.0 if output.unit.startswith("Pa") else 1.0
         np.testing.assert_allclose(other[key], factor * one[key], rtol=1e-9, atol=1e-12, err_msg=key)
+
+
+BUILT_IN = [name for name in indicator_names() if indicator_kind(name).__module__.startswith("hydrofdi.")]
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_listed_default_is_the_default(name) -> None:
+    kind = indicator_kind(name)
+    for option in describe(name).options:
+        value = kind.Options.model_fields[option.name].get_default(call_default_factory=True)
+        if isinstance(value, float) and option.unit not in ("", "1"):
+            assert parse_quantity(option.default, option.unit) == pytest.approx(value, rel=1e-12, abs=0)
+
+
+ONE = "indicators:\n  one: {kind: dwt, levels: 3}\nscores:\n  s: {kind: mahalanobis, of: [one.d1, one.d2]}\n"
+TWO = "indicators: {two: {kind: modwt}}\n"
+
+
+def test_files_of_indicators_are_combined(tmp_path):
+    (tmp_path / "one.yaml").write_text(ONE)
+    (tmp_path / "two.yaml").write_text(TWO)
+    both = tmp_path / "both.yaml"
+    both.write_text("extends: [one.yaml, two.yaml]\n")
+    chosen = load_indicators(str(both))
+    assert {label: each.name for label, each in chosen.items()} == {"one": "dwt", "two": "modwt"}
+    assert list(load_scores(str(both), chosen)) == ["s"]
+    both.write_text("extends: one.yaml\nindicators: {one: {levels: 4}}\n")
+    (one,) = load_indicators(str(both)).values()
+    assert (one.name, one.options.levels) == ("dwt", 4)
+
+
+LEAKS = [0.0, 1e-9, 5e-9, 1.3e-8]
+
+
+@pytest.fixture(scope="module")
+def square():
+    nominal = load_experiment(None, ["record.duration=6 s"]).nominal_parameters
+    trajectory = simulate_batch([nominal] * len(LEAKS), LEAKS)
+    signals = {channel: getattr(trajectory, signal) for channel, signal in SIGNAL_OF_CHANNEL.items()}
+    return RecordBatch(signals, nominal.record.sampling_frequency, tuple("abcd"), drive_period=2.0)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "dwt.d2", "dwt.d3", "envelope.decay_rate", "flow_balance.leakage",
+        "flow_balance.internal_coefficient", "post_step_ac.rms",
+        "post_step_ac.relative", "ring_down.damping_ratio",
+    ],
+)  # fmt: skip
+def test_a_growing_leak_moves_an_output_in_its_direction(square, name):
+    label = name.partition(".")[0]
+    (indicator,) = make_indicators([label]).values()
+    direction = next(o.direction for o in indicator.outputs if f"{label}.{o.name}" == name)
+    change = np.diff(measure(square, {label: indicator}).values[name])
+    assert ({"rising": change, "falling": -change}[direction] > 0.0).all()

@@ -1,7 +1,8 @@
-"""The extended Kalman filters on simulated runs: with the leakage among the states, and without."""
+"""Kalman filters on simulated runs: extended, unscented, with the leakage among the states and without."""
 
 import itertools
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.indicators import make_indicators
+from hydrofdi.indicators.models.ekf_joint import EkfJoint, JointOptions
+from hydrofdi.indicators.models.ukf_joint import UkfJoint, UnscentedOptions
+from hydrofdi.indicators.selection import load_indicators
 from hydrofdi.records import Channel
 from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
 
@@ -152,3 +156,75 @@ def test_the_healthy_filter_tells_a_leak_by_its_signature(open_loop):
     assert (np.diff(values["nis"]) > 0.0).all()
     assert 0.3 < values["nis"][0] < 1.2
     assert 5e3 < values["residual"][0] < 30e3
+
+
+UKF_LEAKS = np.array([0.0, 0.05, 0.5])
+UKF_PER_LITRE_PER_MINUTE = 1e-3 / 60.0
+KNOWN = {"states": ("leakage", "bulk_modulus", "supply", "flow_gain")}
+
+
+def ukf_noisy(settings, noise=1.0):
+    """Runs with three leaks, and noise of the pressures and the position."""
+    signals = simulated(settings, UKF_LEAKS)
+    draw = np.random.default_rng(5)
+    shape = signals.piston_position.shape
+    return batch(
+        {
+            Channel.CHAMBER_1_PRESSURE: signals.chamber_1_pressure + noise * 5e3 * draw.normal(size=shape),
+            Channel.CHAMBER_2_PRESSURE: signals.chamber_2_pressure + noise * 5e3 * draw.normal(size=shape),
+            Channel.PISTON_POSITION: signals.piston_position + noise * 1e-5 * draw.normal(size=shape),
+            Channel.INPUT_VOLTAGE: signals.input_voltage,
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def ukf_runs():
+    """Runs of 6 s in oil 20 % stiffer than nominal."""
+    return ukf_noisy(["record.duration=6 s", "fluid.bulk_modulus=661 MPa"])
+
+
+def test_leakage_and_bulk_modulus_are_those_of_the_actuator(ukf_runs):
+    found = UkfJoint(UnscentedOptions(**KNOWN)).measure(ukf_runs)
+    truth = UKF_PER_LITRE_PER_MINUTE * UKF_LEAKS
+    assert (np.abs(found["leakage"] - truth) < 4.0 * found["leakage_error"]).all()
+    assert (found["leakage_error"] < 0.02 * UKF_PER_LITRE_PER_MINUTE).all()
+    np.testing.assert_allclose(found["bulk_modulus"], 661e6, rtol=0.03)
+
+
+@pytest.mark.parametrize("states", [("leakage",), KNOWN["states"], JointOptions().states])
+def test_points_close_together_make_it_the_extended_filter(ukf_runs, states):
+    extended = EkfJoint(JointOptions(states=states)).measure(ukf_runs)
+    unscented = UkfJoint(UnscentedOptions(states=states, spread=0.001)).measure(ukf_runs)
+    error = extended["leakage_error"]
+    np.testing.assert_allclose(unscented["leakage_error"], error, rtol=0.01)
+    assert (np.abs(unscented["leakage"] - extended["leakage"]) < 0.4 * error).all()
+
+
+@pytest.mark.parametrize("damage", ["nan", "jump"])
+def test_a_lost_record_has_no_number_and_leaves_its_neighbours_alone(ukf_runs, damage):
+    pressure = ukf_runs[Channel.CHAMBER_1_PRESSURE].copy()
+    pressure[1, 1000] = np.nan if damage == "nan" else 1e12
+    damaged = batch({**ukf_runs.channels, Channel.CHAMBER_1_PRESSURE: pressure})
+    sound, lost = (UkfJoint().trace(each).values["leakage"] for each in (ukf_runs, damaged))
+    assert np.isnan(lost[1, 20:]).all()
+    np.testing.assert_array_equal(lost[1, :19], sound[1, :19])
+    np.testing.assert_array_equal(lost[[0, 2]], sound[[0, 2]])
+
+
+def test_it_tells_what_is_left_unknown_behind_a_record(ukf_runs):
+    told, expected = UkfJoint().information(ukf_runs), EkfJoint().information(ukf_runs)
+    assert [each.before for each in told.unknowns] == [each.before for each in expected.unknowns]
+    np.testing.assert_allclose(np.diag(told.covariance), np.diag(expected.covariance), rtol=0.1)
+
+
+DETECTORS = Path(__file__).parents[2] / "configs" / "detectors"
+
+
+@pytest.mark.parametrize("name", ["ekf_joint", "ekf_innovation"])
+def test_a_preset_states_the_defaults(name):
+    (made,) = load_indicators(str(DETECTORS / f"{name.replace('_', '-')}.yaml")).values()
+    usual = made.Options(supply="nominal").model_dump()
+    for option, value in made.options.model_dump().items():
+        expected = 0.03 if option == "supply_deviation" and value is not None else usual[option]
+        assert value == (pytest.approx(expected) if isinstance(expected, float) else expected), option

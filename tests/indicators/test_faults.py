@@ -1,15 +1,21 @@
-"""Indicators that other people wrote, and what becomes of the faults in them."""
+"""Indicators that other people wrote: what they see, and what becomes of the faults in them."""
 
-from __future__ import annotations
-
+import json
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from importlib.metadata import EntryPoint
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
 from hydrofdi.errors import Issue
-from hydrofdi.indicators import Indicator, Output, make_indicators, measure
-from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.indicators import Indicator, Output, make_indicators, measure, registry
+from hydrofdi.indicators.record_measures import measure_sources
+from hydrofdi.records import Channel, RecordBatch, RejectedRecord
+from hydrofdi.records.measured.source import measured_source
+from tests.commands import run, run_json
 
 P1 = Channel.CHAMBER_1_PRESSURE
 
@@ -77,3 +83,134 @@ def test_a_fault_is_a_sentence_of_every_record_and_the_others_go_on(gives: Any, 
     assert np.isnan(measured.values["swing.range"]).tolist() == [True] * 3
     assert np.isfinite(measured.values["dwt.d1"]).all()
     assert measured.obstacles["dwt"] == (None,) * 3
+
+
+POINTS = "sweep: {grid: {fluid.bulk_modulus: [551 MPa, 827 MPa]}}\n"
+STUDY = "study: {healthy: {fit: 3, test: 2}}\n"
+
+
+class Raising(Indicator[Any]):
+    name: ClassVar[str] = "raising"
+    version, summary, source = 1, "Fails.", "none"
+    channels = frozenset({Channel.CHAMBER_1_PRESSURE})
+    outputs = (Output("swing", "Pa", "swing"),)
+
+    def measure(self, records: RecordBatch) -> dict[str, Any]:
+        raise ValueError("no swing at all")
+
+
+class Overflowing(Raising):
+    name: ClassVar[str] = "overflowing"
+
+    def measure(self, records: RecordBatch) -> dict[str, Any]:
+        return {"swing": np.full(records.n_record, np.inf)}
+
+
+@pytest.fixture(autouse=True)
+def _added(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    points = tuple(
+        EntryPoint(kind.name, f"{__name__}:{kind.__name__}", registry.GROUP)
+        for kind in (Raising, Overflowing)
+    )
+    monkeypatch.setattr(registry, "_points", lambda: points)
+    for cached in (registry._added, registry.indicator_kind):
+        cached.cache_clear()
+    yield
+    for cached in (registry._added, registry.indicator_kind):
+        cached.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("raising", "raising: indicator 'raising' raised ValueError: no swing at all"),
+        ("overflowing", "overflowing: indicator 'overflowing' gives infinite numbers"),
+    ],
+)
+@pytest.mark.parametrize("points", [POINTS, STUDY])
+def test_a_sweep_says_it_once_and_exits_with_1(tmp_path: Path, name: str, sentence: str, points: str) -> None:
+    file, out = tmp_path / "faulty.yaml", tmp_path / "out"
+    file.write_text(f"name: faulty\nrecord: {{duration: 2 s}}\nindicators: [dwt, {name}]\n{points}")
+    for _ in range(2):  # computed, and stored before
+        done = run("sweep", file, "--out", out, "--engine", "in-process", check=1)
+        assert done.stderr.count(sentence) == 1
+    logged = [json.loads(line) for line in (out / "run.log").read_text().splitlines()]
+    assert any(sentence.partition(": ")[2] in each.get("message", "") for each in logged)
+    assert run_json("sweep", file, "--out", out, check=1)["faults"].keys() == {name}
+    if points == STUDY:
+        report = run("report", out, "--format", "markdown").stdout
+        assert sentence.partition(": ")[2] in report
+
+
+RIG = """\
+files: "*.csv"
+sampling_frequency: 100 Hz
+channels: {chamber_1_pressure: {column: P1, unit: bar}}
+path: "{condition}_{unit}.csv"
+group: "rig {unit}"
+label: "{condition}"
+"""
+
+
+class Curious(Indicator):
+    """Keeps every text that it can reach."""
+
+    name, version, summary, source = "curious", 1, "Nothing.", "none"
+    channels = frozenset({P1})
+    outputs = (Output("mean", "Pa", "mean pressure"),)
+
+    def __init__(self):
+        super().__init__()
+        self.seen = []
+
+    def obstacle(self, records):
+        self.seen.append((records.record_ids, texts_in(records)))
+
+    def measure(self, records):
+        self.obstacle(records)
+        return {"mean": records[P1].mean(axis=1)}
+
+
+def texts_in(thing):
+    """Every text in a batch but the names of channels."""
+    if isinstance(thing, str):
+        return set() if isinstance(thing, Channel) else {thing}
+    if is_dataclass(thing):
+        inner = [getattr(thing, field.name) for field in fields(thing)]
+    elif isinstance(thing, dict):
+        inner = [*thing, *thing.values()]
+    else:
+        inner = thing if isinstance(thing, tuple | list | set | frozenset) else []
+    return set().union(*map(texts_in, inner))
+
+
+def test_an_indicator_sees_no_file_name_group_or_label(tmp_path):
+    for name in ("Base_7", "Leak_7", "Leak_8"):
+        (tmp_path / f"{name}.csv").write_text("P1\n" + "".join(f"{row % 5 + 1}\n" for row in range(20)))
+    (tmp_path / "rig.yaml").write_text(RIG)
+    curious = Curious()
+    _, records = measure_sources([measured_source(tmp_path / "rig.yaml")], {"curious": curious})
+    told = list(records)
+    assert {record.label for record in told} == {"Base", "Leak"}, "a person sees them"
+    assert {record.record_id.partition("#")[0] for record in told} >= {"Base_7.csv", "Leak_8.csv"}
+    assert curious.seen
+    for ids, texts in curious.seen:
+        assert texts - set(ids) <= {""}
+        assert all(name.isdecimal() for name in ids)
+
+
+def test_what_is_rejected_or_remarked_is_not_handed_on_but_counts():
+    remark = Issue("Leak_2.csv has a gap", kind="gap", is_unusable=True)
+    records = RecordBatch(
+        {P1: np.arange(20.0).reshape(2, 10)},
+        100.0,
+        ("Base_1.csv", "Leak_2.csv"),
+        remarks=((), (remark,)),
+        rejected=(RejectedRecord("Leak_3.csv", "rig", "unit 3", remark, "Leak"),),
+        labels=("Base", "Leak"),
+    )
+    curious = Curious()
+    measures = measure(records, {"curious": curious})
+    assert measures.obstacles["curious"] == (None, "Leak_2.csv has a gap")
+    np.testing.assert_array_equal(measures.values["curious.mean"], [4.5, np.nan])
+    assert {text for _, texts in curious.seen for text in texts} <= {"", "0", "1"}

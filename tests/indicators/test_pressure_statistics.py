@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from indicators.laws import noise
-from indicators.signals import P1, batch, measured, square_wave
+from indicators.signals import P1, batch, measured, noise, square_wave
 
 
 def test_the_numbers_are_those_of_scipy():

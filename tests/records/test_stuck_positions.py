@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from indicators.observed import simulated
+from indicators.signals import simulated
 
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import measure

@@ -87,7 +87,7 @@ def test_all_forms_of_a_study_are_written(swept, tmp_path):
     assert {f"{name}.{kind}" for name in figures for kind in ("png", "svg", "pdf")} <= written
 
 
-STUDY_OF_VERDICTS = """
+CLIPPED = """
 name: short
 record: {duration: 2 s, sampling_frequency: 500 Hz}
 study:
@@ -100,28 +100,28 @@ detection: {indicators: [dwt]}
 
 
 @pytest.fixture(scope="module")
-def swept_of_verdicts(tmp_path_factory):
+def clipped(tmp_path_factory):
     folder = tmp_path_factory.mktemp("verdicts")
-    (folder / "short.yaml").write_text(STUDY_OF_VERDICTS)
+    (folder / "short.yaml").write_text(CLIPPED)
     out = folder / "out"
     done = run_hydrofdi("sweep", folder / "short.yaml", "--out", out, "--engine", "in-process")
     assert "2 clipped: widen pressure_1_sensor.lowest" in done.stderr
     return out
 
 
-def test_the_first_page_counts_the_verdicts_of_each_population(swept_of_verdicts):
-    text = " ".join(run_hydrofdi("report", swept_of_verdicts, "--full").stdout.split())
+def test_the_first_page_counts_the_verdicts_of_each_population(clipped):
+    text = " ".join(run_hydrofdi("report", clipped, "--full").stdout.split())
     assert "2 of 14 records are clipped (2 of 2 'narrow')" in text
     assert "Remedy: widen pressure_1_sensor.lowest" in text
 
 
-def test_the_status_counts_the_verdicts_with_the_remedy(swept_of_verdicts):
-    lines = run_hydrofdi("status", swept_of_verdicts).stdout.splitlines()
+def test_the_status_counts_the_verdicts_with_the_remedy(clipped):
+    lines = run_hydrofdi("status", clipped).stdout.splitlines()
     assert lines[0] == "14 planned, 14 done, 0 failed, 0 missing (14 ok)"
     assert any(line.startswith("2 clipped: widen pressure_1_sensor.lowest") for line in lines[1:])
 
 
-STUDY_OF_UNFINISHED_STUDY = """
+UNFINISHED = """
 name: half-study
 record: {duration: 2 s}
 input: {period: 0.5 s}
@@ -135,38 +135,34 @@ LARGER = ("study.healthy.fit=60", "study.sensitivity.alone=49")
 
 
 @pytest.fixture(scope="module")
-def report_of_unfinished_study(tmp_path_factory):
+def unfinished(tmp_path_factory):
     """90 runs are stored, and many more are asked for, of a Sobol design none."""
     folder = tmp_path_factory.mktemp("half")
     file = folder / "study.yaml"
-    file.write_text(STUDY_OF_UNFINISHED_STUDY)
+    file.write_text(UNFINISHED)
     run_sweep(load_experiment(file), folder / "out", InProcessEngine())
     write_request(folder / "out", load_experiment(file, LARGER))
     return make_report(read_results(folder / "out"))
 
 
-def test_an_unfinished_study_says_so_first_and_concludes_nothing(report_of_unfinished_study):
-    document = report_of_unfinished_study.document()
+def test_an_unfinished_study_says_so_first_and_concludes_nothing(unfinished):
+    document = unfinished.document()
     assert document.blocks[0].key == "progress"
-    assert (
-        document.blocks[0]
-        .paragraphs[0]
-        .startswith(f"90 of {report_of_unfinished_study.data.n_run:,} runs are computed")
-    )
+    assert document.blocks[0].paragraphs[0].startswith(f"90 of {unfinished.data.n_run:,} runs are computed")
     answer = next(block for block in document.blocks if block.key == "answer")
     assert "confidence" not in " ".join(answer.paragraphs)
     assert {"why", "designs", "holes"}.isdisjoint(block.key for block in document.blocks)
 
 
-def test_its_json_counts_what_is_there(report_of_unfinished_study):
-    record = report_of_unfinished_study.record()
+def test_its_json_counts_what_is_there(unfinished):
+    record = unfinished.record()
     assert (record["is_complete"], record["runs_computed"]) == (False, 90)
     (study,) = record["studies"]
     assert sum(each["n"] for each in study["populations"]) == 90
     assert all(one["threshold"]["n"] == 30 for one in record["detection"])
 
 
-STUDY_OF_SENSORS = """
+SENSORS = """
 name: sensors
 record: {duration: 2 s}
 input: {period: 0.5 s}
@@ -188,19 +184,19 @@ detection:
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     file = tmp_path_factory.mktemp("sensors") / "study.yaml"
-    file.write_text(STUDY_OF_SENSORS)
+    file.write_text(SENSORS)
     run_sweep(load_experiment(file), file.parent / "out", InProcessEngine())
     return file
 
 
-def report_of_sensors(study, *settings) -> DetectionReport:
+def report_with(study, *settings) -> DetectionReport:
     experiment = load_experiment(study, settings)
     run_sweep(experiment, study.parent / "out", InProcessEngine())
     return make_report(read_results(study.parent / "out"))
 
 
 def test_a_report_shows_the_sensors_and_says_which_have_no_noise(study):
-    made = report_of_sensors(study)
+    made = report_with(study)
     blocks = {block.key: block for block in made.document().blocks}
     (sheet,) = [sheet for sheet in blocks["populations"].tables if sheet.key == "sensors"]
     shown = {row[0].split()[0]: row[1:] for row in rows(sheet)}
@@ -213,12 +209,12 @@ def test_a_report_shows_the_sensors_and_says_which_have_no_noise(study):
 
 
 def test_noise_that_is_drawn_is_noise(study):
-    made = report_of_sensors(study, "study.population.over.spool_sensor.noise={uniform: [0.1 µm, 1 µm]}")
+    made = report_with(study, "study.population.over.spool_sensor.noise={uniform: [0.1 µm, 1 µm]}")
     assert made.record()["perfect_sensors"] == ["Ps"]
 
 
 def test_scores_that_need_other_sensors_are_left_out(study):
-    made = report_of_sensors(study, "detection.sensors=[P1, P2, x, u]")
+    made = report_with(study, "detection.sensors=[P1, P2, x, u]")
     names = {each.scored.name.partition(".")[0] for each in made.detections[0].judgements}
     assert names == {"dwt"}
     remarks = " ".join(made.detections[0].remarks)

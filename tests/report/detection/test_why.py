@@ -19,7 +19,7 @@ from tests.studies.made_up_nuisances import BULK, FRICTION, IDLE, study
 RULES = Rules(false_alarm_rate=0.05)
 
 
-def judged(**chosen):
+def moved(**chosen):
     records, scored = study(**chosen).records()
     named = Scored(
         "ring_down.damping_ratio", scored.values, ("chamber_1_pressure",), direction=Direction.RISING
@@ -29,7 +29,7 @@ def judged(**chosen):
 
 @pytest.fixture(scope="module")
 def detection():
-    return judged()
+    return moved()
 
 
 def cells(block, key):
@@ -67,14 +67,14 @@ def test_the_tornado_has_a_bar_on_both_sides_for_each_nuisance_and_all(detection
 
 
 def test_without_leaks_there_are_shares_and_no_tornado():
-    block = why_block(judged(levels=()))
+    block = why_block(moved(levels=()))
     assert [sheet.key for sheet in block.tables] == ["nuisances-1"]
     assert block.figures == ()
     with pytest.raises(ReportError, match=r"study\.sensitivity\.alone"):
-        draw_tornado(judged(levels=()))
+        draw_tornado(moved(levels=()))
 
 
 def test_a_study_without_such_records_has_no_section():
-    assert why_block(judged(alone=0)) is None
-    (record,) = detection_records(judged(alone=0))
+    assert why_block(moved(alone=0)) is None
+    (record,) = detection_records(moved(alone=0))
     assert record["nuisances"] == []

@@ -8,7 +8,6 @@ import matplotlib
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
-from tests.report.figures.structure import structure
 
 import hydrofdi
 from hydrofdi.records import Channel, RecordBatch
@@ -85,7 +84,7 @@ def tick_labels(axis):
     return [label for label in labels if label.get_visible() and label.get_text().strip()]
 
 
-def structure_of_structure(figure):
+def structure(figure):
     """Axes with titles, labels, ticks, series and cells, legends, and the texts of the figure."""
     drawn(figure)
     return {

@@ -172,7 +172,7 @@ def record(data):
     return json.loads(render_json(make_report(data)))
 
 
-def of_of_responses_record(record, axis, feature):
+def response_of(record, axis, feature):
     (found,) = [each for each in record["responses"] if (each["axis"], each["feature"]) == (axis, feature)]
     return found
 
@@ -190,7 +190,7 @@ def test_what_was_varied_has_values_or_quantiles_with_the_runs(record):
 
 
 def test_groups_of_an_output_are_in_si_whatever_the_tables_show(record, data):
-    mean = of_of_responses_record(record, "input.shape", "pressure_statistics.mean")
+    mean = response_of(record, "input.shape", "pressure_statistics.mean")
     assert (mean["unit"], mean["baseline"], mean["rank_correlation"]) == ("Pa", None, None)
     group = next(each for each in mean["groups"] if each["value"] == "square")
     assert group["n"] == 16
@@ -198,7 +198,7 @@ def test_groups_of_an_output_are_in_si_whatever_the_tables_show(record, data):
 
 
 def test_a_sampled_parameter_has_fifths_and_a_rank_correlation(record, data):
-    change = of_of_responses_record(record, "fluid.bulk_modulus", "δd2")
+    change = response_of(record, "fluid.bulk_modulus", "δd2")
     assert (change["unit"], change["baseline"]) == ("%", "fixed")
     assert sum(group["n"] for group in change["groups"]) == 32
     ends = [end for group in change["groups"] for end in (group["from"], group["to"])]

@@ -1,0 +1,253 @@
+"""Indicators of spectra, envelopes and modes, against known signals and other libraries."""
+
+import numpy as np
+import pytest
+from scipy.signal import ShortTimeFFT, get_window, hilbert, welch
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.indicators import make_indicators
+from hydrofdi.indicators.catalogue.emd import empirical_modes
+from hydrofdi.indicators.catalogue.envelope import analytic_signal
+from hydrofdi.indicators.catalogue.vmd import variational_modes
+from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.transforms.spectrum import short_time_spectra
+from indicators.signals import SAMPLING_FREQUENCY, noise, records, ringing, values
+
+
+@pytest.mark.parametrize("segment", [1.0, 0.502, 0.514])
+def test_bands_without_a_gap_share_the_power_of_the_spectrum(segment):
+    record = ringing(1, 1)
+    frequency, density = welch(record[0], SAMPLING_FREQUENCY, "hann", round(segment * SAMPLING_FREQUENCY))
+    total = np.sum(density) * frequency[1]
+    default = values("band_power", record, segment=segment)
+    bands = [[0, 3.3], [3.3, "41 Hz"], ["41 Hz", 41.2], [41.2, 250]]
+    given = values("band_power", record, segment=segment, bands=bands)
+    for found in (default, given):
+        np.testing.assert_allclose(sum(rms**2 for rms in found.values()), total, rtol=1e-12)
+
+
+def test_a_band_that_ends_between_two_lines_has_its_share_of_them():
+    record = ringing(2, 1)
+    frequency, density = welch(record[0], SAMPLING_FREQUENCY, "hann", 500)
+    assert frequency[1] == 1.0
+    found = values("band_power", record, bands=[[40.25, 42.5]])
+    exact = 0.25 * density[40] + density[41] + density[42]
+    np.testing.assert_allclose(found["b1"] ** 2, exact, rtol=1e-12)
+
+
+def test_a_tone_has_its_rms_in_its_octave():
+    time = np.arange(5000) / SAMPLING_FREQUENCY
+    found = values("band_power", 8e6 + 3e5 * np.sin(2 * np.pi * 90.0 * time))
+    assert found["b2"] == pytest.approx(3e5 / np.sqrt(2), rel=1e-9)
+    assert all(found[name] < 1.0 for name in ("b1", "b3", "b4", "b5", "b6"))
+
+
+def test_white_noise_has_the_share_of_the_width_of_a_band():
+    found = values("band_power", noise(3, (8, 20_000), size=4.0, mean=0.0))
+    for octave in range(1, 6):
+        rms = np.sqrt(np.mean(found[f"b{octave}"] ** 2))
+        assert rms == pytest.approx(4.0 * 2 ** (-octave / 2), rel=0.04)
+
+
+def test_a_band_that_falls_is_a_mistake():
+    with pytest.raises(
+        ConfigError, match=r"a band must be \[lowest, highest\] frequency; found \[90.0, 40.0\] Hz"
+    ):
+        make_indicators({"band_power": {"bands": [[90, 40]]}})
+
+
+def tone(frequency, n_time=4000):
+    return 8e6 + 2e5 * np.sin(2 * np.pi * frequency * np.arange(n_time) / SAMPLING_FREQUENCY + 0.3)
+
+
+@pytest.mark.parametrize(("n_segment", "hop"), [(125, 31), (128, 64)])
+def test_spectra_are_those_of_scipy(n_segment, hop):
+    record = noise(1, 2000)
+    window = get_window("hann", n_segment)
+    library = ShortTimeFFT(window, hop, SAMPLING_FREQUENCY, scale_to="magnitude")
+    ours = short_time_spectra(record, n_segment, hop)
+    theirs = library.stft_detrend(record, "constant", 0, len(ours), k_offset=library.m_num_mid)
+    np.testing.assert_allclose(np.abs(ours), 2 * np.abs(theirs.T), rtol=1e-9, atol=1e-6)
+
+
+@pytest.mark.parametrize("frequency", [40.0, 58.0, 68.7, 70.1, 111.3])
+def test_a_tone_is_found_between_the_lines_of_the_spectrum(frequency):
+    found = values("stft", tone(frequency))
+    assert found["frequency"] == pytest.approx(frequency, abs=0.02)
+    assert found["amplitude"] == pytest.approx(2e5, rel=0.005)
+    assert found["frequency_spread"] < 0.1
+    assert found["amplitude_spread"] < 2e3
+
+
+def test_a_frequency_that_rises_has_its_mean_and_its_spread():
+    time = np.arange(8000) / SAMPLING_FREQUENCY
+    found = values("stft", 1e5 * np.sin(2 * np.pi * (50.0 + 1.25 * time) * time))
+    assert found["frequency"] == pytest.approx(70.0, abs=0.3)
+    assert found["frequency_spread"] == pytest.approx(40.0 / np.sqrt(12), rel=0.05)
+
+
+def test_only_the_band_is_looked_at():
+    loud, quiet = tone(100.0), 0.1 * tone(60.0)
+    assert values("stft", loud + quiet)["frequency"] == pytest.approx(100.0, abs=0.5)
+    assert values("stft", loud + quiet, band=["40 Hz", "80 Hz"])["frequency"] == pytest.approx(60.0, abs=0.5)
+
+
+def decaying(rate, n_time=5000, size=1e6):
+    """A pressure that steps every second and rings at 70 Hz."""
+    time = np.arange(n_time) / SAMPLING_FREQUENCY
+    phase = time % 1.0
+    square = np.where(time % 2.0 < 1.0, 1.0, -1.0)
+    return 8e6 + square * size * (1.0 - np.exp(-rate * phase) * np.cos(2 * np.pi * 70.0 * phase))
+
+
+@pytest.mark.parametrize("n_time", [2000, 2001])
+def test_the_analytic_signal_of_what_lies_in_the_band_is_that_of_scipy(n_time):
+    time = np.arange(n_time) / n_time
+    signal = np.cos(2 * np.pi * 300 * time) * (1.0 + 0.5 * np.cos(2 * np.pi * 4 * time))
+    ours = analytic_signal(8e6 + signal, n_time, (100.0, 500.0))
+    np.testing.assert_allclose(ours, hilbert(signal), atol=1e-8)
+
+
+@pytest.mark.parametrize("rate", [4.0, 10.0, 20.0])
+def test_the_decay_after_steps_is_found(rate):
+    found = values("envelope", records(decaying(rate), drive_period=2.0))
+    assert found["decay_rate"] == pytest.approx(rate, rel=0.03)
+    assert found["decay_rate_spread"] < 0.05 * rate
+    assert found["steps"] == 9
+
+
+def test_the_decay_is_that_of_the_poles_of_the_ring_down():
+    batch = records(ringing(7, 6), drive_period=2.0)
+    poles = values("ring_down", batch, delay=30e-3, window=0.1)
+    rate = 2 * np.pi * poles["frequency"] * poles["damping_ratio"]
+    np.testing.assert_allclose(values("envelope", batch)["decay_rate"], rate, rtol=0.06)
+
+
+def test_steps_come_from_the_command_where_it_is_known():
+    pressure = decaying(10.0)[None]
+    command = np.where(np.arange(5000) % 1000 < 500, 2.0, -2.0)[None]
+    batch = RecordBatch(
+        {Channel.CHAMBER_1_PRESSURE: pressure, Channel.INPUT_VOLTAGE: command}, SAMPLING_FREQUENCY, ("a",)
+    )
+    by_command = values("envelope", batch, steps="command")
+    by_period = values("envelope", records(pressure, drive_period=2.0))
+    assert by_command["steps"] == 9
+    assert by_command["decay_rate"] == pytest.approx(by_period["decay_rate"][0], rel=0.05)
+
+
+def test_the_amplitude_of_a_tone_in_the_band_is_its_own():
+    time = np.arange(5000) / SAMPLING_FREQUENCY
+    found = values("envelope", 8e6 + 3e5 * np.sin(2 * np.pi * 70.0 * time))
+    assert found["amplitude"] == pytest.approx(3e5, rel=1e-9)
+
+
+def test_white_noise_has_the_power_of_the_band():
+    found = values("envelope", noise(3, (8, 20_000), size=4.0, mean=0.0), band=[40, 120])
+    passed = 80.0 * (0.25 + 0.75 * 3 / 8)  # the edges pass the mean of sin^4
+    expected = 4.0 * np.sqrt(2.0 * passed / 250.0)
+    assert np.sqrt(np.mean(found["amplitude"] ** 2)) == pytest.approx(expected, rel=0.03)
+
+
+def test_a_record_that_stands_still_has_no_decay():
+    found = values("envelope", records(np.full(2000, 8e6), drive_period=2.0))
+    assert found["amplitude"] == pytest.approx(0.0, abs=1e-3)
+    assert found["steps"] == 0
+    assert np.isnan(found["decay_rate"])
+
+
+def tones(n_time=3000):
+    time = np.arange(n_time) / SAMPLING_FREQUENCY
+    parts = {10.0: 8e5, 70.0: 2e5, 150.0: 4e5}
+    return 8e6 + sum(size * np.cos(2 * np.pi * frequency * time) for frequency, size in parts.items())
+
+
+@pytest.mark.parametrize("n_time", [3000, 3001])
+def test_tones_are_found_with_their_frequency_and_size(n_time):
+    found = values("vmd", tones(n_time), modes=3)
+    for mode, (frequency, size) in enumerate([(10.0, 8e5), (70.0, 2e5), (150.0, 4e5)], 1):
+        assert found[f"frequency{mode}"] == pytest.approx(frequency, abs=0.5)
+        assert found[f"rms{mode}"] == pytest.approx(size / np.sqrt(2), rel=0.02)
+    assert found["iterations"] < 1000
+
+
+def test_one_mode_without_a_weight_is_the_record_less_its_mean():
+    record = ringing(1, 1)
+    found = values("vmd", record, modes=1, bandwidth_weight=1e-12)
+    np.testing.assert_allclose(found["rms1"], record.std(), rtol=1e-9)
+
+
+def test_modes_are_where_no_change_of_them_lowers_the_cost():
+    record = ringing(2, 1, 600)[0]
+    spectrum_weight, frequency = 2000.0, np.arange(600) / 1200.0
+    from scipy.fft import dct
+
+    spectrum = dct(record - record.mean(), norm="ortho")
+    found = variational_modes(record, 2, spectrum_weight, 1e-16, 10_000)
+    gains = 1.0 / (spectrum_weight * np.square(frequency - found.frequency[:, None]))
+    others = spectrum / (1.0 + gains.sum(axis=0))  # what the modes leave of the spectrum at the optimum
+    modes = np.where(np.isfinite(gains), gains, 0.0) * others
+    np.testing.assert_allclose(np.sqrt(np.mean(modes**2, axis=1)), found.rms, rtol=1e-3)
+
+
+def test_modes_are_those_of_vmdpy():
+    library = pytest.importorskip("vmdpy")
+    record = ringing(7, 1, 1000)[0] / 1e6
+    modes, _, centres = library.VMD(record - record.mean(), 2000.0, 0.0, 3, 0, 1, 1e-14)
+    found = variational_modes(record, 3, 2000.0, 1e-12, 500)
+    order = np.argsort(centres[-1])
+    np.testing.assert_allclose(centres[-1][order], found.frequency, rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(np.sqrt(np.mean(modes[order] ** 2, axis=1)), found.rms, rtol=1e-2)
+
+
+def test_two_tones_are_two_modes():
+    time = np.arange(5000) / SAMPLING_FREQUENCY
+    fast, slow = 3e5 * np.sin(2 * np.pi * 60.0 * time), 5e5 * np.sin(2 * np.pi * 7.0 * time)
+    found = values("emd", 8e6 + fast + slow)
+    assert found["imf1"] == pytest.approx(3e5, rel=0.01)
+    assert found["imf2"] == pytest.approx(5e5, rel=0.02)
+    assert found["imf3"] < 5e4  # from the ends of the record
+
+
+def test_modes_oscillate_about_zero_and_what_they_leave_is_slower():
+    record = ringing(1, 1)[0]
+    modes = empirical_modes(record, 4, 10)
+    crossings = [np.count_nonzero(np.diff(np.sign(mode))) for mode in modes]
+    assert crossings == sorted(crossings, reverse=True)
+    for mode in modes[:3]:
+        assert abs(mode.mean()) < 0.1 * mode.std()
+    rest = record - modes.sum(axis=0)
+    assert np.count_nonzero(np.diff(np.sign(np.diff(rest)))) < crossings[3]
+
+
+def test_a_record_and_its_mirror_image_have_the_same_modes():
+    record = ringing(2, 1)
+    one, other = values("emd", record), values("emd", record[:, ::-1].copy())
+    for key in one:
+        assert one[key] == pytest.approx(other[key][0], rel=1e-6)
+
+
+def test_the_first_mode_of_white_noise_has_the_larger_part_of_it():
+    found = values("emd", noise(3, (4, 4000), size=4.0, mean=0.0))
+    shares = [np.mean(found[f"imf{mode}"] ** 2) / 2.0 / 16.0 for mode in (1, 2, 3)]
+    assert 0.4 < shares[0] < 0.75
+    assert shares[0] > 2.0 * shares[1] > 2.0 * shares[2]
+
+
+@pytest.mark.parametrize(
+    "record", [np.full(500, 8e6), np.linspace(1e6, 9e6, 500), np.r_[np.ones(250), np.zeros(250)]]
+)
+def test_what_does_not_oscillate_has_no_modes(record):
+    assert all(amplitude == 0.0 for amplitude in values("emd", record).values())
+
+
+def test_a_single_oscillation_ends():
+    found = values("emd", 8e6 + 1e6 * np.sin(np.linspace(0.0, 2.0 * np.pi, 400)), modes=10, siftings=100)
+    assert all(np.isfinite(amplitude) for amplitude in found.values())
+
+
+def test_the_first_mode_is_about_that_of_pyemd():
+    library = pytest.importorskip("PyEMD")
+    record = ringing(7, 1, 2000)
+    theirs = library.EMD(FIXE=10)(record[0], max_imf=1)[:1]
+    ours = empirical_modes(record[0], 1, 10)
+    assert np.std(ours - theirs) < 0.02 * np.std(theirs)

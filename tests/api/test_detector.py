@@ -89,7 +89,7 @@ def test_chunks_of_frames_keep_their_dates(trained, samples):
 
 def test_a_monitor_hands_on_what_the_command_writes(trained, samples, tmp_path):
     file = written(tmp_path / "rig.csv", samples)
-    lines: list[dict] = []
+    lines = []
     ended = hydrofdi.Detector.load(trained).monitor(file, follow=False, on_line=lines.append)
     assert monitored(trained, file) == lines
     assert ended == "the stream is over"

@@ -1,7 +1,5 @@
 """An indicator with options is said in the same way to `measure`, `evaluate` and `train`."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -23,7 +21,7 @@ OPTIONS = {"name": "db4"}
         (None, {"config": {"indicators": {"dwt": OPTIONS}}}),
     ],
 )
-def test_every_form_trains_the_same_detector(form) -> None:
+def test_every_form_trains_the_same_detector(form):
     indicator, more = form
     wanted = hydrofdi.train(HEALTHY, config={"indicator": "dwt", "options": OPTIONS}, **WANTED)
     found = hydrofdi.train(HEALTHY, indicator, **more, **WANTED)
@@ -31,7 +29,7 @@ def test_every_form_trains_the_same_detector(form) -> None:
     assert found.file.limits != hydrofdi.train(HEALTHY, "dwt", **WANTED).file.limits
 
 
-def test_what_measure_takes_train_takes() -> None:
+def test_what_measure_takes_train_takes():
     for form in ({"dwt": OPTIONS}, ["dwt"], "dwt"):
         assert "dwt.d2" in hydrofdi.measure(HEALTHY, form, **SAID).units
         assert hydrofdi.train(HEALTHY, form, **WANTED).file.config.indicator == "dwt"

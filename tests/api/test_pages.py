@@ -1,7 +1,5 @@
 """What notebooks show of results, and the types of the examples."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 from pathlib import Path

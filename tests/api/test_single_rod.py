@@ -1,7 +1,5 @@
 """Records of a sealed single-rod cylinder, simulated by equations that are not those of hydrofdi."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

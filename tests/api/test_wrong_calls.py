@@ -1,7 +1,5 @@
 """Calls with wrong values are refused in one line; missing samples and labels are missing."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas
 import pytest

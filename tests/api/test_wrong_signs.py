@@ -1,7 +1,5 @@
 """Records in which a sign is wrong or two pressures are swapped."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,9 +1,6 @@
 """Looking at an experiment before it is run, and solving leakage flows."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -32,9 +29,7 @@ sweep:
 
 @pytest.mark.parametrize("n_sample", [1000, 1333])
 @pytest.mark.parametrize("name", ["db8", "db2"])
-def test_boundary_share_counts_the_coefficients_that_two_extensions_disagree_on(
-    n_sample: int, name: str
-) -> None:
+def test_boundary_share_counts_the_coefficients_that_two_extensions_disagree_on(n_sample, name):
     signal = np.random.default_rng(1).normal(size=n_sample)
     both = [pywt.wavedec(signal, name, mode=mode, level=4)[:0:-1] for mode in ("symmetric", "zero")]
     counted = [np.mean(np.abs(a - b) > 1e-12) for a, b in zip(*both, strict=True)]
@@ -42,7 +37,7 @@ def test_boundary_share_counts_the_coefficients_that_two_extensions_disagree_on(
     np.testing.assert_allclose(counted, shares, atol=1.5 / n_sample * 2**4)
 
 
-def test_frequency_is_placed_in_its_band_with_the_distance_to_the_nearest_edge() -> None:
+def test_frequency_is_placed_in_its_band_with_the_distance_to_the_nearest_edge():
     bands = [(125.0, 250.0), (62.5, 125.0), (31.25, 62.5)]
     assert place_in_bands(250.0 / 2**0.25, bands) == (1, pytest.approx(0.25))
     assert place_in_bands(62.5 * 2**0.1, bands) == (2, pytest.approx(0.1))
@@ -50,7 +45,7 @@ def test_frequency_is_placed_in_its_band_with_the_distance_to_the_nearest_edge()
     assert place_in_bands(10.0, bands)[0] == 4
 
 
-def test_every_distinct_run_is_inspected_once(tmp_path: Path) -> None:
+def test_every_distinct_run_is_inspected_once(tmp_path):
     file = tmp_path / "sweep.yaml"
     file.write_text(SWEEP)
     inspection = inspect_experiment(select_runs(load_experiment(file)))
@@ -65,7 +60,7 @@ def test_every_distinct_run_is_inspected_once(tmp_path: Path) -> None:
     assert inspection.n_period == 2.0
 
 
-def test_runs_beyond_a_number_are_left_out_but_every_leakage_and_bulk_modulus_is_kept(tmp_path: Path) -> None:
+def test_runs_beyond_a_number_are_left_out_but_every_leakage_and_bulk_modulus_is_kept(tmp_path):
     file = tmp_path / "sweep.yaml"
     file.write_text(SWEEP)
     selection = select_runs(load_experiment(file), most=7)
@@ -74,7 +69,7 @@ def test_runs_beyond_a_number_are_left_out_but_every_leakage_and_bulk_modulus_is
     assert {job.parameters.friction.viscous for job in selection.jobs} == {50.0, 60.0}
 
 
-def test_check_says_no_where_the_step_is_unstable() -> None:
+def test_check_says_no_where_the_step_is_unstable():
     settings = [part for setting in (*SHORT, "record.step=1 ms") for part in ("--set", setting)]
     done = run_hydrofdi("check", "--json", *settings)
     record = json.loads(done.stdout)
@@ -83,7 +78,7 @@ def test_check_says_no_where_the_step_is_unstable() -> None:
     assert any("friction zone" in problem for problem in record["problems"])
 
 
-def test_convergence_names_the_longest_step_whose_halving_changes_nothing_beyond_the_tolerance() -> None:
+def test_convergence_names_the_longest_step_whose_halving_changes_nothing_beyond_the_tolerance():
     jobs = select_runs(load_experiment(settings=SHORT)).jobs
     loose, tight = converge(jobs, 0.05), converge(jobs, 1e-4)
     assert loose.good_enough == pytest.approx(1e-4)
@@ -92,7 +87,7 @@ def test_convergence_names_the_longest_step_whose_halving_changes_nothing_beyond
     assert max(tight.changes[-1]) <= 1e-4 < max(tight.changes[-2])
 
 
-def test_calibrated_coefficient_leaks_the_flow_that_was_asked_for() -> None:
+def test_calibrated_coefficient_leaks_the_flow_that_was_asked_for():
     experiment = load_experiment(settings=SHORT)
     flows = [0.12e-3 / 60, 0.89e-3 / 60]
     targets = calibrate_flows(experiment, flows)
@@ -107,12 +102,12 @@ def test_calibrated_coefficient_leaks_the_flow_that_was_asked_for() -> None:
 
 
 @pytest.mark.parametrize("flow", ["50 L/min", "9 bar", "-1 L/min"])
-def test_impossible_flow_is_the_users_to_mend(flow: str) -> None:
+def test_impossible_flow_is_the_users_to_mend(flow):
     settings = [part for setting in SHORT for part in ("--set", setting)]
     run("calibrate", "--flow", flow, *settings, check=2)
 
 
-def test_step_limit_is_that_of_the_stiffest_run_of_a_sweep() -> None:
+def test_step_limit_is_that_of_the_stiffest_run_of_a_sweep():
     settings = [part for setting in SHORT for part in ("--set", setting)]
     axis = ("--set", "sweep.grid={friction.scale: [1, 2]}")
     limits = [
@@ -126,7 +121,7 @@ NOISE = "pressure_1_sensor={noise: 3 kPa, lowest: 0, highest: 16.38 MPa, bits: 1
 """Levels 4 kPa apart."""
 
 
-def test_sensor_noise_is_set_against_each_level_of_the_weakestrun_hydrofdi(tmp_path: Path) -> None:
+def test_sensor_noise_is_set_against_each_level_of_the_weakestrun_hydrofdi(tmp_path):
     file = tmp_path / "sweep.yaml"
     file.write_text(SWEEP)
     quiet, noisy = (load_experiment(file, settings) for settings in ((), (NOISE,)))
@@ -140,7 +135,7 @@ def test_sensor_noise_is_set_against_each_level_of_the_weakestrun_hydrofdi(tmp_p
     assert inspect_experiment(select_runs(quiet)).noise == ()
 
 
-def test_noise_of_a_level_is_what_the_anti_alias_filter_leaves_of_it() -> None:
+def test_noise_of_a_level_is_what_the_anti_alias_filter_leaves_of_it():
     settings = (*SHORT, "pressure_1_sensor.noise_density=100 Pa/√Hz")
     white, filtered = (
         [level.noise for level in inspect_experiment(select_runs(experiment)).noise]
@@ -154,7 +149,7 @@ def test_noise_of_a_level_is_what_the_anti_alias_filter_leaves_of_it() -> None:
     np.testing.assert_allclose(filtered[3:], white[3:], rtol=1e-3)
 
 
-def test_noisiest_sensor_of_a_sweep_counts() -> None:
+def test_noisiest_sensor_of_a_sweep_counts():
     swept = load_experiment(
         settings=(
             *SHORT,
@@ -166,7 +161,7 @@ def test_noisiest_sensor_of_a_sweep_counts() -> None:
     np.testing.assert_allclose([level.noise for level in found.noise], 20e3)
 
 
-def test_sensors_do_not_touch_what_is_inspected_or_calibrated() -> None:
+def test_sensors_do_not_touch_what_is_inspected_or_calibrated():
     noisy = (
         *SHORT,
         "pressure_1_sensor.noise=1 MPa",

@@ -1,9 +1,5 @@
 """A plan says that an indicator assumes another machine than the experiment simulates."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 import hydrofdi
@@ -21,13 +17,13 @@ supply: {pressure: 160 bar}
 """
 
 
-def warnings(folder: Path, text: str) -> list[str]:
+def warnings(folder, text):
     (folder / "base.yaml").write_text(BASE)
     (folder / "child.yaml").write_text("extends: base.yaml\nname: child\n" + text)
     return [each for each in hydrofdi.plan(folder / "child.yaml").warnings if ANOTHER in each]
 
 
-def test_an_alias_that_keeps_the_value_of_the_extended_file_is_found(tmp_path) -> None:
+def test_an_alias_that_keeps_the_value_of_the_extended_file_is_found(tmp_path):
     (warning,) = warnings(tmp_path, "actuator: {piston_area: 1800 mm²}\nsupply: {pressure: 210 bar}\n")
     assert warning.startswith("flow_balance: ")
     assert "piston_area 2099 mm², but actuator.piston_area 1800 mm²" in warning
@@ -42,10 +38,10 @@ def test_an_alias_that_keeps_the_value_of_the_extended_file_is_found(tmp_path) -
         "supply: {pressure: 210 bar}\nindicators: {flow_balance: {supply: sum}}\n",
     ],
 )
-def test_the_same_machine_or_an_unused_constant_needs_no_warning(tmp_path, text) -> None:
+def test_the_same_machine_or_an_unused_constant_needs_no_warning(tmp_path, text):
     assert not warnings(tmp_path, text)
 
 
 @pytest.mark.parametrize("name", [name for name in ready_names() if "/" not in name])
-def test_the_ready_experiments_agree_with_their_indicators(name) -> None:
+def test_the_ready_experiments_agree_with_their_indicators(name):
     assert not [*other_machines(load_experiment(name), None)]

@@ -1,7 +1,5 @@
 """How commands end: readers that have gone, Ctrl-C and SIGTERM before a command runs."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys
@@ -11,7 +9,7 @@ import pytest
 from tests.commands import COMMAND
 
 
-def exit_code(*arguments: str, cwd, closes_errors: bool = False) -> tuple[int, bytes]:
+def exit_code(*arguments, cwd, closes_errors=False):
     """Exit code of a command whose output nobody reads, and what it said on standard error."""
     errors = subprocess.STDOUT if closes_errors else subprocess.PIPE
     with subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=errors, cwd=cwd) as process:
@@ -21,12 +19,12 @@ def exit_code(*arguments: str, cwd, closes_errors: bool = False) -> tuple[int, b
 
 
 @pytest.mark.parametrize("command", ["schema", "indicators", "configs table3", "plan few.yaml --json"])
-def test_a_command_ends_quietly_with_a_code_of_its_own(tmp_path, command) -> None:
+def test_a_command_ends_quietly_with_a_code_of_its_own(tmp_path, command):
     (tmp_path / "few.yaml").write_text("name: few\nrecord: {duration: 8 s}\nanalysis: {discard: 2}\n")
     assert exit_code(*command.split(), cwd=tmp_path) == (141, b"")
 
 
-def test_a_sweep_whose_messages_nobody_reads_is_not_called_done(tmp_path) -> None:
+def test_a_sweep_whose_messages_nobody_reads_is_not_called_done(tmp_path):
     (tmp_path / "few.yaml").write_text("name: few\nrecord: {duration: 2 s}\n")
     code, _ = exit_code("sweep", "few.yaml", "--engine", "in-process", cwd=tmp_path, closes_errors=True)
     assert code == 141
@@ -47,22 +45,22 @@ main()
 """
 
 
-def _signalled(number: int, module: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+def _signalled(number, module, *arguments):
     """A command that gets a signal when it begins to load a module."""
     code = SIGNAL_AT_AN_IMPORT.format(number=int(number), module=module, arguments=arguments)
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
 
 
 @pytest.mark.parametrize("module", ["typer", "hydrofdi.api.run"])
-def test_ctrl_c_while_a_command_loads_is_one_line_and_130(module: str) -> None:
+def test_ctrl_c_while_a_command_loads_is_one_line_and_130(module):
     done = _signalled(signal.SIGINT, module, "simulate", "--set", "record.duration=2 s")
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "hydrofdi: interrupted\n")
 
 
-def test_sigterm_while_a_monitor_loads_ends_it_as_later() -> None:
+def test_sigterm_while_a_monitor_loads_ends_it_as_later():
     done = _signalled(signal.SIGTERM, "typer", "monitor", "detector.json", "-")
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_sigterm_ends_other_commands_as_usual() -> None:
+def test_sigterm_ends_other_commands_as_usual():
     assert _signalled(signal.SIGTERM, "typer", "plan", "smoke").returncode == -signal.SIGTERM

@@ -1,11 +1,8 @@
 """``hydrofdi evaluate``: labelled files, groups, scores of several numbers, and what is refused."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -34,7 +31,7 @@ label: "{condition}"
 GROUPED = DESCRIPTION + 'group: "unit {unit}"\nhealthy: sound\n'
 
 
-def write_records(folder: Path, n_unit: int = 6, n_run: int = 25, unit_spread: float = 0.0) -> None:
+def write_records(folder, n_unit=6, n_run=25, unit_spread=0.0):
     """Noise that falls with the leak; units differ by a factor of about 1 + `unit_spread`."""
     draw = np.random.default_rng(9)
     for unit in range(n_unit):
@@ -49,7 +46,7 @@ def write_records(folder: Path, n_unit: int = 6, n_run: int = 25, unit_spread: f
 
 
 @pytest.fixture(scope="module")
-def rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def rig(tmp_path_factory):
     folder = tmp_path_factory.mktemp("rig")
     write_records(folder)
     (folder / "rig.yaml").write_text(GROUPED)
@@ -59,11 +56,11 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def by_name(evaluation: dict) -> dict:
+def by_name(evaluation):
     return {score["indicator"]: score for score in evaluation["scores"]}
 
 
-def test_labels_and_groups_become_areas_alarms_and_detections(rig: Path) -> None:
+def test_labels_and_groups_become_areas_alarms_and_detections(rig):
     done = run_json("evaluate", rig / "rig.yaml", "--false-alarm-rate", "5%")
     assert (done["records"], done["rejected"], done["false_alarm_rate_set"]) == (450, 0, 0.05)
     assert done["groups"] == [f"unit {unit}" for unit in range(6)]
@@ -83,7 +80,7 @@ def test_labels_and_groups_become_areas_alarms_and_detections(rig: Path) -> None
     assert len(d2["healthy_against_healthy"]) == 30
 
 
-def test_healthy_groups_are_tested_at_the_threshold_of_the_others(tmp_path: Path) -> None:
+def test_healthy_groups_are_tested_at_the_threshold_of_the_others(tmp_path):
     write_records(tmp_path, n_unit=5, n_run=20, unit_spread=0.4)
     (tmp_path / "rig.yaml").write_text(GROUPED)
     score = by_name(run_json("evaluate", tmp_path / "rig.yaml", "--false-alarm-rate", "5%"))["dwt.d2"]
@@ -93,7 +90,7 @@ def test_healthy_groups_are_tested_at_the_threshold_of_the_others(tmp_path: Path
     assert max(areas) == 1.0 - min(areas) == 1.0
 
 
-def test_records_with_the_samples_of_another_are_left_out(tmp_path: Path) -> None:
+def test_records_with_the_samples_of_another_are_left_out(tmp_path):
     write_records(tmp_path, n_unit=2, n_run=3)
     (tmp_path / "rig.yaml").write_text(GROUPED)
     for number in range(3):
@@ -106,7 +103,7 @@ def test_records_with_the_samples_of_another_are_left_out(tmp_path: Path) -> Non
     assert "unit 1/sound 9.csv repeats unit 0/sound 0.csv" in done.stderr
 
 
-def test_known_severities_give_the_severity_that_is_found(rig: Path) -> None:
+def test_known_severities_give_the_severity_that_is_found(rig):
     score = by_name(run_json("evaluate", rig / "graded.yaml", "--false-alarm-rate", "5%"))["dwt.d2"]
     assert score["q90_95_L_per_min"] is None
     assert any(
@@ -118,7 +115,7 @@ def test_known_severities_give_the_severity_that_is_found(rig: Path) -> None:
     assert 0.1 < score["q90_95_L_per_min"] <= 0.5
 
 
-def test_without_groups_the_split_is_said_and_the_same_each_time(rig: Path) -> None:
+def test_without_groups_the_split_is_said_and_the_same_each_time(rig):
     arguments = "evaluate", rig / "plain.yaml", "--healthy", "sound", "--false-alarm-rate", "5%"
     first, second = run_json(*arguments), run_json(*arguments)
     assert first == second
@@ -141,14 +138,14 @@ def test_without_groups_the_split_is_said_and_the_same_each_time(rig: Path) -> N
         (("--healthy", "sound", "--confidence", "most"), "confidence: "),
     ],
 )
-def test_what_a_user_can_fix_is_one_line(rig: Path, arguments: tuple[str, ...], message: str) -> None:
+def test_what_a_user_can_fix_is_one_line(rig, arguments, message):
     done = run("evaluate", rig / "plain.yaml", *arguments, check=2)
     assert done.stdout == ""
     assert message in done.stderr
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_rejected_records_are_counted_with_exit_code_1(rig: Path, tmp_path: Path) -> None:
+def test_rejected_records_are_counted_with_exit_code_1(rig, tmp_path):
     shutil.copytree(rig, tmp_path / "damaged")
     (tmp_path / "damaged" / "unit 0" / "sound 0.csv").unlink()
     (tmp_path / "damaged" / "unit 0" / "sound 0.csv.gz").write_bytes(b"no gzip")
@@ -156,7 +153,7 @@ def test_rejected_records_are_counted_with_exit_code_1(rig: Path, tmp_path: Path
     assert "rejected: 1 of 450 records; unit 0/sound 0.csv.gz" in done.stderr
 
 
-def test_results_of_a_sweep_are_evaluated_by_their_labels(tmp_path: Path) -> None:
+def test_results_of_a_sweep_are_evaluated_by_their_labels(tmp_path):
     (tmp_path / "leaks.yaml").write_text(
         "name: leaks\nrecord: {duration: 2 s}\nstore: {signals: pressures}\n"
         "sweep: {grid: {leakage.internal_flow: [0 L/min, 1 L/min]}}\n"
@@ -168,7 +165,7 @@ def test_results_of_a_sweep_are_evaluated_by_their_labels(tmp_path: Path) -> Non
 
 
 @pytest.mark.skipif(not VTNSI.is_dir(), reason="the records are not here")
-def test_the_vtnsi_records_carry_no_rate(tmp_path: Path) -> None:
+def test_the_vtnsi_records_carry_no_rate(tmp_path):
     (tmp_path / "vtnsi").symlink_to(VTNSI)
     shutil.copy(REPOSITORY / "configs" / "measured" / "vtnsi.yaml", tmp_path)
     done = run_json("evaluate", tmp_path / "vtnsi.yaml")
@@ -182,7 +179,7 @@ def test_the_vtnsi_records_carry_no_rate(tmp_path: Path) -> None:
         assert max(pair["value"] for pair in score["healthy_against_healthy"]) > area["value"]
 
 
-def test_detections_are_held_back_if_no_healthy_group_could_be_tested(tmp_path: Path) -> None:
+def test_detections_are_held_back_if_no_healthy_group_could_be_tested(tmp_path):
     write_records(tmp_path, n_unit=2, n_run=12)
     (tmp_path / "rig.yaml").write_text(GROUPED + "severity: {small: 0.1 L/min, large: 0.5 L/min}\n")
     arguments = "evaluate", tmp_path / "rig.yaml", "--false-alarm-rate", "5%"
@@ -201,7 +198,7 @@ ASKED = "--indicators", "dwt", "--false-alarm-rate", "10%"
 
 
 @pytest.fixture(scope="module")
-def small_rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def small_rig(tmp_path_factory):
     folder = tmp_path_factory.mktemp("rig")
     write_records(folder, n_unit=4, n_run=12)
     (folder / "rig.yaml").write_text(GROUPED)
@@ -209,16 +206,14 @@ def small_rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def differing_units(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def differing_units(tmp_path_factory):
     folder = tmp_path_factory.mktemp("units")
     write_records(folder, n_unit=4, n_run=12, unit_spread=0.4)
     (folder / "rig.yaml").write_text(GROUPED)
     return folder
 
 
-def test_units_that_differ_as_much_as_faults_are_the_conclusion(
-    differing_units: Path, small_rig: Path
-) -> None:
+def test_units_that_differ_as_much_as_faults_are_the_conclusion(differing_units, small_rig):
     page = run("evaluate", differing_units / "rig.yaml", *ASKED, check=0).stdout
     assert page.index("Only the unit or the day was detected") < page.index("dwt.")
     assert "~ dwt.d1" in page
@@ -234,7 +229,7 @@ def test_units_that_differ_as_much_as_faults_are_the_conclusion(
     assert f"by {list(clear.values()).count(False)} of 10 scores, marked ~" in done["conclusion"]
 
 
-def test_of_equal_areas_the_quieter_control_comes_first() -> None:
+def test_of_equal_areas_the_quieter_control_comes_first():
     groups = tuple(f"unit {unit}" for unit in range(2) for _ in range(10)) + ("unit 0",) * 10
     healthy, leaking = Population("healthy", Kind.HEALTHY, is_fit=True), Population("leak", Kind.FAULT)
     of_record = np.repeat([0, 1], [20, 10])
@@ -257,7 +252,7 @@ def test_of_equal_areas_the_quieter_control_comes_first() -> None:
     assert [each.scored.name for each in ranked_by_control(judgements, pairs)] == ["z_quiet", "a_moved"]
 
 
-def test_faults_without_a_number_do_not_vanish(tmp_path: Path) -> None:
+def test_faults_without_a_number_do_not_vanish(tmp_path):
     write_records(tmp_path, n_unit=2, n_run=12)
     for file in tmp_path.glob("unit */large *.csv"):
         file.write_text("P1 [bar]\n" + "nan\n" * 600)
@@ -269,14 +264,14 @@ def test_faults_without_a_number_do_not_vanish(tmp_path: Path) -> None:
     assert done["scores"][0]["without_number"] == {"large": 24}
 
 
-def test_the_same_samples_under_two_labels_are_refused(tmp_path: Path) -> None:
+def test_the_same_samples_under_two_labels_are_refused(tmp_path):
     write_records(tmp_path, n_unit=2, n_run=2)
     (tmp_path / "rig.yaml").write_text(GROUPED)
     shutil.copy(tmp_path / "unit 0/sound 0.csv", tmp_path / "unit 0/small 9.csv")
     run("evaluate", tmp_path / "rig.yaml", check=2)
 
 
-def test_mistakes_of_a_description_have_their_line(rig: Path) -> None:
+def test_mistakes_of_a_description_have_their_line(rig):
     text = DESCRIPTION.replace('label: "{condition}"\n', "") + "healthy: sound\n"
     (rig / "unlabelled.yaml").write_text(text)
     done = run("evaluate", rig / "unlabelled.yaml", check=2)

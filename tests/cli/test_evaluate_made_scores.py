@@ -1,9 +1,5 @@
 """``hydrofdi evaluate``: scores of several numbers, by models that saw no record of the same group."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -24,7 +20,7 @@ GROUPED = DESCRIPTION + 'group: "unit {unit}"\n'
 USUAL = ("--usual-scores", "--false-alarm-rate", "5%")
 
 
-def write_units(folder: Path, conditions: list[str], n_run: int = 20) -> None:
+def write_units(folder, conditions, n_run=20):
     """Records of units with a sound of their own, whatever their condition; each unit has one condition."""
     draw = np.random.default_rng(4)
     for unit, condition in enumerate(conditions):
@@ -40,17 +36,17 @@ def write_units(folder: Path, conditions: list[str], n_run: int = 20) -> None:
 
 
 @pytest.fixture(scope="module")
-def confounded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def confounded(tmp_path_factory):
     folder = tmp_path_factory.mktemp("confounded")
     write_units(folder, ["sound", "worn"] * 4)
     return folder
 
 
-def scores_of(evaluation: dict) -> dict:
+def scores_of(evaluation):
     return {score["indicator"]: score for score in evaluation["scores"]}
 
 
-def test_a_score_does_not_find_the_units_that_it_was_not_shown(confounded: Path) -> None:
+def test_a_score_does_not_find_the_units_that_it_was_not_shown(confounded):
     records = run_json("measure", confounded / "rig.yaml")["records"]
     values = np.array([[*record["values"].values()] for record in records], dtype=float)
     is_worn = np.array([record["label"] == "worn" for record in records])
@@ -64,7 +60,7 @@ def test_a_score_does_not_find_the_units_that_it_was_not_shown(confounded: Path)
     assert {"mahalanobis(P1)", "largest_change(d1 … d5)"} <= set(found)
 
 
-def test_a_file_of_indicators_may_ask_for_scores(confounded: Path, tmp_path: Path) -> None:
+def test_a_file_of_indicators_may_ask_for_scores(confounded, tmp_path):
     file = tmp_path / "asked.yaml"
     text = "indicators: [dwt]\nscores:\n  far: {kind: mahalanobis, of: [dwt], shrinkage: SHRINKAGE}\n"
     areas = []

@@ -1,10 +1,5 @@
 """What exists already: files of other programs stay, and no file of a folder is ignored."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from types import SimpleNamespace
-
 import h5py
 import numpy as np
 import pandas
@@ -19,7 +14,7 @@ LOGGED = "time [s],P1 [bar]\n" + "".join(f"{k / 1000},{50 + k % 3}\n" for k in r
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def runs(tmp_path_factory):
     """A folder with two single runs."""
     folder = tmp_path_factory.mktemp("runs")
     for level in (1, 2):
@@ -38,7 +33,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("train", "{}", "--direction", "rising", "--out", "detector.json"),
     ],
 )
-def test_a_folder_with_several_runs_is_refused_by_name(runs, tmp_path, words) -> None:
+def test_a_folder_with_several_runs_is_refused_by_name(runs, tmp_path, words):
     refused = run(*(word.format(runs) for word in words), cwd=tmp_path, check=2)
     (line,) = refused.stderr.splitlines()
     assert "contains 2 files with records (run1.h5, run2.h5)" in line
@@ -46,14 +41,14 @@ def test_a_folder_with_several_runs_is_refused_by_name(runs, tmp_path, words) ->
     assert not list(tmp_path.iterdir())
 
 
-def test_a_measured_file_beside_a_run_is_not_ignored(runs, tmp_path) -> None:
+def test_a_measured_file_beside_a_run_is_not_ignored(runs, tmp_path):
     (tmp_path / "run.h5").write_bytes((runs / "run1.h5").read_bytes())
     assert run_json("inspect", tmp_path)["records"] == 1
     (tmp_path / "rig.csv").write_text(LOGGED)
     assert "(run.h5, rig.csv)" in run("inspect", tmp_path, check=2).stderr
 
 
-def test_the_folder_of_a_sweep_may_contain_other_files(small_sweep: SimpleNamespace, runs, tmp_path) -> None:
+def test_the_folder_of_a_sweep_may_contain_other_files(small_sweep, runs, tmp_path):
     folder = tmp_path / "swept"
     run("sweep", small_sweep.config, "--out", folder, check=0)
     before = run_json("measure", folder)["records"]
@@ -62,7 +57,7 @@ def test_the_folder_of_a_sweep_may_contain_other_files(small_sweep: SimpleNamesp
     assert run_json("measure", folder)["records"] == before
 
 
-def test_a_run_is_stored_over_an_earlier_run_only(runs, tmp_path) -> None:
+def test_a_run_is_stored_over_an_earlier_run_only(runs, tmp_path):
     own, foreign = tmp_path / "run.h5", tmp_path / "rig.h5"
     own.write_bytes((runs / "run1.h5").read_bytes())
     run("simulate", *SHORT, "--out", own, check=0)
@@ -75,7 +70,7 @@ def test_a_run_is_stored_over_an_earlier_run_only(runs, tmp_path) -> None:
     assert foreign.read_bytes() == before
 
 
-def test_a_sweep_leaves_a_foreign_file_with_its_name(tmp_path) -> None:
+def test_a_sweep_leaves_a_foreign_file_with_its_name(tmp_path):
     config = tmp_path / "rig.yaml"
     config.write_text("name: rig\nrecord: {duration: 2 s}\nstore: {signals: none}\n")
     (tmp_path / "out").mkdir()
@@ -85,7 +80,7 @@ def test_a_sweep_leaves_a_foreign_file_with_its_name(tmp_path) -> None:
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["rig.h5"]
 
 
-def foreign_file(path: Path) -> bytes:
+def foreign_file(path):
     """An HDF5 file of another program."""
     with h5py.File(path, "w") as file:
         file["pressure"] = np.arange(5.0)
@@ -93,7 +88,7 @@ def foreign_file(path: Path) -> bytes:
 
 
 @pytest.mark.parametrize("form", ["csv", "parquet", "mat"])
-def test_an_export_replaces_a_file_only_when_asked(runs, tmp_path, form) -> None:
+def test_an_export_replaces_a_file_only_when_asked(runs, tmp_path, form):
     target = tmp_path / f"rig.{form}"
     if form == "csv":
         target.write_text(LOGGED)

@@ -1,13 +1,8 @@
 """``hydrofdi export``: signals that other programs read, and that hydrofdi reads again to the bit."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
-from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pandas
@@ -18,23 +13,23 @@ import scipy.io
 import hydrofdi
 from tests.cli.test_measure import FAILING
 from tests.commands import run, run_json
-from tests.monitor.machines import Machine, make_machine
+from tests.monitor.machines import make_machine
 
 FORMS = ("csv", "parquet", "mat")
 SYMBOLS = ["time", "P1", "P2", "x", "v", "xv", "u"]
 
 
-def numbers(*sources: Path | str, indicators: str = "dwt,ring_down,weak_rls,sliding") -> list[Any]:
+def numbers(*sources, indicators="dwt,ring_down,weak_rls,sliding"):
     records = run_json("measure", *sources, "--indicators", indicators)["records"]
     return [record["values"] for record in records]
 
 
-def files_in(folder: Path) -> list[Path]:
+def files_in(folder):
     return sorted(folder.iterdir())
 
 
 @pytest.fixture(scope="module", params=FORMS)
-def folder(request, small_sweep: SimpleNamespace, tmp_path_factory) -> Path:
+def folder(request, small_sweep, tmp_path_factory):
     """The stored runs of a sweep, exported."""
     out = tmp_path_factory.mktemp("export") / request.param
     done = run("export", small_sweep.directory, "--out", out, "--format", request.param, check=0)
@@ -43,13 +38,11 @@ def folder(request, small_sweep: SimpleNamespace, tmp_path_factory) -> Path:
     return out
 
 
-def test_what_is_exported_measures_as_its_source_does_to_the_last_bit(folder, small_sweep) -> None:
+def test_what_is_exported_measures_as_its_source_does_to_the_last_bit(folder, small_sweep):
     assert numbers(*files_in(folder)) == numbers(small_sweep.directory)
 
 
-def test_a_simulated_experiment_gives_the_same_files_as_its_stored_runs(
-    folder, small_sweep, tmp_path
-) -> None:
+def test_a_simulated_experiment_gives_the_same_files_as_its_stored_runs(folder, small_sweep, tmp_path):
     form = folder.name
     run("export", small_sweep.config, "--out", tmp_path / "again", "--format", form, check=0)
     names = [file.name for file in files_in(folder)]
@@ -57,21 +50,21 @@ def test_a_simulated_experiment_gives_the_same_files_as_its_stored_runs(
     assert numbers(*files_in(tmp_path / "again")) == numbers(*files_in(folder))
 
 
-def test_the_name_of_a_file_finds_its_run(folder, small_sweep) -> None:
+def test_the_name_of_a_file_finds_its_run(folder, small_sweep):
     for file in files_in(folder):
         position, identity = file.stem.split("-")
         found = run_json("why", small_sweep.directory, identity)
         assert found["position"] == int(position)
 
 
-def test_inspect_knows_all_channels_and_their_units(folder) -> None:
+def test_inspect_knows_all_channels_and_their_units(folder):
     done = run_json("inspect", files_in(folder)[0])
     assert "chamber_1_pressure" in str(done)
     assert "unused" not in str(done)
 
 
 @pytest.fixture(scope="module")
-def one(tmp_path_factory) -> dict[str, Path]:
+def one(tmp_path_factory):
     """One simulated record in every form."""
     place = tmp_path_factory.mktemp("one")
     short, leaking = "record.duration=2 s", "leakage.internal_flow=0.2 L/min"
@@ -81,7 +74,7 @@ def one(tmp_path_factory) -> dict[str, Path]:
     return {form: place / f"run.{form}" for form in FORMS}
 
 
-def test_csv_is_plain_text_with_units_in_its_header(one) -> None:
+def test_csv_is_plain_text_with_units_in_its_header(one):
     raw = one["csv"].read_bytes()
     assert raw.startswith(b"time [s],P1 [Pa],P2 [Pa],")
     assert b"\r" not in raw
@@ -90,14 +83,14 @@ def test_csv_is_plain_text_with_units_in_its_header(one) -> None:
     assert set(map(str, frame.dtypes)) == {"float64"}
 
 
-def test_parquet_states_units_in_names_and_in_metadata(one) -> None:
+def test_parquet_states_units_in_names_and_in_metadata(one):
     schema = pyarrow.parquet.read_schema(one["parquet"])
     assert {field.name: field.metadata[b"units"].decode() for field in schema} == {
         title: title.partition("[")[2][:-1] for title in pandas.read_csv(one["csv"], nrows=1).columns
     }
 
 
-def test_mat_has_column_vectors_by_valid_names_and_their_units(one) -> None:
+def test_mat_has_column_vectors_by_valid_names_and_their_units(one):
     content = {name: value for name, value in scipy.io.loadmat(one["mat"]).items() if name[0] != "_"}
     units = scipy.io.loadmat(one["mat"], simplify_cells=True)["units"]
     assert all(name.isidentifier() for name in content)
@@ -106,13 +99,13 @@ def test_mat_has_column_vectors_by_valid_names_and_their_units(one) -> None:
     assert (units["time"], units["P1"], units["x"], units["u"]) == ("s", "Pa", "m", "V")
 
 
-def exact_frame(path: Path) -> pandas.DataFrame:
+def exact_frame(path):
     with open(path, newline="") as file:
         header, *rows = csv.reader(file)
     return pandas.DataFrame([[float(cell) for cell in row] for row in rows], columns=header)
 
 
-def test_all_forms_hold_the_same_numbers(one) -> None:
+def test_all_forms_hold_the_same_numbers(one):
     frame, table = (
         exact_frame(one["csv"]),
         pandas.read_parquet(one["parquet"]),
@@ -123,7 +116,7 @@ def test_all_forms_hold_the_same_numbers(one) -> None:
         assert np.array_equal(mat[title.split(" [")[0]], frame[title])
 
 
-def test_a_monitor_reads_what_is_exported(tmp_path) -> None:
+def test_a_monitor_reads_what_is_exported(tmp_path):
     machine = make_machine(tmp_path)
     run("export", machine.stream, "--out", tmp_path / "exported.csv", check=0)
     judged = [windows_of_monitor(machine, path) for path in (machine.stream, tmp_path / "exported.csv")]
@@ -131,13 +124,13 @@ def test_a_monitor_reads_what_is_exported(tmp_path) -> None:
     assert len(judged[0]) == machine.n_window
 
 
-def windows_of_monitor(machine: Machine, stream: Path) -> list[tuple[int, str, float]]:
+def windows_of_monitor(machine, stream):
     done = run("monitor", machine.detector, stream, "--no-follow", check=0)
     lines = map(json.loads, done.stdout.splitlines())
     return [(each["number"], each["condition"], each["score"]) for each in lines if each["line"] == "window"]
 
 
-def test_channels_and_units_are_chosen(one, tmp_path) -> None:
+def test_channels_and_units_are_chosen(one, tmp_path):
     out = tmp_path / "few.csv"
     run("export", one["mat"], "--out", out, "--channels", "position,P2", "--unit", "bar,mm", check=0)
     few, whole = pandas.read_csv(out), pandas.read_csv(one["csv"])
@@ -146,7 +139,7 @@ def test_channels_and_units_are_chosen(one, tmp_path) -> None:
     assert np.allclose(few["P2 [bar]"] * 1e5, whole["P2 [Pa]"], rtol=1e-14)
 
 
-def test_runs_are_chosen_by_position_range_and_identity(small_sweep, tmp_path) -> None:
+def test_runs_are_chosen_by_position_range_and_identity(small_sweep, tmp_path):
     everything = files_in_export(small_sweep.directory, tmp_path / "all")
     identity = everything[3].split("-")[1][:6]
     assert files_in_export(small_sweep.directory, tmp_path / "some", "--runs", f"{identity},0-1") == [
@@ -155,12 +148,12 @@ def test_runs_are_chosen_by_position_range_and_identity(small_sweep, tmp_path) -
     assert files_in_export(small_sweep.config, tmp_path / "made", "--runs", "2") == [everything[2]]
 
 
-def files_in_export(source: Path, out: Path, *options: str) -> list[str]:
+def files_in_export(source, out, *options):
     run("export", source, "--out", out, *options, check=0)
     return [file.name for file in files_in(out)]
 
 
-def test_missing_samples_stay_missing(tmp_path) -> None:
+def test_missing_samples_stay_missing(tmp_path):
     (tmp_path / "rig.csv").write_text("time [s],P1 [bar]\n0,50\n0.1,\n0.2,51\n0.3,52\n")
     for form in FORMS:
         run("export", tmp_path / "rig.csv", "--out", tmp_path / f"out.{form}", check=0)
@@ -169,7 +162,7 @@ def test_missing_samples_stay_missing(tmp_path) -> None:
     assert math.isnan(pandas.read_parquet(tmp_path / "out.parquet")["P1 [Pa]"][1])
 
 
-def test_runs_that_fail_are_left_out_and_named(tmp_path) -> None:
+def test_runs_that_fail_are_left_out_and_named(tmp_path):
     (tmp_path / "failing.yaml").write_text(FAILING)
     done = run("export", tmp_path / "failing.yaml", "--out", tmp_path / "out", check=1)
     assert "wrote 2 records" in done.stderr
@@ -177,7 +170,7 @@ def test_runs_that_fail_are_left_out_and_named(tmp_path) -> None:
     assert [file.name[:4] for file in files_in(tmp_path / "out")] == ["0000", "0002"]
 
 
-def test_files_of_others_are_left_alone(one, tmp_path) -> None:
+def test_files_of_others_are_left_alone(one, tmp_path):
     mine, theirs = tmp_path / "mine.csv", tmp_path / "theirs.csv"
     run("export", one["csv"], "--out", mine, check=0)
     run("export", one["csv"], "--out", mine, "--channels", "P1", "--overwrite", check=0)
@@ -192,7 +185,7 @@ def test_files_of_others_are_left_alone(one, tmp_path) -> None:
     assert mine.read_text() == before
 
 
-def test_python_exports_what_the_command_does_and_frames_too(one, tmp_path) -> None:
+def test_python_exports_what_the_command_does_and_frames_too(one, tmp_path):
     done = hydrofdi.export(one["mat"], tmp_path / "again.csv")
     assert done.files == [tmp_path / "again.csv"]
     assert done.files[0].read_bytes() == one["csv"].read_bytes()
@@ -202,14 +195,14 @@ def test_python_exports_what_the_command_does_and_frames_too(one, tmp_path) -> N
         hydrofdi.export(frame, tmp_path / "frame.csv", unit="lpm")
 
 
-def test_exports_of_simulated_records_cause_no_remarks(one) -> None:
+def test_exports_of_simulated_records_cause_no_remarks(one):
     for form in FORMS:
         done = run_json("measure", one[form], "--indicators", "dwt,pressure_balance")
         assert done["records"][0]["status"] == "ok"
         assert run_json("inspect", one[form])["findings"] == {}
 
 
-def test_a_folder_with_an_earlier_export_is_replaced_only_when_asked(small_sweep, tmp_path) -> None:
+def test_a_folder_with_an_earlier_export_is_replaced_only_when_asked(small_sweep, tmp_path):
     out = tmp_path / "signals"
     first = files_in_export(small_sweep.directory, out, "--runs", "0-2")
     (out / "0009-mine.csv").write_text("a thesis")
@@ -229,7 +222,7 @@ def test_a_folder_with_an_earlier_export_is_replaced_only_when_asked(small_sweep
     assert len(kept) == 4
 
 
-def test_an_export_that_writes_nothing_leaves_the_earlier_one(small_sweep, tmp_path) -> None:
+def test_an_export_that_writes_nothing_leaves_the_earlier_one(small_sweep, tmp_path):
     out = tmp_path / "signals"
     first = files_in_export(small_sweep.directory, out)
     (tmp_path / "short.csv").write_text("time [s],P1 [bar]\n0,1\n")

@@ -1,7 +1,5 @@
 """What ``why``, ``status`` and ``collect`` say of stored runs, and identities that commands accept."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 
@@ -21,14 +19,14 @@ _GRID = {"leakage.internal_coefficient": [0.0, 2e-9]}
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("why") / "out"
     noisy = {"pressure_1_sensor": {"noise": "5 kPa"}, "measurement": {"seed": 3}}
     hydrofdi.sweep(_STUDY | noisy | {"sweep": {"grid": _GRID}}, out=out, engine="in-process")
     return out
 
 
-def test_why_lists_what_changed_in_readable_units_for_what_is_to_be_computed_anew(folder: Path) -> None:
+def test_why_lists_what_changed_in_readable_units_for_what_is_to_be_computed_anew(folder):
     same = run("why", folder, "1").stdout
     assert "changed since" not in same
     file = folder.parent / "changed.yaml"
@@ -49,13 +47,13 @@ def test_why_lists_what_changed_in_readable_units_for_what_is_to_be_computed_ane
     assert "689 MPa" in shown
 
 
-def test_the_seed_of_the_noise_is_in_the_provenance_of_file_why_and_report(folder: Path) -> None:
+def test_the_seed_of_the_noise_is_in_the_provenance_of_file_why_and_report(folder):
     assert run_json("why", folder, "0")["provenance"]["seeds"] == {"measurement.seed": 3}
     assert "seeds     measurement.seed 3" in run("why", folder, "0").stdout
     assert "measurement.seed 3" in run("report", folder, "--format", "markdown").stdout
 
 
-def test_seeds_are_listed_where_they_have_an_effect_and_nowhere_else() -> None:
+def test_seeds_are_listed_where_they_have_an_effect_and_nowhere_else():
     assert seeds_of(load_experiment()) == {}
     everything = {
         "name": "all",
@@ -85,7 +83,7 @@ def test_seeds_are_listed_where_they_have_an_effect_and_nowhere_else() -> None:
 _KEPT = Path(__file__).parent.parent / "museum" / "format_4_physics_3" / "kept"
 
 
-def test_status_says_that_an_earlier_version_stored_the_runs(tmp_path: Path) -> None:
+def test_status_says_that_an_earlier_version_stored_the_runs(tmp_path):
     folder = tmp_path / "kept"
     shutil.copytree(_KEPT, folder)
     (shard,) = (folder / "shards").iterdir()
@@ -95,7 +93,7 @@ def test_status_says_that_an_earlier_version_stored_the_runs(tmp_path: Path) -> 
     assert run_json("status", folder)["earlier"] == 8
 
 
-def test_collect_says_what_it_built(tmp_path: Path) -> None:
+def test_collect_says_what_it_built(tmp_path):
     swept = sweep_in(tmp_path, "name: built\nrecord: {duration: 2 s}\n")
     file = swept.directory / "built.h5"
     file.unlink()

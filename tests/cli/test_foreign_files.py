@@ -1,10 +1,5 @@
 """Commands that write tables and pages replace their own earlier files and nothing else."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from types import SimpleNamespace
-
 import pytest
 
 from tests.commands import run
@@ -13,7 +8,7 @@ REFUSED = "was not changed; choose another name"
 RECORDING = "time [s],P1 [bar]\n" + "".join(f"{k / 1000},{50 + k % 3}\n" for k in range(2000))
 
 
-def test_measure_never_replaces_the_recording_that_it_reads(tmp_path: Path) -> None:
+def test_measure_never_replaces_the_recording_that_it_reads(tmp_path):
     (tmp_path / "own.csv").write_text(RECORDING)
     (tmp_path / "own.yaml").write_text("files: own.csv\ntime: {column: 'time [s]'}\n")
     for source in ("own.csv", "own.yaml"):
@@ -22,7 +17,7 @@ def test_measure_never_replaces_the_recording_that_it_reads(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("suffix", ["csv", "json", "parquet"])
-def test_measure_replaces_its_own_table_and_no_foreign_file(tmp_path: Path, suffix: str) -> None:
+def test_measure_replaces_its_own_table_and_no_foreign_file(tmp_path, suffix):
     (tmp_path / "rig.csv").write_text(RECORDING)
     out = tmp_path / f"out.{suffix}"
     measure = ("measure", "rig.csv", "--out", out, "--indicators")
@@ -39,9 +34,7 @@ def test_measure_replaces_its_own_table_and_no_foreign_file(tmp_path: Path, suff
     assert out.read_bytes() == first
 
 
-def test_a_report_replaces_its_own_files_and_no_foreign_one(
-    small_sweep: SimpleNamespace, tmp_path: Path
-) -> None:
+def test_a_report_replaces_its_own_files_and_no_foreign_one(small_sweep, tmp_path):
     report = ("report", small_sweep.directory, "--out", tmp_path)
     run(*report, check=0)
     run(*report, check=0)
@@ -57,9 +50,7 @@ def test_a_report_replaces_its_own_files_and_no_foreign_one(
     assert not figure.exists()
 
 
-def test_a_page_replaces_an_earlier_page_and_no_foreign_one(
-    small_sweep: SimpleNamespace, tmp_path: Path
-) -> None:
+def test_a_page_replaces_an_earlier_page_and_no_foreign_one(small_sweep, tmp_path):
     page = tmp_path / "my.html"
     run("report", small_sweep.directory, "--html", page, check=0)
     run("report", small_sweep.directory, "--html", page, check=0)
@@ -70,7 +61,7 @@ def test_a_page_replaces_an_earlier_page_and_no_foreign_one(
 
 
 @pytest.mark.long
-def test_the_files_of_a_study_are_replaced_by_a_second_report(tmp_path: Path) -> None:
+def test_the_files_of_a_study_are_replaced_by_a_second_report(tmp_path):
     run("sweep", "detectability-smoke", "--out", tmp_path / "study", "--engine", "in-process", check=0)
     for _ in range(2):
         run("report", tmp_path / "study", "--out", tmp_path / "report", check=0)

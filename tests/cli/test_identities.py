@@ -1,16 +1,12 @@
 """Identities that one command prints are accepted by the others."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 import hydrofdi
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("identities") / "out"
     grid = {"leakage.internal_coefficient": [0.0, 2e-9]}
     study = {"name": "asked", "record": {"duration": "2 s"}, "sweep": {"grid": grid}}
@@ -18,7 +14,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_the_identity_that_measure_prints_leads_to_its_run(folder: Path, tmp_path: Path) -> None:
+def test_the_identity_that_measure_prints_leads_to_its_run(folder, tmp_path):
     runs = hydrofdi.load(folder).data.columns["run_id"]
     for record_id in hydrofdi.measure(folder)["record_id"].tolist():
         run = hydrofdi.why(folder, record_id[:8])
@@ -28,6 +24,6 @@ def test_the_identity_that_measure_prints_leads_to_its_run(folder: Path, tmp_pat
         assert run.run_id[:12] in file.name
 
 
-def test_the_identity_of_a_run_still_leads_to_it(folder: Path) -> None:
+def test_the_identity_of_a_run_still_leads_to_it(folder):
     for run_id in hydrofdi.load(folder).data.columns["run_id"]:
         assert hydrofdi.why(folder, str(run_id)).run_id == run_id

@@ -2,7 +2,6 @@
 
 import math
 import re
-from pathlib import Path
 
 import pytest
 
@@ -86,7 +85,7 @@ SCALED = re.compile(r"(\d+) L/min at the same .* need [\d.]+ mm · \d+ / \d+ = (
 
 
 @pytest.mark.parametrize("template", ["actuator", "online"])
-def test_the_rated_flow_in_the_comment_is_that_of_the_numbers(tmp_path: Path, template: str) -> None:
+def test_the_rated_flow_in_the_comment_is_that_of_the_numbers(tmp_path, template):
     run("init", "mine", "--from", template, cwd=tmp_path, check=0)
     file = tmp_path / "mine.yaml"
     stated, scaled = STATED.search(file.read_text()), SCALED.search(file.read_text())

@@ -1,10 +1,5 @@
 """``hydrofdi inspect`` and ``hydrofdi indicators``."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from types import SimpleNamespace
-
 import h5py
 import matplotlib.image
 import numpy as np
@@ -19,7 +14,7 @@ from tests.conftest import sweep_in
 __all__ = ["vtnsi"]
 
 
-def test_ranges_are_those_of_the_stored_signals(small_sweep: SimpleNamespace) -> None:
+def test_ranges_are_those_of_the_stored_signals(small_sweep):
     found = run_json("inspect", small_sweep.directory)
     assert (found["records"], found["rejected"]) == (4, 0)
     assert found["sampling_frequencies_Hz"] == [{"frequency": 500.0, "records": 4, "is": "given"}]
@@ -34,7 +29,7 @@ def test_ranges_are_those_of_the_stored_signals(small_sweep: SimpleNamespace) ->
     assert len(found["labels"]) == 4
 
 
-def test_rejected_records_are_counted_with_their_reason(tmp_path: Path) -> None:
+def test_rejected_records_are_counted_with_their_reason(tmp_path):
     swept = sweep_in(tmp_path, FAILING)
     found = run_json("inspect", swept.directory, check=1)
     assert (found["records"], found["rejected"]) == (2, 1)
@@ -50,7 +45,7 @@ def test_rejected_records_are_counted_with_their_reason(tmp_path: Path) -> None:
     assert "is rejected: the state grew" in refused.stderr
 
 
-def test_defects_of_a_plain_file_are_named(tmp_path: Path) -> None:
+def test_defects_of_a_plain_file_are_named(tmp_path):
     pressure = np.clip(50 + 20 * np.random.default_rng(1).normal(size=600), 40, 1000)
     lines = [f"{value:.6g},2.5" for value in pressure.tolist()]
     (tmp_path / "rig.csv").write_text("p1 [bar],u [V]\n" + "\n".join(lines) + "\n")
@@ -64,7 +59,7 @@ def test_defects_of_a_plain_file_are_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["record.png", "record.svg"])
-def test_a_figure_of_the_record_that_is_asked_for(tmp_path: Path, name: str) -> None:
+def test_a_figure_of_the_record_that_is_asked_for(tmp_path, name):
     file = MUSEUM / "pressures.h5"
     last = run_json("measure", file)["records"][-1]["record_id"]
     first, chosen = tmp_path / f"first_{name}", tmp_path / name
@@ -77,7 +72,7 @@ def test_a_figure_of_the_record_that_is_asked_for(tmp_path: Path, name: str) -> 
         assert (picture.min(axis=2) < 0.5).mean() > 0.005
 
 
-def test_a_record_too_short_for_details_is_drawn_all_the_same(tmp_path: Path) -> None:
+def test_a_record_too_short_for_details_is_drawn_all_the_same(tmp_path):
     (tmp_path / "rig.csv").write_text("p1 [bar]\n1\n2\n4\n3\n5\n")
     run(
         "inspect", tmp_path / "rig.csv", "--sampling-frequency", "10 Hz", "--figure", tmp_path / "f.png",
@@ -86,7 +81,7 @@ def test_a_record_too_short_for_details_is_drawn_all_the_same(tmp_path: Path) ->
     assert (tmp_path / "f.png").stat().st_size > 5_000
 
 
-def test_measured_records_of_a_rig_are_looked_at(vtnsi: Path, tmp_path: Path) -> None:
+def test_measured_records_of_a_rig_are_looked_at(vtnsi, tmp_path):
     found = run_json("inspect", vtnsi, "--figure", tmp_path / "rig.png")
     assert found["records"] == 70
     assert found["sampling_frequencies_Hz"] == [{"frequency": 1000.0, "records": 70, "is": "inferred"}]
@@ -96,7 +91,7 @@ def test_measured_records_of_a_rig_are_looked_at(vtnsi: Path, tmp_path: Path) ->
     assert "1000 Hz (inferred)" in run("inspect", vtnsi, check=0).stdout
 
 
-def test_every_indicator_is_listed_and_described() -> None:
+def test_every_indicator_is_listed_and_described():
     listed = run_json("indicators")["indicators"]
     assert [indicator["name"] for indicator in listed] == indicator_names()
     text = run("indicators", check=0).stdout
@@ -112,7 +107,7 @@ def test_every_indicator_is_listed_and_described() -> None:
         assert " ".join(kind.summary.split()) in described
 
 
-def test_the_symbols_of_the_list_are_those_that_plain_files_use(tmp_path: Path) -> None:
+def test_the_symbols_of_the_list_are_those_that_plain_files_use(tmp_path):
     header = ",".join(f"{channel.symbol} [{channel.unit}]" for channel in Channel)
     lines = [",".join(f"{row}.{column}" for column in range(len(Channel))) for row in range(9)]
     (tmp_path / "rig.csv").write_text("\n".join([header, *lines]) + "\n")

@@ -1,13 +1,9 @@
 """``hydrofdi measure``: any source, every form."""
 
-from __future__ import annotations
-
 import csv
 import gzip
 import json
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pyarrow.parquet
@@ -28,18 +24,18 @@ sweep: {grid: {fluid.bulk_modulus: [551 MPa, 1e7 MPa, 689 MPa]}}
 """
 
 
-def write_csv(path: Path, n_time: int = 1000, header: str = "pressure_1 [bar]") -> np.ndarray:
+def write_csv(path, n_time=1000, header="pressure_1 [bar]"):
     """A plain file of a noisy pressure; returns it in Pa."""
     pressure = 50.0 + np.random.default_rng(5).normal(size=n_time)
     path.write_text(f"{header}\n" + "".join(f"{value!r}\n" for value in pressure.tolist()))
     return 1e5 * pressure
 
 
-def rows(text: str) -> list[dict[str, str]]:
+def rows(text):
     return list(csv.DictReader(text.splitlines()))
 
 
-def test_json_has_the_keys_of_the_readme_and_the_numbers_of_pywavelets(tmp_path: Path) -> None:
+def test_json_has_the_keys_of_the_readme_and_the_numbers_of_pywavelets(tmp_path):
     pressure = write_csv(tmp_path / "rig.csv")
     done = run_json("measure", tmp_path / "rig.csv", "--sampling-frequency", "1kHz")
     assert list(done) == ["indicators", "records"]
@@ -54,7 +50,7 @@ def test_json_has_the_keys_of_the_readme_and_the_numbers_of_pywavelets(tmp_path:
         assert record["values"][f"dwt.d{level}"] == pytest.approx(rms, rel=1e-9)
 
 
-def test_every_source_of_the_same_runs_gives_the_same_numbers(small_sweep: SimpleNamespace) -> None:
+def test_every_source_of_the_same_runs_gives_the_same_numbers(small_sweep):
     places = (small_sweep.directory, small_sweep.file, small_sweep.config)
     folder, file, simulated = (run_json("measure", place)["records"] for place in places)
     assert [record["label"] for record in folder][:2] == ["sealed, 551 MPa", "sealed, 827 MPa"]
@@ -64,7 +60,7 @@ def test_every_source_of_the_same_runs_gives_the_same_numbers(small_sweep: Simpl
     assert {record["source"] for record in simulated} == {str(small_sweep.config)}
 
 
-def test_all_forms_hold_the_same_numbers(tmp_path: Path) -> None:
+def test_all_forms_hold_the_same_numbers(tmp_path):
     for name in ("m.csv", "m.json", "m.parquet"):
         done = run("measure", MUSEUM / "pressures.h5", "--out", tmp_path / name, check=0)
         assert done.stdout == ""
@@ -80,7 +76,7 @@ def test_all_forms_hold_the_same_numbers(tmp_path: Path) -> None:
             assert float(line[f"dwt.d{level}_Pa"]) == number == row[f"dwt.d{level}_Pa"]
 
 
-def test_failed_runs_are_rows_with_a_reason_and_exit_code_1(tmp_path: Path) -> None:
+def test_failed_runs_are_rows_with_a_reason_and_exit_code_1(tmp_path):
     swept = sweep_in(tmp_path, FAILING)
     for place in (swept.directory, swept.config):
         records = run_json("measure", place, check=1)["records"]
@@ -94,7 +90,7 @@ def test_failed_runs_are_rows_with_a_reason_and_exit_code_1(tmp_path: Path) -> N
     assert "rejected: 1 of 3 records" in done.stderr
 
 
-def test_what_cannot_be_measured_is_null_with_its_reason_and_the_rest_goes_on(tmp_path: Path) -> None:
+def test_what_cannot_be_measured_is_null_with_its_reason_and_the_rest_goes_on(tmp_path):
     chosen = tmp_path / "chosen.yaml"
     chosen.write_text("indicators:\n  dwt: {}\n  stroke: {kind: dwt, channel: piston_position}\n")
     records = run_json("measure", MUSEUM / "pressures.h5", "--indicators", chosen)["records"]
@@ -110,7 +106,7 @@ def test_what_cannot_be_measured_is_null_with_its_reason_and_the_rest_goes_on(tm
     assert "stroke: not measured in 4 of 4: has no piston_position" in table
 
 
-def test_options_come_from_a_file_and_arrays_are_lists(tmp_path: Path) -> None:
+def test_options_come_from_a_file_and_arrays_are_lists(tmp_path):
     chosen = tmp_path / "chosen.yaml"
     chosen.write_text(
         "indicators:\n  fine: {kind: dwt, levels: 2, phase: all}\n"
@@ -137,7 +133,7 @@ channels:
 """
 
 
-def test_counts_stay_counts_and_do_not_mix_with_pascals(tmp_path: Path) -> None:
+def test_counts_stay_counts_and_do_not_mix_with_pascals(tmp_path):
     (tmp_path / "rig.yaml").write_text(COUNTS)
     numbers = np.random.default_rng(6).integers(0, 4000, 700).tolist()
     (tmp_path / "one.tsv").write_text("P\n" + "\n".join(map(str, numbers)) + "\n")
@@ -150,7 +146,7 @@ def test_counts_stay_counts_and_do_not_mix_with_pascals(tmp_path: Path) -> None:
     assert "is in Pa, but in counts in an earlier source; measure these sources separately" in mixed.stderr
 
 
-def test_content_decides_what_a_source_is(tmp_path: Path) -> None:
+def test_content_decides_what_a_source_is(tmp_path):
     for name, source in {"runs.data": MUSEUM / "run.h5", "runs.csv": MUSEUM / "run.h5"}.items():
         (tmp_path / name).write_bytes(source.read_bytes())
         assert len(run_json("measure", tmp_path / name)["records"]) == 1
@@ -184,14 +180,14 @@ def test_content_decides_what_a_source_is(tmp_path: Path) -> None:
         ("a.yaml", "name: x\n", "--format parquet"),
     ],
 )
-def test_a_mistake_is_one_line_and_exit_code_2(tmp_path: Path, file: str, text: str, options: str) -> None:
+def test_a_mistake_is_one_line_and_exit_code_2(tmp_path, file, text, options):
     (tmp_path / file).write_text(text)
     done = run("measure", file, *options.split(), cwd=tmp_path, check=2)
     assert (done.stdout, sum(line.startswith("hydrofdi: ") for line in done.stderr.splitlines())) == ("", 1)
 
 
 @pytest.fixture
-def vtnsi(tmp_path: Path) -> Path:
+def vtnsi(tmp_path):
     if not VTNSI.is_dir():
         pytest.skip("the measured records are not here")
     description = tmp_path / "vtnsi.yaml"
@@ -203,8 +199,8 @@ def vtnsi(tmp_path: Path) -> Path:
     return description
 
 
-def test_measured_records_of_a_rig_are_measured_in_counts(vtnsi: Path) -> None:
-    records: list[Any] = run_json("measure", vtnsi, "--indicators", "dwt,pressure_statistics")["records"]
+def test_measured_records_of_a_rig_are_measured_in_counts(vtnsi):
+    records = run_json("measure", vtnsi, "--indicators", "dwt,pressure_statistics")["records"]
     assert len(records) == 70
     assert all("inferred_sampling" in record["status"] for record in records)
     leaking = [record for record in records if "Act_4 (Seal Defect)" in record["record_id"]]

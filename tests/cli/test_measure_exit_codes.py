@@ -1,21 +1,17 @@
 """When ``measure`` ends with exit code 1."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from tests.commands import run_json
 
 
-def _write(file: Path, one: np.ndarray, two: np.ndarray) -> Path:
+def _write(file, one, two):
     np.savetxt(file, np.c_[one, two], delimiter=",", header="pressure_1 [bar],pressure_2 [bar]", comments="")
     return file
 
 
-def _bad(kind: str, good: np.ndarray) -> np.ndarray:
+def _bad(kind, good):
     if kind == "stuck":
         return np.full_like(good, 80.0)
     if kind == "missing_values":
@@ -24,7 +20,7 @@ def _bad(kind: str, good: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", ["stuck", "missing_values", "short"])
-def test_a_record_without_any_number_is_exit_code_1(tmp_path: Path, kind: str) -> None:
+def test_a_record_without_any_number_is_exit_code_1(tmp_path, kind):
     good = 80.0 + np.random.default_rng(1).normal(size=20 if kind == "short" else 1000)
     file = _write(tmp_path / "rig.csv", _bad(kind, good), good)
     options = ("--sampling-frequency", "500Hz", "--indicators", "dwt")
@@ -33,7 +29,7 @@ def test_a_record_without_any_number_is_exit_code_1(tmp_path: Path, kind: str) -
     assert record["reasons"]
 
 
-def test_a_bad_channel_takes_the_numbers_of_its_indicators_alone(tmp_path: Path) -> None:
+def test_a_bad_channel_takes_the_numbers_of_its_indicators_alone(tmp_path):
     good = 80.0 + np.random.default_rng(1).normal(size=1000)
     file = _write(tmp_path / "rig.csv", _bad("stuck", good), good)
     chosen = tmp_path / "chosen.yaml"

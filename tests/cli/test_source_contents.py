@@ -1,7 +1,5 @@
 """Whatever a source holds: records, or one line that says what is wrong."""
 
-from __future__ import annotations
-
 import contextlib
 from pathlib import Path
 
@@ -22,7 +20,7 @@ PIECES = ["a", ":", " ", "\n", "{", "]", "1", ",", ";", "-", "\t", "&x", *WORDS]
 
 
 @st.composite
-def contents(draw: st.DrawFn) -> bytes:
+def contents(draw):
     """Random bytes, words of tables and YAML, and files that are cut off or have wrong bytes in them."""
     whole = draw(st.sampled_from([MUSEUM, EXPERIMENT]))
     cut = whole[: draw(st.integers(0, len(whole)))]
@@ -36,13 +34,13 @@ def contents(draw: st.DrawFn) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("contents")
 
 
 @settings(max_examples=150)
 @given(content=contents(), suffix=SUFFIXES, frequency=st.sampled_from([None, 100.0]))
-def test_no_content_is_a_fault(folder: Path, content: bytes, suffix: str, frequency: float | None) -> None:
+def test_no_content_is_a_fault(folder, content, suffix, frequency):
     path = folder / f"source{suffix}"
     path.write_bytes(content)
     with contextlib.suppress(HydrofdiError):

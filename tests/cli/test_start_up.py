@@ -1,11 +1,7 @@
 """What a command loads before it answers."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
-from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -28,7 +24,7 @@ COMPILERS = {"numba", "llvmlite"}
 HEAVY = {"numba", "scipy", "matplotlib", "pyarrow", "xarray", "pandas", "distributed"}
 
 
-def _loaded(folder: Path, *arguments: str) -> set[str]:
+def _loaded(folder, *arguments):
     """Libraries, rooms of hydrofdi and modules of its command line in a process after a command."""
     command = [sys.executable, "-c", LOADING, *arguments]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
@@ -46,9 +42,7 @@ def _loaded(folder: Path, *arguments: str) -> set[str]:
         ("inspect", "results/small"),
     ],
 )  # fmt: skip
-def test_a_command_that_simulates_nothing_loads_no_compiler(
-    small_sweep: SimpleNamespace, arguments: tuple[str, ...]
-) -> None:
+def test_a_command_that_simulates_nothing_loads_no_compiler(small_sweep, arguments):
     loaded = _loaded(small_sweep.folder, *arguments)
     assert "typer" in loaded
     assert not loaded & (HEAVY | COMPILERS)
@@ -71,13 +65,11 @@ RUNNING = {"execution", "sensing", "compilation"}
         (("report",), {"papers.maddahi2015.study", "papers.maddahi2015.external", *STUDIES, *RUNNING}),
     ],
 )  # fmt: skip
-def test_a_command_loads_only_its_own_rooms(
-    small_sweep: SimpleNamespace, arguments: tuple[str, ...], absent: set[str]
-) -> None:
+def test_a_command_loads_only_its_own_rooms(small_sweep, arguments, absent):
     assert not _loaded(small_sweep.folder, *arguments) & absent
 
 
-def test_measuring_a_plain_file_loads_nothing_of_simulated_runs(tmp_path: Path) -> None:
+def test_measuring_a_plain_file_loads_nothing_of_simulated_runs(tmp_path):
     (tmp_path / "rig.csv").write_text("time [s],p1 [bar]\n0,1\n0.1,2\n0.2,4\n")
     code = f"{LOADING}\nsys.stderr.write(' '.join(name for name in sys.modules if 'hydrofdi' in name))"
     command = [sys.executable, "-c", code, "measure", "rig.csv"]
@@ -88,7 +80,7 @@ def test_measuring_a_plain_file_loads_nothing_of_simulated_runs(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("command", ["simulate", "check", "plan"])
-def test_a_warm_command_that_simulates_does_not_load_numba(tmp_path: Path, command: str) -> None:
+def test_a_warm_command_that_simulates_does_not_load_numba(tmp_path, command):
     (tmp_path / "short.yaml").write_text("record: {duration: 2 s}\n")
     assert run_hydrofdi(command, "short.yaml", cwd=tmp_path).returncode == 0
     loaded = _loaded(tmp_path, command, "short.yaml")

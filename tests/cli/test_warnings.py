@@ -1,8 +1,6 @@
 """Warnings before a run: unusual values, parameters without effect, and what a data sheet lacks."""
 # ruff: noqa: E501
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -124,13 +122,13 @@ FAST = {
 STUDY = {"healthy": {"fit": 4, "test": 4}, "faults": {"leakage.internal_flow": [1e-6], "each": 2, "fit": 0}}
 
 
-def test_a_calm_controller_and_an_open_loop_are_not_told() -> None:
+def test_a_calm_controller_and_an_open_loop_are_not_told():
     calm = {**FAST, "control": {**FAST["control"], "proportional_gain": "20 V/m"}}
     assert hydrofdi.simulate({"name": "calm", **calm}).saturation == []
     assert hydrofdi.simulate({"name": "open", "record": FAST["record"]}).saturation == []
 
 
-def test_simulate_prints_the_saturation(tmp_path: Path) -> None:
+def test_simulate_prints_the_saturation(tmp_path):
     settings = ["control.law=p", "control.proportional_gain=2000 V/m", "control.voltage_limit=1 V"]
     options = [part for each in (*settings, "record.duration=4 s") for part in ("--set", each)]
     assert "warning: the controller is at control.voltage_limit" in run("simulate", *options).stderr
@@ -145,12 +143,12 @@ def test_simulate_prints_the_saturation(tmp_path: Path) -> None:
         ({"indicators": {"dwt": {}}}, False),
     ],
 )
-def test_a_study_says_that_it_reads_a_supply_pressure_that_no_sensor_measures(more, is_told) -> None:
+def test_a_study_says_that_it_reads_a_supply_pressure_that_no_sensor_measures(more, is_told):
     sentences = said(STUDY_RULES, load_experiment({"name": "press", "study": STUDY, **more}), None)
     assert any("no supply_sensor is set" in each for each in sentences) == is_told
 
 
-def test_the_commented_balance_works_as_it_stands(tmp_path: Path) -> None:
+def test_the_commented_balance_works_as_it_stands(tmp_path):
     run("init", "press", cwd=tmp_path, check=0)
     text = (tmp_path / "press.yaml").read_text()
     head, _, tail = text.partition("  # pressure_balance:")

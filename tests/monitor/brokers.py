@@ -1,14 +1,10 @@
 """A broker of MQTT on this machine, for as long as a test runs."""
 
-from __future__ import annotations
-
 import getpass
 import shutil
 import socket
 import subprocess
 import time
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -23,7 +19,7 @@ needs_mosquitto = pytest.mark.skipif(PROGRAM is None, reason="mosquitto is not i
 class Broker:
     """mosquitto, with what it keeps in a folder of its own."""
 
-    def __init__(self, folder: Path, *lines: str, anonymous: bool = True) -> None:
+    def __init__(self, folder, *lines, anonymous=True):
         self.port = free_port()
         self.folder = folder
         self._config = folder / "mosquitto.conf"
@@ -36,9 +32,9 @@ class Broker:
             "max_queued_messages 0",
         )
         self._config.write_text("\n".join((*own, *lines)) + "\n", encoding="utf-8")
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process = None
 
-    def start(self) -> None:
+    def start(self):
         with (self.folder / "mosquitto.log").open("ab") as log:
             self._process = subprocess.Popen(
                 [str(PROGRAM), "-c", str(self._config), "-v"], stdout=log, stderr=log
@@ -49,7 +45,7 @@ class Broker:
             assert time.monotonic() < end, "mosquitto does not listen"
             time.sleep(0.02)
 
-    def stop(self) -> None:
+    def stop(self):
         """As the system does it: what waits is written to the disk."""
         if self._process is not None:
             self._process.terminate()
@@ -61,25 +57,25 @@ class Broker:
             self._process = None
 
     @property
-    def log(self) -> str:
+    def log(self):
         return (self.folder / "mosquitto.log").read_text(encoding="utf-8", errors="replace")
 
-    def address(self, topic: str = "press/samples") -> str:
+    def address(self, topic="press/samples"):
         return f"mqtt://127.0.0.1:{self.port}/{topic}"
 
 
-def free_port() -> int:
+def free_port():
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
 
-def answers(port: int) -> bool:
+def answers(port):
     with socket.socket() as probe:
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-def running(broker: Broker) -> Iterator[Broker]:
+def running(broker):
     """The broker while it runs; it is ended whatever happens."""
     try:
         broker.start()

@@ -1,10 +1,7 @@
 """Certificates that a test makes: an authority, and what it signs."""
 
-from __future__ import annotations
-
 import datetime
 import ipaddress
-from pathlib import Path
 
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
@@ -15,7 +12,7 @@ from cryptography.x509.oid import NameOID
 class Authority:
     """Signs certificates; its own is ``ca.pem``."""
 
-    def __init__(self, folder: Path, name: str = "ca") -> None:
+    def __init__(self, folder, name="ca"):
         self._folder, self._key = folder, ec.generate_private_key(ec.SECP256R1())
         self._name = _named(name)
         usage = x509.KeyUsage(
@@ -30,7 +27,7 @@ class Authority:
         self.file = folder / f"{name}.pem"
         self._write(self.file, builder)
 
-    def signed(self, name: str, address: str = "127.0.0.1") -> tuple[Path, Path]:
+    def signed(self, name, address="127.0.0.1"):
         """A certificate and its key, for a machine with this address."""
         key = ec.generate_private_key(ec.SECP256R1())
         host = x509.IPAddress(ipaddress.ip_address(address))
@@ -47,18 +44,16 @@ class Authority:
         )
         return certificate, key_file
 
-    def _write(self, file: Path, builder: x509.CertificateBuilder) -> None:
+    def _write(self, file, builder):
         signed = builder.sign(self._key, hashes.SHA256())
         file.write_bytes(signed.public_bytes(serialization.Encoding.PEM))
 
 
-def _named(name: str) -> x509.Name:
+def _named(name):
     return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
 
 
-def _builder(
-    subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePublicKey
-) -> x509.CertificateBuilder:
+def _builder(subject, issuer, key):
     now = datetime.datetime.now(datetime.UTC)
     return (
         x509.CertificateBuilder()

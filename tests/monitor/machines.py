@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -27,17 +26,17 @@ class Machine:
     stream: Path
 
     @property
-    def lines(self) -> list[str]:
+    def lines(self):
         """The stream, line by line, its header first."""
         return self.stream.read_text().splitlines(keepends=True)
 
     @property
-    def n_window(self) -> int:
+    def n_window(self):
         """Windows of the stream."""
         return round((END - START) / WINDOW)
 
 
-def make_machine(folder: Path) -> Machine:
+def make_machine(folder):
     """Simulate it twice, and train a detector on the healthy record."""
     healthy, leaking = folder / "healthy.csv", folder / "leaking.csv"
     _write(healthy)
@@ -49,16 +48,16 @@ def make_machine(folder: Path) -> Machine:
     return Machine(detector, leaking)
 
 
-def _lower(detector: Path) -> None:
+def _lower(detector):
     """Healthy windows stay clear of the limit; those of a leak do not."""
     file = json.loads(detector.read_text())
     file["limits"]["low"] *= 0.95
     detector.write_text(json.dumps(file))
 
 
-def _write(path: Path, *settings: str) -> None:
+def _write(path, *settings):
     common = (f"record.duration={END} s", "pressure_1_sensor.noise=20 kPa")
-    columns: Any = simulate(load_experiment(settings=[*common, *settings])).columns
+    columns = simulate(load_experiment(settings=[*common, *settings])).columns
     data = np.column_stack([np.ravel(columns["time"]), np.ravel(columns["chamber_1_pressure"]) / 1e5])
     np.savetxt(
         path, data[data[:, 0] >= START], delimiter=",", header="time [s],P1 [bar]", comments="", fmt="%.9g"

@@ -1,7 +1,5 @@
 """Streams over MQTT in tests: blocks of samples, and what a source makes of them."""
 
-from __future__ import annotations
-
 import subprocess
 import time
 from contextlib import contextmanager

@@ -3,8 +3,6 @@
 python -m tests.monitor.soak --kills 50 --minutes 60
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import random
@@ -12,7 +10,6 @@ import subprocess
 import tempfile
 import time
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
@@ -28,14 +25,14 @@ _NOISE = 2e4
 _OF_ONE_LIFE = ("started", "resumed", "stopped")
 
 
-def pressure(*settings: str) -> np.ndarray:
+def pressure(*settings):
     """P1 in closed loop [Pa], without the start of the motion."""
     columns = simulate(load_experiment(CONFIG, [f"record.duration={RECORD} s", *settings])).columns
     after = np.ravel(columns["time"]) >= START
     return np.ravel(columns["chamber_1_pressure"])[after]
 
 
-def stream(n_minute: int, seed: int) -> np.ndarray:
+def stream(n_minute, seed):
     """Rows of time [s] and P1 [bar]: a leak sets in after two thirds, and all that goes wrong on the way."""
     draw = np.random.default_rng(seed)
     n_sample = 60 * n_minute * FREQUENCY
@@ -57,11 +54,11 @@ def stream(n_minute: int, seed: int) -> np.ndarray:
     return rows
 
 
-def write(path: Path, rows: np.ndarray) -> None:
+def write(path, rows):
     np.savetxt(path, rows, delimiter=",", header="time [s],P1 [bar]", comments="", fmt="%.9g")
 
 
-def trained(folder: Path, seed: int) -> Path:
+def trained(folder, seed):
     """A detector of healthy minutes in closed loop."""
     draw = np.random.default_rng(seed)
     samples = np.resize(pressure(), 180 * FREQUENCY)
@@ -73,13 +70,13 @@ def trained(folder: Path, seed: int) -> Path:
     return detector
 
 
-def said(log: Path) -> list[str]:
+def said(log):
     """What does not tell of one life alone."""
     lines = log.read_text().splitlines()
     return [line for line in lines if json.loads(line).get("event") not in _OF_ONE_LIFE]
 
 
-def soak(folder: Path, n_minute: int, n_kill: int, seed: int = 0, longest: float = 1.0) -> int:
+def soak(folder, n_minute, n_kill, seed=0, longest=1.0):
     """Kill a monitor at random moments while its file grows; gives how many lives took up a state.
 
     Raises
@@ -119,26 +116,26 @@ def soak(folder: Path, n_minute: int, n_kill: int, seed: int = 0, longest: float
     return (folder / "log").read_text().count('"resumed"')
 
 
-def _wait_for_more(out: Path, process: subprocess.Popen[bytes]) -> None:
+def _wait_for_more(out, process):
     """Until the monitor says that it is there."""
     n_byte = out.stat().st_size
     while out.stat().st_size == n_byte and process.poll() is None:
         time.sleep(0.01)
 
 
-def _write_slowly(file: BinaryIO, content: bytes, duration: float) -> None:
+def _write_slowly(file, content, duration):
     n_part = max(1, round(duration / 0.02))
     for part in range(n_part):
         file.write(content[part * len(content) // n_part : (part + 1) * len(content) // n_part])
         time.sleep(0.02)
 
 
-def _require_all(out: Path, expected: list[str]) -> None:
+def _require_all(out, expected):
     """Standard output of all lives has every line at least once; the last one of a life may be torn."""
     assert set(expected) <= set(out.read_text().splitlines())
 
 
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--minutes", type=int, default=60)

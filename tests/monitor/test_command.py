@@ -1,7 +1,5 @@
 """`hydrofdi monitor` as a command: processes, signals, a growing file, a terminal, and what it refuses."""
 
-from __future__ import annotations
-
 import json
 import os
 import pty

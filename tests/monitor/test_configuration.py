@@ -1,7 +1,5 @@
 """The configuration of a monitor, and the schemas of what it reads."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The systemd unit and the container file: what they say is there, and is taken by the command."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import shutil

@@ -1,7 +1,5 @@
 """The live view as text: what it says in each state."""
 
-from __future__ import annotations
-
 import time
 from io import StringIO
 

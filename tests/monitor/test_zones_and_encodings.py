@@ -1,7 +1,5 @@
 """Dates without a time zone and texts that are not in UTF-8, in streams."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
 
 import numpy as np
@@ -17,14 +15,14 @@ from tests.monitor.streams_of_text import config_of, read_in_pieces, reader
 ROWS = "Zeit,P1 [bar]\n2026-07-01 12:00:00.000,50\n2026-07-01 12:00:00.010,51\n"
 
 
-def seconds(*when: int) -> float:
+def seconds(*when):
     return datetime(*when, tzinfo=UTC).timestamp()
 
 
 @pytest.mark.parametrize(
     ("zone", "hour"), [("UTC", 12), ("Europe/Berlin", 10), ("+05:30", 6.5), ("-03:00", 15)]
 )
-def test_dates_without_a_zone_are_in_the_stated_one(zone, hour) -> None:
+def test_dates_without_a_zone_are_in_the_stated_one(zone, hour):
     chunk, unread = read_in_pieces(reader(zone=zone), ROWS.encode())
     assert chunk.time.tolist() == pytest.approx(
         [seconds(2026, 7, 1) + 3600 * hour, seconds(2026, 7, 1) + 3600 * hour + 0.01], abs=1e-6
@@ -32,19 +30,19 @@ def test_dates_without_a_zone_are_in_the_stated_one(zone, hour) -> None:
     assert not unread
 
 
-def test_a_stated_zone_does_not_move_dates_that_have_one() -> None:
+def test_a_stated_zone_does_not_move_dates_that_have_one():
     data = ROWS.replace(".000,", ".000Z,").replace(".010,", ".010Z,").encode()
     chunk, _ = read_in_pieces(reader(zone="Europe/Berlin"), data)
     assert chunk.time[0] == seconds(2026, 7, 1, 12)
 
 
-def test_the_hour_that_repeats_is_its_first_pass() -> None:
+def test_the_hour_that_repeats_is_its_first_pass():
     data = b"Zeit,P1 [bar]\n2026-10-25 02:30:00,50\n2026-10-25 03:30:00,51\n"
     chunk, _ = read_in_pieces(reader(zone="Europe/Berlin"), data)
     assert chunk.time.tolist() == [seconds(2026, 10, 25, 0, 30), seconds(2026, 10, 25, 2, 30)]
 
 
-def test_json_knows_the_zone_as_well() -> None:
+def test_json_knows_the_zone_as_well():
     chunk = PayloadReader(config_of(zone="Europe/Berlin")).read(
         b'{"time": "2026-01-31T12:00:00", "P1 [bar]": 1}'
     )
@@ -59,14 +57,14 @@ def test_json_knows_the_zone_as_well() -> None:
     "text",
     ["zone: Europe/Berln", "format: {encoding: cp12525}", "format: {encoding: utf-16}", "format: {skip: 1}"],
 )
-def test_a_wrong_zone_or_encoding_is_refused_with_its_line(tmp_path, text) -> None:
+def test_a_wrong_zone_or_encoding_is_refused_with_its_line(tmp_path, text):
     path = tmp_path / "monitor.yaml"
     path.write_text(f"{text}\n")
     with pytest.raises(ConfigError, match=rf":1: {text.partition(':')[0]}"):
         load_monitor_config(path)
 
 
-def test_a_stated_encoding_reads_the_names_of_columns() -> None:
+def test_a_stated_encoding_reads_the_names_of_columns():
     data = "time [s];Weg Stößel (mm)\n0;1\n1;2\n".encode("cp1252")
     position = {Channel.PISTON_POSITION: ChannelConfig(column="Weg Stößel (mm)", unit="mm")}
     chunk, _ = read_in_pieces(reader(channels=position, encoding="cp1252"), data)

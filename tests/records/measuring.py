@@ -1,12 +1,8 @@
 """Measured files and their descriptions, written and read."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 
-from hydrofdi.records import Channel, RecordBatch
+from hydrofdi.records import Channel
 from hydrofdi.records.measured.source import measured_source
 
 P1, P2, SUPPLY = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.SUPPLY_PRESSURE
@@ -19,7 +15,7 @@ channels: {chamber_1_pressure: {column: P1, unit: bar}}
 """
 
 
-def described(folder: Path, description: str = USUAL, **texts: str) -> Path:
+def described(folder, description=USUAL, **texts):
     """A description in a folder, and files beside it: name, with ``_`` for the dot → text."""
     for name, text in texts.items():
         (folder / name.replace("_", ".")).write_text(text, encoding="utf-8")
@@ -28,23 +24,23 @@ def described(folder: Path, description: str = USUAL, **texts: str) -> Path:
     return file
 
 
-def batches(folder: Path, description: str = USUAL, **texts: str) -> list[RecordBatch]:
+def batches(folder, description=USUAL, **texts):
     """All batches of files that are described."""
     return list(measured_source(described(folder, description, **texts)).batches(labels=True))
 
 
-def one(folder: Path, description: str = USUAL, **texts: str) -> RecordBatch:
+def one(folder, description=USUAL, **texts):
     """The only batch."""
     (batch,) = batches(folder, description, **texts)
     return batch
 
 
-def kinds(batch: RecordBatch, row: int = 0) -> set[str]:
+def kinds(batch, row=0):
     """Kinds of the remarks on a record."""
     return {remark.kind for remark in batch.remarks[row]}
 
 
-def csv_of(*columns: tuple[str, object], sign: str = ",") -> str:
+def csv_of(*columns, sign=","):
     """A CSV of named columns."""
     rows = np.column_stack([np.asarray(values, dtype=float) for _, values in columns])
     lines = [sign.join(name for name, _ in columns)]

@@ -1,7 +1,5 @@
 """Files whose headers say what they are: in a folder, or under a description of files alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

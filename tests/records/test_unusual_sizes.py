@@ -1,7 +1,5 @@
 """Channels whose sizes are unusual: the unit is probably wrong."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Laws of noise, drift, jitter, range and resolution."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -16,27 +14,27 @@ SIGMA, MANY = 5e3, 2**17
 
 
 @pytest.fixture(scope="module")
-def noise() -> np.ndarray:
+def noise():
     return gaussian_noise((SIGMA**2,), MANY, np.random.default_rng(1))
 
 
-def test_noise_has_its_standard_deviation_and_no_mean(noise: np.ndarray) -> None:
+def test_noise_has_its_standard_deviation_and_no_mean(noise):
     assert np.std(noise) == pytest.approx(SIGMA, rel=4.0 / np.sqrt(2 * MANY))
     assert abs(np.mean(noise)) < 4.0 * SIGMA / np.sqrt(MANY)
 
 
-def test_noise_is_white(noise: np.ndarray) -> None:
+def test_noise_is_white(noise):
     correlations = [np.mean(noise[lag:] * noise[:-lag]) / SIGMA**2 for lag in range(1, 33)]
     assert np.max(np.abs(correlations)) < 4.5 / np.sqrt(MANY)
 
 
-def test_noise_is_gaussian(noise: np.ndarray) -> None:
+def test_noise_is_gaussian(noise):
     for sigmas, share in ((1, 0.3173), (2, 0.0455), (3, 0.0027)):
         assert np.mean(np.abs(noise) > sigmas * SIGMA) == pytest.approx(share, abs=4 * (share / MANY) ** 0.5)
 
 
 @pytest.mark.parametrize("name", ["db8", "sym4", "bior3.3"])
-def test_noise_has_in_every_level_the_rms_that_its_gain_says(noise: np.ndarray, name: str) -> None:
+def test_noise_has_in_every_level_the_rms_that_its_gain_says(noise, name):
     wavelet = WaveletConfig(name=name, levels=5)
     expected = noise_rms(wavelet, (SIGMA**2,))
     scatter = 5.0 / np.sqrt(2.0 * MANY / 2.0 ** np.arange(1, 6))
@@ -44,7 +42,7 @@ def test_noise_has_in_every_level_the_rms_that_its_gain_says(noise: np.ndarray, 
 
 
 @pytest.mark.parametrize("bits", [1, 8, 12])
-def test_quantised_signal_lies_on_the_levels_within_half_a_level(bits: int) -> None:
+def test_quantised_signal_lies_on_the_levels_within_half_a_level(bits):
     lowest, highest = -2e5, 25e6
     resolution = (highest - lowest) / (2**bits - 1)
     signal = np.random.default_rng(2).uniform(lowest, highest, 20_000)
@@ -56,7 +54,7 @@ def test_quantised_signal_lies_on_the_levels_within_half_a_level(bits: int) -> N
     assert np.max(np.abs(shown - signal)) <= resolution / 2 * (1 + 1e-9)
 
 
-def test_quantisation_error_is_the_white_noise_that_is_stated() -> None:
+def test_quantisation_error_is_the_white_noise_that_is_stated():
     signal = np.random.default_rng(2).uniform(0.0, 25e6, MANY)
     resolution = 25e6 / 4095
     error = quantised(signal, 0.0, resolution) - signal
@@ -64,7 +62,7 @@ def test_quantisation_error_is_the_white_noise_that_is_stated() -> None:
 
 
 @pytest.mark.parametrize("frequency", [5.0, 20.0])
-def test_jitter_of_a_sine_is_its_slope_times_the_jitter(frequency: float) -> None:
+def test_jitter_of_a_sine_is_its_slope_times_the_jitter(frequency):
     rate, jitter, amplitude = 500.0, 2e-5, 3e6
     time = np.arange(100_000) / rate
     sine = amplitude * np.sin(2 * np.pi * frequency * time)
@@ -74,7 +72,7 @@ def test_jitter_of_a_sine_is_its_slope_times_the_jitter(frequency: float) -> Non
     assert np.sqrt(np.mean(error**2)) == pytest.approx(expected, rel=0.02)
 
 
-def test_sampling_stays_within_the_record() -> None:
+def test_sampling_stays_within_the_record():
     time = np.arange(1000) / 500.0
     instants = sampling_instants(time, 5e-4, np.random.default_rng(5))
     assert instants.min() >= time[0]

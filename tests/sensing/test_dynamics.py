@@ -1,14 +1,9 @@
 """Lags and filters against their closed forms."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from hydrofdi.sensing.dynamics import Lag, LagLanes, first_order_lag, second_order_lag
+from hydrofdi.sensing.dynamics import LagLanes, first_order_lag, second_order_lag
 
 INTERVAL, CORNER = 1e-3, 20.0
 OMEGA = 2.0 * np.pi * CORNER
@@ -18,44 +13,44 @@ STEP = np.concatenate([np.zeros(10), np.ones(390)])
 """Rises linearly over one step."""
 
 
-def shown(signal: NDArray[np.float64], *lags: Lag) -> NDArray[np.float64]:
+def shown(signal, *lags):
     values = signal[:, None].copy()
     LagLanes([lags]).advance(values)
     return values[:, 0]
 
 
-def _first_ramp(time: NDArray[np.float64]) -> NDArray[np.float64]:
+def _first_ramp(time):
     """Response of the first-order lag to max(t, 0)."""
     t = np.maximum(time, 0.0)
     return t - (1.0 - np.exp(-OMEGA * t)) / OMEGA
 
 
-def _second_ramp(time: NDArray[np.float64], zeta: float) -> NDArray[np.float64]:
+def _second_ramp(time, zeta):
     """Response of the underdamped second-order lag to max(t, 0)."""
     t, damped = np.maximum(time, 0.0), OMEGA * np.sqrt(1.0 - zeta**2)
     swing = 2 * zeta / OMEGA * np.cos(damped * t) + (2 * zeta**2 - 1) / damped * np.sin(damped * t)
     return t - 2 * zeta / OMEGA + np.exp(-zeta * OMEGA * t) * swing
 
 
-def test_first_order_lag_answers_a_step_as_its_closed_form() -> None:
+def test_first_order_lag_answers_a_step_as_its_closed_form():
     ramps = _first_ramp(TIME - TIME[9]) - _first_ramp(TIME - TIME[10])
     np.testing.assert_allclose(shown(STEP, first_order_lag(ANGLE)), ramps / INTERVAL, atol=1e-11)
 
 
 @pytest.mark.parametrize("zeta", [0.1, 0.7])
-def test_second_order_lag_answers_a_step_as_its_closed_form(zeta: float) -> None:
+def test_second_order_lag_answers_a_step_as_its_closed_form(zeta):
     ramps = _second_ramp(TIME - TIME[9], zeta) - _second_ramp(TIME - TIME[10], zeta)
     np.testing.assert_allclose(shown(STEP, second_order_lag(ANGLE, zeta)), ramps / INTERVAL, atol=1e-11)
 
 
 @pytest.mark.parametrize("angle", [1e-6, 1.0, 1e5])
-def test_a_constant_is_shown_from_the_first_step_on_to_the_bit(angle: float) -> None:
+def test_a_constant_is_shown_from_the_first_step_on_to_the_bit(angle):
     constant = np.full(500, 9.3e6)
     lags = first_order_lag(angle), second_order_lag(angle, 0.7)
     np.testing.assert_array_equal(shown(constant, *lags), constant)
 
 
-def test_a_very_slow_lag_is_exact_after_many_steps() -> None:
+def test_a_very_slow_lag_is_exact_after_many_steps():
     """0.01 Hz at a step of 0.1 ms, over two minutes: the ramp's closed form."""
     omega, steps = 2.0 * np.pi * 0.01, np.arange(1_200_000)
     ramp = 1e-4 * steps
@@ -63,13 +58,13 @@ def test_a_very_slow_lag_is_exact_after_many_steps() -> None:
     np.testing.assert_allclose(shown(ramp, first_order_lag(1e-4 * omega)), lagging, atol=1e-7)
 
 
-def test_an_error_decays_to_zero_and_not_to_subnormal_numbers() -> None:
+def test_an_error_decays_to_zero_and_not_to_subnormal_numbers():
     fallen = np.concatenate([np.ones(1), np.zeros(99_999)])
     assert shown(fallen, first_order_lag(0.01))[-1] == 0.0
     assert shown(fallen, second_order_lag(0.01, 0.7))[-1] == 0.0
 
 
-LANES: Sequence[tuple[Lag, ...]] = [
+LANES = [
     (),
     (first_order_lag(0.05),),
     (second_order_lag(0.1, 0.7), second_order_lag(0.2, 0.4)),
@@ -77,7 +72,7 @@ LANES: Sequence[tuple[Lag, ...]] = [
 
 
 @pytest.mark.parametrize("cuts", [[], [1], [7, 8, 399], list(range(1, 400))])
-def test_bits_depend_neither_on_stretches_nor_on_neighbours(cuts: list[int]) -> None:
+def test_bits_depend_neither_on_stretches_nor_on_neighbours(cuts):
     signals = np.random.default_rng(4).normal(size=(400, len(LANES)))
     cut, together = signals.copy(), LagLanes(LANES)
     for stretch in np.split(cut, cuts):

@@ -1,16 +1,12 @@
 """Sensors lag before they are sampled: at every step of the solver, not from sample to sample."""
 
-from __future__ import annotations
-
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import signal as scipy_signal
 
-from hydrofdi.config import RunParameters, RunSpec, load_experiment
+from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.config.request import SENSING
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import CHANNELS
@@ -26,15 +22,15 @@ LAGS = tuple(f"{channel.section}={{order: second, bandwidth: 150 Hz}}" for chann
 LOOP = ("control={law: pi, amplitude: 5 mm}",)
 
 
-def run_with(*settings: str) -> RunParameters:
+def run_with(*settings):
     return load_experiment(None, settings).nominal_parameters
 
 
-def columns_of(*runs: RunParameters, **more: Any) -> dict[str, NDArray[Any]]:
+def columns_of(*runs, **more):
     return compute_columns([Job.of(RunSpec(run), "run", 2e-9) for run in runs], **more)
 
 
-def test_detail_rms_are_those_of_a_record_that_is_filtered_before_it_is_sampled() -> None:
+def test_detail_rms_are_those_of_a_record_that_is_filtered_before_it_is_sampled():
     run, omega, zeta = run_with("pressure_1_sensor={order: second, bandwidth: 200 Hz}"), 400.0 * np.pi, 0.7
     fine = run_with("record.sampling_frequency=10 kHz").with_defaults(SENSING)
     pressure = simulate_batch([fine], [2e-9]).chamber_1_pressure[0]
@@ -45,9 +41,7 @@ def test_detail_rms_are_those_of_a_record_that_is_filtered_before_it_is_sampled(
 
 
 @pytest.mark.parametrize(("order", "gain"), [("first", 1 / 37**0.5), ("second", 1 / 35.96)])
-def test_what_is_above_half_the_sampling_frequency_is_weakened_before_it_is_folded(
-    order: str, gain: float
-) -> None:
+def test_what_is_above_half_the_sampling_frequency_is_weakened_before_it_is_folded(order, gain):
     """600 Hz folds to 100 Hz, where a lag of 100 Hz would let pass 0.7 of it."""
     run = run_with(*SHORT, "input={shape: sine, period: 1/600 s}".replace("1/600", f"{1 / 600}"))
     lagging = run.with_values({"voltage_sensor.order": order, "voltage_sensor.bandwidth": 100.0})
@@ -56,9 +50,7 @@ def test_what_is_above_half_the_sampling_frequency_is_weakened_before_it_is_fold
 
 
 @pytest.mark.parametrize("loop", [(), LOOP], ids=["open", "closed"])
-def test_bits_depend_neither_on_stretches_nor_on_chunks_nor_on_neighbours(
-    loop: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bits_depend_neither_on_stretches_nor_on_chunks_nor_on_neighbours(loop, monkeypatch):
     kinds = (LAGS, (), LAGS[:1], (*LAGS, "measurement.jitter=0.2 ms"), ("supply.droop=first_order", *LAGS))
     runs = [run_with(*SHORT, *loop, *kind) for kind in kinds] * 8
     together = columns_of(*runs)
@@ -73,7 +65,7 @@ def test_bits_depend_neither_on_stretches_nor_on_chunks_nor_on_neighbours(
             )
 
 
-def test_a_run_that_lags_happens_as_without_a_lag() -> None:
+def test_a_run_that_lags_happens_as_without_a_lag():
     run = run_with(*SHORT, "supply.droop=first_order")
     columns = columns_of(run, run_with(*SHORT, "supply.droop=first_order", *LAGS))
     measured = {"detail_rms", "approximation_rms", "mean_chamber_1_pressure"}
@@ -86,7 +78,7 @@ def test_a_run_that_lags_happens_as_without_a_lag() -> None:
 
 
 @pytest.mark.parametrize("loop", [(), LOOP], ids=["open", "closed"])
-def test_second_solvers_follow_the_lags_as_the_kernel_does(loop: tuple[str, ...]) -> None:
+def test_second_solvers_follow_the_lags_as_the_kernel_does(loop):
     run = run_with(
         "record.duration=1 s", "record.step=0.02 ms", "input.period=0.5 s", "wavelet.levels=3", *loop, *LAGS
     )
@@ -98,7 +90,7 @@ def test_second_solvers_follow_the_lags_as_the_kernel_does(loop: tuple[str, ...]
     np.testing.assert_allclose(theirs["detail_rms"], ours["detail_rms"], rtol=1e-3)
 
 
-def test_jitter_samples_what_is_between_the_samples() -> None:
+def test_jitter_samples_what_is_between_the_samples():
     """A voltage of 220 Hz, which no spline through samples at 500 Hz knows."""
     run = run_with(*SHORT, f"input={{shape: sine, period: {1 / 220} s}}", "measurement.jitter=0.2 ms")
     run = run.with_values({"voltage_sensor.order": "first", "voltage_sensor.bandwidth": 1e6})
@@ -109,7 +101,7 @@ def test_jitter_samples_what_is_between_the_samples() -> None:
 
 
 @pytest.mark.parametrize("cuts", [[], [1], [3, 4, 5, 500], list(range(1, 1000))])
-def test_jittered_clocks_are_exact_for_cubics_and_all_else_samples_at_its_time(cuts: list[int]) -> None:
+def test_jittered_clocks_are_exact_for_cubics_and_all_else_samples_at_its_time(cuts):
     record = run_with(
         "record.duration=1 s", "record.sampling_frequency=100 Hz", "record.step=1 ms", "wavelet.levels=1"
     ).record

@@ -1,11 +1,6 @@
 """The real command with sensors: the same bits however it is run."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import h5py
 import numpy as np
@@ -28,7 +23,7 @@ sweep:
 """
 
 
-def signals_of(swept: SimpleNamespace) -> dict[str, Any]:
+def signals_of(swept):
     """Everything that is stored with a run, by identity."""
     with h5py.File(swept.file) as file:
         run_ids = list(file["run_id"].asstr()[:])
@@ -37,13 +32,11 @@ def signals_of(swept: SimpleNamespace) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def measured(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
+def measured(tmp_path_factory):
     return sweep_in(tmp_path_factory.mktemp("one"), SWEEP)
 
 
-def test_sweep_has_the_same_bits_in_other_order_with_more_workers(
-    measured: SimpleNamespace, tmp_path: Path
-) -> None:
+def test_sweep_has_the_same_bits_in_other_order_with_more_workers(measured, tmp_path):
     turned = SWEEP.replace("[0, 1e-8]", "[1e-8, 2e-9, 0]").replace("seed: [0, 1]", "seed: [1, 0]")
     other = signals_of(sweep_in(tmp_path, turned, "--engine", "local", "--workers", "2"))
     for name, rows in signals_of(measured).items():
@@ -52,7 +45,7 @@ def test_sweep_has_the_same_bits_in_other_order_with_more_workers(
             np.testing.assert_array_equal(row, other[name][run_id], err_msg=name)
 
 
-def test_simulate_gives_the_bits_of_the_sweep(measured: SimpleNamespace, tmp_path: Path) -> None:
+def test_simulate_gives_the_bits_of_the_sweep(measured, tmp_path):
     alone = ("leakage.internal_coefficient=1e-8", "measurement.seed=1")
     settings = [part for setting in alone for part in ("--set", setting)]
     done = run_hydrofdi(
@@ -66,7 +59,7 @@ def test_simulate_gives_the_bits_of_the_sweep(measured: SimpleNamespace, tmp_pat
             np.testing.assert_array_equal(np.atleast_2d(file[name][:])[0], swept[name][run_id], err_msg=name)
 
 
-def test_replicates_differ_in_what_is_measured_and_agree_in_what_happened(measured: SimpleNamespace) -> None:
+def test_replicates_differ_in_what_is_measured_and_agree_in_what_happened(measured):
     with h5py.File(measured.file) as file:
         leaks, seeds = file["internal_leakage_coefficient"][:], file["measurement_seed"][:]
         for leak in (0.0, 1e-8):
@@ -76,11 +69,11 @@ def test_replicates_differ_in_what_is_measured_and_agree_in_what_happened(measur
                 np.testing.assert_array_equal(file[name][first], file[name][second])
 
 
-def test_ready_sweep_over_noise_shows_the_spread_of_the_healthy_actuator(tmp_path: Path) -> None:
+def test_ready_sweep_over_noise_shows_the_spread_of_the_healthy_actuator(tmp_path):
     config = REPOSITORY / "configs" / "sensor-noise.yaml"
     sweep = swept(tmp_path, config, "--set", "record.duration=2 s")
     table = run_table(read_results(sweep.directory))
-    spreads: dict[float, list[float]] = {}
+    spreads = {}
     sealed = table.of(table.is_sealed)
     for labels, delta in zip(sealed.labels, sealed.changes("fixed"), strict=True):
         if labels["measurement.seed"] < 8:

@@ -1,10 +1,5 @@
 """What reaches the record when sensors are set, and what stays as it is."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -29,17 +24,17 @@ NOISY = (
 )  # fmt: skip
 
 
-def run_with(*settings: str) -> RunParameters:
+def run_with(*settings):
     return load_experiment(None, ["record.duration=2 s", "input.period=0.5 s", *settings]).nominal_parameters
 
 
-def columns_of(runs: Sequence[RunParameters], coefficients: Sequence[float]) -> dict[str, Any]:
+def columns_of(runs, coefficients):
     return compute_columns(
         [Job.of(RunSpec(run), "run", K_i) for run, K_i in zip(runs, coefficients, strict=True)]
     )
 
 
-def have_same_bits(one: np.ndarray, other: np.ndarray) -> bool:
+def have_same_bits(one, other):
     return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
 
 
@@ -53,29 +48,29 @@ VARIED_LEAKS = [K_i for K_i in LEAKS for _ in (0, 1)]
 
 
 @pytest.fixture(scope="module")
-def varied() -> dict[str, Any]:
+def varied():
     return columns_of(VARIED, VARIED_LEAKS)
 
 
 @pytest.fixture(scope="module")
-def ideal() -> dict[str, Any]:
+def ideal():
     return columns_of([run.with_defaults(SENSING) for run in VARIED], VARIED_LEAKS)
 
 
-def test_every_measurable_signal_has_a_channel_and_every_channel_a_section() -> None:
+def test_every_measurable_signal_has_a_channel_and_every_channel_a_section():
     without = {"internal_leakage_flow", "load_force", "reference_position"}
     assert {channel.signal for channel in CHANNELS} == set(SIGNALS) - without
     sections = [name for name in RunParameters.model_fields if name.endswith("_sensor")]
     assert sorted(channel.section for channel in CHANNELS) == sorted(sections)
 
 
-def test_without_sensors_the_trajectory_itself_is_handed_on() -> None:
+def test_without_sensors_the_trajectory_itself_is_handed_on():
     run = run_with("measurement.seed=7", "pressure_1_sensor.damping_ratio=0.5")
     trajectory = simulate_batch([run], [0.0])
     assert Measurement([run]).show(trajectory) is trajectory
 
 
-def test_a_sensor_alters_its_own_signal_alone() -> None:
+def test_a_sensor_alters_its_own_signal_alone():
     quiet = run_with()
     columns = columns_of([run_with("pressure_2_sensor.noise=5 kPa"), quiet], [0.0, 0.0])
     for name in [*SIGNALS, "detail_rms"]:
@@ -83,9 +78,7 @@ def test_a_sensor_alters_its_own_signal_alone() -> None:
         assert equal == (name != "chamber_2_pressure"), name
 
 
-def test_what_happened_is_judged_and_what_is_measured_is_stored(
-    varied: dict[str, Any], ideal: dict[str, Any]
-) -> None:
+def test_what_happened_is_judged_and_what_is_measured_is_stored(varied, ideal):
     features = {"detail_rms", "approximation_rms", "mean_chamber_1_pressure"}
     measured = features | {channel.signal for channel in CHANNELS}
     for name, values in varied.items():
@@ -94,7 +87,7 @@ def test_what_happened_is_judged_and_what_is_measured_is_stored(
             assert same != (name in measured or name.startswith("dwt.")), name
 
 
-def test_bits_do_not_depend_on_order_or_on_neighbours(varied: dict[str, Any]) -> None:
+def test_bits_do_not_depend_on_order_or_on_neighbours(varied):
     order = [4, 0, 3, 5, 1, 2]
     shuffled = columns_of([VARIED[k] for k in order], [VARIED_LEAKS[k] for k in order])
     alone = columns_of(VARIED[3:4], VARIED_LEAKS[3:4])
@@ -103,7 +96,7 @@ def test_bits_do_not_depend_on_order_or_on_neighbours(varied: dict[str, Any]) ->
         np.testing.assert_array_equal(alone[name][0], varied[name][3])
 
 
-def test_runs_that_differ_in_leakage_or_seed_have_independent_noise() -> None:
+def test_runs_that_differ_in_leakage_or_seed_have_independent_noise():
     noisy = [
         run_with("pressure_1_sensor.noise=5 kPa", "pressure_2_sensor.noise=5 kPa", *others)
         for others in ((), ("leakage.internal_coefficient=2e-9",), ("measurement.seed=1",))
@@ -116,7 +109,7 @@ def test_runs_that_differ_in_leakage_or_seed_have_independent_noise() -> None:
     np.testing.assert_array_equal(sensor_reading(CHANNELS[0], noisy[0], silence, time), draws[0])
 
 
-def test_one_clock_samples_all_channels() -> None:
+def test_one_clock_samples_all_channels():
     run = run_with("measurement.jitter=0.1 ms")
     happened, columns = simulate_batch([run], [0.0]), columns_of([run], [0.0])
     instants = sampling_instants(happened.time, 1e-4, random_generator(run, CLOCK))
@@ -126,14 +119,14 @@ def test_one_clock_samples_all_channels() -> None:
         np.testing.assert_array_equal(columns[channel.signal][0], expected, err_msg=channel.signal)
 
 
-def test_errors_come_before_the_range_and_the_range_before_the_levels() -> None:
+def test_errors_come_before_the_range_and_the_range_before_the_levels():
     run = run_with("pressure_1_sensor={bias: 1 MPa, lowest: 0, highest: 4 MPa, bits: 2}")
     signal, time = np.array([-2e6, 0.1e6, 0.7e6, 9e6]), np.arange(4) / 500.0
     levels = np.array([0.0, 4e6 / 3, 4e6 / 3, 4e6])
     np.testing.assert_allclose(sensor_reading(CHANNELS[0], run, signal, time), levels)
 
 
-def test_a_run_that_failed_does_not_disturb_its_neighbours(varied: dict[str, Any]) -> None:
+def test_a_run_that_failed_does_not_disturb_its_neighbours(varied):
     broken = run_with(*NOISY, "fluid.bulk_modulus=1e7 MPa")
     columns = columns_of([broken, VARIED[2]], [0.0, VARIED_LEAKS[2]])
     assert columns["status"].tolist() == ["diverged", "ok"]
@@ -143,7 +136,7 @@ def test_a_run_that_failed_does_not_disturb_its_neighbours(varied: dict[str, Any
     np.testing.assert_array_equal(columns["chamber_1_pressure"][1], varied["chamber_1_pressure"][2])
 
 
-def test_a_fraction_of_a_sample_of_delay_alone_moves_the_finest_levels() -> None:
+def test_a_fraction_of_a_sample_of_delay_alone_moves_the_finest_levels():
     run = RunParameters()
     trajectory = simulate_batch([run], [0.0])
     pressure, time = trajectory.chamber_1_pressure[0], trajectory.time

@@ -1,15 +1,10 @@
 """Noise by density: what the anti-alias filter and sampling make of it."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import integrate, signal
 
-from hydrofdi.config import RunParameters, RunSpec, load_experiment
+from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing.noise import filtered_noise_autocovariance, gaussian_noise, noise_autocovariance
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -18,32 +13,29 @@ from hydrofdi.transforms.wavelet import detail_rms, noise_rms
 DENSITY, CORNER, SAMPLING = 20.0, 100.0, 500.0
 
 
-def run_with(*settings: str) -> RunParameters:
+def run_with(*settings):
     return load_experiment(None, settings).nominal_parameters
 
 
-def autocovariance_of(*settings: str) -> tuple[float, ...]:
+def autocovariance_of(*settings):
     run = run_with(*settings)
     return noise_autocovariance(run.pressure_1_sensor, run.measurement, run.record)
 
 
 @pytest.mark.parametrize("order", [2, 4])
 @pytest.mark.parametrize("delay", [0.0, 1e-3, 2e-2])
-def test_autocovariance_is_the_transform_of_what_the_filter_lets_through(order: int, delay: float) -> None:
-    def spectrum(frequency: float) -> float:
+def test_autocovariance_is_the_transform_of_what_the_filter_lets_through(order, delay):
+    def spectrum(frequency):
         return float(DENSITY**2 / (1.0 + (frequency / CORNER) ** (2 * order)))
 
-    if delay:
-        more: dict[str, Any] = {"weight": "cos", "wvar": 2.0 * np.pi * delay}
-    else:
-        more = {}
+    more = {"weight": "cos", "wvar": 2.0 * np.pi * delay} if delay else {}
     expected, _ = integrate.quad(spectrum, 0.0, 200 * CORNER, limit=2000, **more)
     found = filtered_noise_autocovariance(DENSITY, CORNER, order, delay)
     assert found == pytest.approx(expected, abs=1e-5 * DENSITY**2 * CORNER)
 
 
 @pytest.mark.parametrize("order", [2, 4])
-def test_noise_is_as_if_drawn_at_a_high_rate_filtered_and_sampled(order: int) -> None:
+def test_noise_is_as_if_drawn_at_a_high_rate_filtered_and_sampled(order):
     """An oracle that filters white noise at 20 kHz with SciPy's Butterworth, over seeded repeats."""
     rate, n_time, n_repeat, every = 20e3, 500, 200, 40
     white = np.random.default_rng(8).standard_normal((n_repeat, every * (n_time + 100)))
@@ -68,7 +60,7 @@ def test_noise_is_as_if_drawn_at_a_high_rate_filtered_and_sampled(order: int) ->
             )
 
 
-def test_noise_is_stationary_from_the_first_sample_on() -> None:
+def test_noise_is_stationary_from_the_first_sample_on():
     autocovariance = autocovariance_of("pressure_1_sensor.noise_density=20", "measurement.anti_alias=20 Hz")
     first = np.array(
         [gaussian_noise(autocovariance, 50, np.random.default_rng(k))[[0, -1]] for k in range(4000)]
@@ -78,7 +70,7 @@ def test_noise_is_stationary_from_the_first_sample_on() -> None:
     assert abs(correlation) < 4.0 / np.sqrt(4000)
 
 
-def test_spread_over_repeats_covers_the_stated_variance() -> None:
+def test_spread_over_repeats_covers_the_stated_variance():
     """In the record of 100 seeds, the 95 % interval of the variance holds the theory about 95 times."""
     settings = ("record.duration=2 s", "input.amplitude=0", "supply_sensor.noise_density=20 Pa/√Hz")
     runs = [run_with(*settings, f"measurement={{seed: {seed}, anti_alias: 100 Hz}}") for seed in range(100)]
@@ -104,14 +96,12 @@ def test_spread_over_repeats_covers_the_stated_variance() -> None:
         ([], 0.0),
     ],
 )
-def test_without_a_filter_noise_is_white_with_the_stated_variance(
-    settings: list[str], variance: float
-) -> None:
+def test_without_a_filter_noise_is_white_with_the_stated_variance(settings, variance):
     found = autocovariance_of(*(f"pressure_1_sensor.{setting}" for setting in settings))
     assert found == (pytest.approx(variance),)
 
 
-def test_filter_leaves_noise_of_a_sample_and_takes_that_of_a_bandwidth_as_its_density() -> None:
+def test_filter_leaves_noise_of_a_sample_and_takes_that_of_a_bandwidth_as_its_density():
     shared = "measurement={anti_alias: 100 Hz, anti_alias_order: 2}"
     assert autocovariance_of("pressure_1_sensor.noise=3 Pa", shared) == (9.0,)
     stated = "pressure_1_sensor={noise: 200 Pa, noise_bandwidth: 10 kHz}"
@@ -123,10 +113,10 @@ def test_filter_leaves_noise_of_a_sample_and_takes_that_of_a_bandwidth_as_its_de
 
 @pytest.mark.parametrize("corner", [20.0, 100.0, 240.0])
 @pytest.mark.parametrize("name", ["db8", "bior3.3"])
-def test_filtered_noise_has_in_every_level_the_rms_that_is_stated(corner: float, name: str) -> None:
+def test_filtered_noise_has_in_every_level_the_rms_that_is_stated(corner, name):
     autocovariance = autocovariance_of(
         "pressure_1_sensor.noise_density=20", f"measurement.anti_alias={corner}", "record.duration=200 s"
     )
     wavelet = WaveletConfig(name=name, levels=4)
-    noise: NDArray[np.float64] = gaussian_noise(autocovariance, 2**18, np.random.default_rng(9))
+    noise = gaussian_noise(autocovariance, 2**18, np.random.default_rng(9))
     np.testing.assert_allclose(detail_rms(noise, wavelet), noise_rms(wavelet, autocovariance), rtol=0.03)

@@ -1,7 +1,5 @@
 """Mistakes in the sections of sensors, and their units."""
 
-from __future__ import annotations
-
 import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
@@ -28,19 +26,19 @@ from hydrofdi.errors import ConfigError
         ("measurement.jitter=1 ms", "measurement.jitter"),
     ],
 )
-def test_mistake_is_reported(setting: str, key: str) -> None:
+def test_mistake_is_reported(setting, key):
     with pytest.raises(ConfigError, match=key):
         load_experiment(None, [setting])
 
 
-def test_impossible_point_of_a_sweep_is_reported_with_its_values() -> None:
+def test_impossible_point_of_a_sweep_is_reported_with_its_values():
     settings = ["sweep.grid.record.sampling_frequency=[500, 1000]", "measurement.jitter=0.4 ms"]
     experiment = load_experiment(None, [*settings, "store.signals=none"])
     with pytest.raises(ConfigError, match=r"sampling_frequency = 1000 Hz: measurement.jitter = 0.0004 s"):
         expand_runs(experiment)
 
 
-def test_quantities_have_the_unit_of_their_channel() -> None:
+def test_quantities_have_the_unit_of_their_channel():
     sensor = load_experiment(None, ["position_sensor={noise: 5 µm, lowest: -20 cm, drift: 1 µm/min}"])
     assert sensor.position_sensor.noise == 5e-6
     assert sensor.position_sensor.lowest == -0.2

@@ -123,6 +123,8 @@ def test_samples_without_time_are_counted_and_lost_lines_leave_a_gap():
     chunk, _ = read_in_pieces(lines, b"P1 [Pa]\n1\n2\nx\n4\n")
     assert chunk.time.tolist() == [0.0, 0.1, 3 / 10]
     assert lines.position == {"header": ["P1 [Pa]"], "n_sample": 4}
+    chunk, _ = read_in_pieces(reader(sampling_frequency=10), b"P1 [Pa]\tu [V]\n\t\n1\t2\n\t\n3\t4\n")
+    assert samples(chunk)["P1"] == [None, 1.0, None, 3.0], "delimiters alone are a row of empty cells"
 
 
 def test_a_position_holds_what_the_next_lines_need():

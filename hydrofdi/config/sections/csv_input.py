@@ -107,7 +107,7 @@ def parse_rows(text: str, place: str = "text") -> HeldRows:
     from hydrofdi.records.measured.description.sections import FormatConfig
     from hydrofdi.records.measured.rows import RowReader, runs
 
-    is_empty = RowReader(FormatConfig(), []).is_empty
+    is_empty = RowReader(FormatConfig(delimiter="space"), []).is_empty
     kept = [(number, line) for number, line in enumerate(text.splitlines(), 1) if not is_empty(line)]
     places, lines = [f"{place}:{number}" for number, _ in kept], [line for _, line in kept]
     first = int(bool(lines) and lines[0].lstrip(" '")[:1].isalpha())

@@ -44,9 +44,10 @@ class RowReader:
         self.delimiter = _NAMED.get(form.delimiter or "", form.delimiter) or _delimiter_of(first_lines, form)
 
     def is_empty(self, line: str) -> bool:
-        """Whether a line is blank or a comment."""
+        """Whether a line is blank or a comment; delimiters alone are a row of empty cells."""
         text, comment = line.strip(" \r"), self._form.comment
-        return not text.strip() or bool(comment and text.startswith(comment))
+        is_blank = not (text if self.delimiter == "\t" else text.strip())
+        return is_blank or bool(comment and text.startswith(comment))
 
     def header(self, line: str) -> list[str]:
         """Names in a line, without empty ones at the end."""

@@ -9,6 +9,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from io import IncrementalNewlineDecoder
+from itertools import dropwhile
 from pathlib import Path
 
 import numpy as np
@@ -99,9 +100,9 @@ class TextTable(Table):
         kept = self._beginning()
         if not kept:
             raise DataError(f"{place}: contains no rows")
-        self._lines = [number for number, _ in kept]
-        texts = [line for _, line in kept]
-        self._rows, self._units = RowReader(form, texts[:2]), [""]
+        self._rows, self._units = RowReader(form, [line for _, line in kept[:2]]), [""]
+        kept = [each for each in kept if not self._rows.is_empty(each[1])]
+        self._lines, texts = [number for number, _ in kept], [line for _, line in kept]
         cells = self._cells_of(texts)
         self._n_head = self._n_head_of(cells) if self._has_header(cells[0]) else 0
         self.titles = self._rows.header(texts[0]) if self._n_head else self._numbered(texts, cells)
@@ -187,7 +188,7 @@ class TextTable(Table):
             kept = [(n, line) for n, line in enumerate(lines[skip:], skip + 1) if not reader.is_empty(line)]
             if len(kept) > 3:
                 break
-        return kept[:_SOME]
+        return [*dropwhile(lambda each: not each[1].strip(), kept)][:_SOME]
 
     def _cells_of(self, texts: list[str]) -> list[list[str]]:
         """Cells of the first lines."""

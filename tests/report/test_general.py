@@ -14,7 +14,7 @@ from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.papers import make_report
 from hydrofdi.report.figures import draw_figure
 from tests.commands import run_hydrofdi
-from tests.conftest import sweep_in
+from tests.conftest import REPOSITORY, sweep_in
 
 FRICTION = """\
 name: friction
@@ -36,6 +36,14 @@ def test_a_sweep_of_friction_and_period_speaks_of_no_table_and_no_claim(friction
     assert "friction.viscous" in text
     for word in ("table 3", "table3", "claim", "paper", "maddahi", "d3 rule", "published", "scenario"):
         assert word not in text.partition("configuration and provenance")[0], word
+
+
+def test_its_page_and_files_speak_of_none_either(friction, tmp_path):
+    assert run_hydrofdi("report", friction.directory, "--out", tmp_path, cwd=tmp_path).returncode == 0
+    page = (tmp_path / "friction.html").read_text(encoding="utf-8").partition("section-provenance")[0]
+    assert "Change of the details" in page
+    assert "claim" not in page.lower()
+    assert not list(tmp_path.glob("figure?.*"))
 
 
 def test_it_has_nothing_to_check(friction):
@@ -200,3 +208,10 @@ def test_without_the_indicator_of_the_details_there_is_no_table_of_them(tmp_path
     assert "statistics (pressure_statistics)" in printed
     for words in ("details", "Table 3", "Claims"):
         assert words not in printed
+
+
+def test_null_takes_the_paper_away(tmp_path):
+    file = tmp_path / "own.yaml"
+    base = REPOSITORY / "configs" / "table3.yaml"
+    file.write_text(f"extends: {base}\nname: own\npaper: null\nclaims: []\n")
+    assert not load_experiment(file).paper

@@ -224,7 +224,7 @@ def remarks_with_counts(detection: Detection) -> tuple[str, ...]:
         scored = judgement.scored
         if np.isfinite(scored.values).any():
             texts = (*judgement.refusals, *judgement.remarks, *filter(None, [scored.note]))
-            others.update({_P_VALUE.sub("", text) for text in texts})
+            others.update([*dict.fromkeys(_P_VALUE.sub("", text) for text in texts)])
         else:
             notes[scored.note] += 1
     told = (*notes.most_common(), *others.most_common(_MOST_REMARKS))

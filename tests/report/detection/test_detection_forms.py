@@ -8,7 +8,7 @@ import pytest
 
 from hydrofdi.cli.tables import print_document
 from hydrofdi.evaluation.populations import Kind
-from hydrofdi.report.detection.answer import answer_block, answer_sentence
+from hydrofdi.report.detection.answer import answer_block, answer_sentence, remarks_with_counts
 from hydrofdi.report.detection.selection import best_with_sensors
 from hydrofdi.report.detection.wording import sensors
 from hydrofdi.report.forms.page import render_markdown, render_page
@@ -199,3 +199,11 @@ def test_more_sensors_never_find_less():
     text, sheet = first_page(detection)
     assert [row[1] for row in rows(sheet)] == ["good"]
     assert "P2 and u would not help" in text
+
+
+def test_remarks_that_are_equally_frequent_keep_their_order():
+    detection = judged()
+    said = tuple(f"remark {k}" for k in range(20))
+    best = replace(detection.judgements[0], remarks=(*said, said[0]))
+    told = remarks_with_counts(replace(detection, judgements=(best, *detection.judgements[1:])))
+    assert [each.partition(" (")[0] for each in told if each.startswith("remark ")] == [*said]

@@ -37,6 +37,12 @@ def test_the_answer_states_the_quickest_chart_with_its_interval():
     assert " 1.5 (1.5–1.5) s at 1 (own, whose healthy test records alarm once in " in told
 
 
+def test_charts_that_alarm_too_often_in_health_answer_nothing():
+    told = answer(too_loud())
+    assert told.startswith("Healthy test records alarm more often than once in 16.7 min")
+    assert " s (" in told
+
+
 def test_the_answer_is_that_of_the_longest_time_that_has_a_limit():
     """Whatever has none is named once for all charts, with the reason."""
     told = block(traces(), [EVERY, 1e6])

@@ -111,6 +111,7 @@ def _mark_values(panel: Any, places: Sequence[float], labels: Sequence[str]) -> 
         log_axis(panel.xaxis)
     else:
         panel.locator_params(axis="x", nbins=5)
+        panel.xaxis.set_major_formatter("{x:g}")
 
 
 def _note(axes: Sequence[AxisResponses], n_axis: int, n_feature: int, n_all: int) -> str:

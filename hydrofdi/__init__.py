@@ -37,36 +37,27 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Detector": "hydrofdi.api.detectors.detector",
-    "Evaluation": "hydrofdi.api.evaluation",
-    "Exported": "hydrofdi.api.exporting",
-    "HydrofdiError": "hydrofdi.errors",
-    "Inspection": "hydrofdi.api.inspecting",
-    "Results": "hydrofdi.api.results",
-    "Run": "hydrofdi.api.run",
-    "Table": "hydrofdi.report.table",
-    "calibrate": "hydrofdi.api.check",
-    "check": "hydrofdi.api.check",
-    "collect": "hydrofdi.api.sweep",
-    "detect": "hydrofdi.api.detectors.detector",
-    "evaluate": "hydrofdi.api.evaluation",
-    "export": "hydrofdi.api.exporting",
-    "indicators": "hydrofdi.api.measuring",
-    "inspect": "hydrofdi.api.inspecting",
-    "load": "hydrofdi.api.results",
-    "load_experiment": "hydrofdi.config",
-    "measure": "hydrofdi.api.measuring",
-    "plan": "hydrofdi.api.plan",
-    "replay": "hydrofdi.api.replaying",
-    "report": "hydrofdi.api.results",
-    "rerun": "hydrofdi.api.folders",
-    "schema": "hydrofdi.settings.ready",
-    "simulate": "hydrofdi.api.run",
-    "status": "hydrofdi.api.folders",
-    "sweep": "hydrofdi.api.sweep",
-    "train": "hydrofdi.api.detectors.training",
-    "verify": "hydrofdi.api.folders",
-    "why": "hydrofdi.api.folders",
+    name: f"hydrofdi.{module}"
+    for module, names in {
+        "api.check": "calibrate check",
+        "api.detectors.detector": "Detector detect",
+        "api.detectors.training": "train",
+        "api.evaluation": "Evaluation evaluate",
+        "api.exporting": "Exported export",
+        "api.folders": "rerun status verify why",
+        "api.inspecting": "Inspection inspect",
+        "api.measuring": "indicators measure",
+        "api.plan": "plan",
+        "api.replaying": "replay",
+        "api.results": "Results load report",
+        "api.run": "Run simulate",
+        "api.sweep": "collect sweep",
+        "config": "load_experiment",
+        "errors": "HydrofdiError",
+        "report.table": "Table",
+        "settings.ready": "schema",
+    }.items()
+    for name in names.split()
 }
 """Name → module that it is loaded from when it is first used."""
 

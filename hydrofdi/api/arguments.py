@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
@@ -12,6 +12,11 @@ from typing import Any
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import brief
 from hydrofdi.units import parse_quantity
+
+Names = str | Mapping[str, str] | None
+"""One name for all columns, or column → name."""
+Texts = str | Sequence[str] | None
+"""One text for all records, or one for each."""
 
 
 def refusal(name: str, expected: str, found: object) -> ConfigError:

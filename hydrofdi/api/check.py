@@ -258,7 +258,21 @@ def calibrate(
     values = [positive_of("flows", flow, "m^3/s", what) for flow in flows]
     if not values:
         raise ConfigError("flows: name at least one, e.g. 0.12 L/min")
-    return calibrate_flows(load_experiment(experiment, settings), values)
+    loaded = load_experiment(experiment, settings)
+    sweep = SweepConfig(grid={"leakage.internal_flow": list(dict.fromkeys(values))})
+    table = expand_runs(loaded.model_copy(update={"sweep": sweep}))
+    runs = table.runs[: table.n_swept]
+    coefficients = leakage_coefficients(runs, InProcessEngine(), {})
+    jobs = [Job(str(k), run.calibration or run.parameters, coefficients[k]) for k, run in enumerate(runs)]
+    targets = []
+    for job, row in zip(jobs, computed_rows(jobs), strict=True):
+        mean = float(row["mean_internal_leakage_flow"])
+        difference = np.mean(np.abs(row["chamber_1_pressure"] - row["chamber_2_pressure"]))
+        piston = job.parameters.actuator.piston_area * np.mean(np.abs(row["piston_velocity"]))
+        targets.append(
+            LeakageTarget(mean, job.leakage_coefficient, float(mean / difference), float(mean / piston))
+        )
+    return targets
 
 
 def inspect_experiment(
@@ -740,27 +754,3 @@ class LeakageTarget:
     coefficient: float
     laminar_coefficient: float
     piston_share: float
-
-
-def calibrate_flows(experiment: ExperimentConfig, flows: Sequence[float]) -> list[LeakageTarget]:
-    """Solve several mean leakage flows [m³/s] at once, under the experiment's baseline conditions.
-
-    Raises
-    ------
-    ConfigError
-        A flow cannot be reached.
-    """
-    sweep = SweepConfig(grid={"leakage.internal_flow": list(dict.fromkeys(flows))})
-    table = expand_runs(experiment.model_copy(update={"sweep": sweep}))
-    runs = table.runs[: table.n_swept]
-    coefficients = leakage_coefficients(runs, InProcessEngine(), {})
-    jobs = [Job(str(k), run.calibration or run.parameters, coefficients[k]) for k, run in enumerate(runs)]
-    targets = []
-    for job, row in zip(jobs, computed_rows(jobs), strict=True):
-        mean = float(row["mean_internal_leakage_flow"])
-        difference = np.mean(np.abs(row["chamber_1_pressure"] - row["chamber_2_pressure"]))
-        piston = job.parameters.actuator.piston_area * np.mean(np.abs(row["piston_velocity"]))
-        targets.append(
-            LeakageTarget(mean, job.leakage_coefficient, float(mean / difference), float(mean / piston))
-        )
-    return targets

@@ -10,11 +10,10 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.api.arguments import names_of
+from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import labels_of_healthy
 from hydrofdi.api.measuring import Counted, Indicators, assumed_plants, indicators_of, with_options
-from hydrofdi.api.records.columns import Names
-from hydrofdi.api.records.sources import Said, Texts, sources_of
+from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.populations import Kind, Population
@@ -115,7 +114,27 @@ class Evaluation(Guessable):
     @property
     def conclusion(self) -> str:
         """Comparison of healthy groups over all scores; empty if there are fewer than two."""
-        return conclusion(self.detection.judgements, self.healthy_pairs)
+        known = [
+            stands_clear(each, self.healthy_pairs[each.scored.name])
+            for each in self.detection.judgements
+            if each.levels
+        ]
+        known = [each for each in known if each is not None]
+        n_not, n_score = known.count(False), len(known)
+        if not n_score:
+            return ""
+        if n_not == n_score:
+            return (
+                "only the unit or the day was detected: in every score, healthy groups differ "
+                "from each other as much as faults differ from them"
+            )
+        if n_not:
+            return (
+                f"by {n_not} of {counted(n_score, 'score')}, marked ~, healthy"
+                " groups differ from each other as much as"
+                " faults differ from them: what these detect may be the unit or the day"
+            )
+        return "by every score, a fault differs from healthy records more than healthy groups from each other"
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
@@ -137,7 +156,25 @@ class Evaluation(Guessable):
         with ``auc_low`` and ``auc_high``; ``q90_95``, the leak that is found nine times in ten [m³/s]; and
         how many records are ``without_number``.
         """
-        return scores_table(self.detection, self.healthy_pairs)
+        rows = [
+            row
+            for each in self.detection.judgements
+            for row in _rows(self.detection.records, each, self.healthy_pairs[each.scored.name])
+        ]
+
+        def column(name: str, unit: str = "", title: str = "") -> Column:
+            texts = [row["texts"].get(name, HOLE) for row in rows]
+            is_shown, is_text = bool({*texts} - {HOLE}), name in _WORDS
+            text = texts if is_shown else number_text
+            values = [row[name] for row in rows]
+            return Column(name, values, unit, title, text, is_text=is_text, is_shown=is_shown)
+
+        firsts = [at for at, row in enumerate(rows) if at and row["score"] != rows[at - 1]["score"]]
+        return Table(
+            (*map(column, _WORDS), *(column(name, *more) for name, more in _NUMBERS.items())),
+            n_lead=2,
+            breaks=firsts if len(rows) > 2 * len(self.detection.judgements) else (),
+        )
 
     @cached_property
     def pairs(self) -> Table:
@@ -147,7 +184,34 @@ class Evaluation(Guessable):
         under the ROC curve, ``auc``, with ``auc_low`` and ``auc_high``. If no alarms are counted, both groups
         are listed once, and the second reads higher.
         """
-        return pairs_table(self.best, self.healthy_pairs.get(self.best, ()))
+        pairs = sorted(self.healthy_pairs.get(self.best, ()), key=lambda pair: -abs(pair.area.value - 0.5))
+        has_alarms = any(pair.rate is not None for pair in pairs)
+        if not has_alarms:
+            pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]
+        ends = [_pair_record(pair) | {"n": pair.rate and pair.rate.total} for pair in pairs]
+        titles = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
+
+        def column(name: str, key: str = "", **more: Any) -> Column:
+            return Column(name, [each[key or name] for each in ends], **more)
+
+        return Table(
+            (
+                column("fit_group", title=titles[0], is_text=True),
+                column("test_group", title=titles[1], is_text=True),
+                column("auc", "value", title="AUC", text=[_area_text(pair.area) for pair in pairs]),
+                column("auc_low", "low", is_shown=False),
+                column("auc_high", "high", is_shown=False),
+                column(
+                    "alarms",
+                    title="false alarms",
+                    text=[f"{pair.rate.count} of {pair.rate.total}" if pair.rate else HOLE for pair in pairs],
+                    is_shown=has_alarms,
+                ),
+                column("n", is_shown=False),
+            ),
+            title=f"Healthy groups against each other by {self.best}: none of them leaks",
+            n_lead=2,
+        )
 
     def to_pandas(self) -> pandas.DataFrame:
         """The `table` as a data frame."""
@@ -344,29 +408,6 @@ _NUMBERS = {
 """Column → unit and title."""
 
 
-def scores_table(detection: Detection, pairs: Pairs) -> Table:
-    """A row for each score and population; ~ marks scores by which healthy groups differ as faults do."""
-    rows = [
-        row
-        for each in detection.judgements
-        for row in _rows(detection.records, each, pairs[each.scored.name])
-    ]
-
-    def column(name: str, unit: str = "", title: str = "") -> Column:
-        texts = [row["texts"].get(name, HOLE) for row in rows]
-        is_shown, is_text = bool({*texts} - {HOLE}), name in _WORDS
-        text = texts if is_shown else number_text
-        values = [row[name] for row in rows]
-        return Column(name, values, unit, title, text, is_text=is_text, is_shown=is_shown)
-
-    firsts = [at for at, row in enumerate(rows) if at and row["score"] != rows[at - 1]["score"]]
-    return Table(
-        (*map(column, _WORDS), *(column(name, *more) for name, more in _NUMBERS.items())),
-        n_lead=2,
-        breaks=firsts if len(rows) > 2 * len(detection.judgements) else (),
-    )
-
-
 def _rows(
     records: StudyRecords, judgement: Judgement, pairs: Sequence[HealthyPair]
 ) -> Iterator[dict[str, Any]]:
@@ -408,38 +449,6 @@ def _rows(
             "without_number": missing.get(population.name, 0),
             "texts": texts,
         }
-
-
-def pairs_table(best: str, found: Sequence[HealthyPair]) -> Table:
-    """Healthy groups against each other by the best score; in both orders only if alarms depend on it."""
-    pairs = sorted(found, key=lambda pair: -abs(pair.area.value - 0.5))
-    has_alarms = any(pair.rate is not None for pair in pairs)
-    if not has_alarms:
-        pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]
-    ends = [_pair_record(pair) | {"n": pair.rate and pair.rate.total} for pair in pairs]
-    titles = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
-
-    def column(name: str, key: str = "", **more: Any) -> Column:
-        return Column(name, [each[key or name] for each in ends], **more)
-
-    return Table(
-        (
-            column("fit_group", title=titles[0], is_text=True),
-            column("test_group", title=titles[1], is_text=True),
-            column("auc", "value", title="AUC", text=[_area_text(pair.area) for pair in pairs]),
-            column("auc_low", "low", is_shown=False),
-            column("auc_high", "high", is_shown=False),
-            column(
-                "alarms",
-                title="false alarms",
-                text=[f"{pair.rate.count} of {pair.rate.total}" if pair.rate else HOLE for pair in pairs],
-                is_shown=has_alarms,
-            ),
-            column("n", is_shown=False),
-        ),
-        title=f"Healthy groups against each other by {best}: none of them leaks",
-        n_lead=2,
-    )
 
 
 def _area_text(area: Area) -> str:
@@ -556,24 +565,3 @@ def ranked_by_control(judgements: Sequence[Judgement], pairs: Pairs) -> tuple[Ju
         )
 
     return tuple(sorted(judgements, key=place))
-
-
-def conclusion(judgements: Sequence[Judgement], pairs: Pairs) -> str:
-    """What the control says of all scores, in one sentence; empty if there is none."""
-    known = [stands_clear(each, pairs[each.scored.name]) for each in judgements if each.levels]
-    known = [each for each in known if each is not None]
-    n_not, n_score = known.count(False), len(known)
-    if not n_score:
-        return ""
-    if n_not == n_score:
-        return (
-            "only the unit or the day was detected: in every score, healthy groups differ "
-            "from each other as much as faults differ from them"
-        )
-    if n_not:
-        return (
-            f"by {n_not} of {counted(n_score, 'score')}, marked ~, healthy"
-            " groups differ from each other as much as"
-            " faults differ from them: what these detect may be the unit or the day"
-        )
-    return "by every score, a fault differs from healthy records more than healthy groups from each other"

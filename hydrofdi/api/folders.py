@@ -23,7 +23,7 @@ from hydrofdi.config.run_table.expansion import NO_RUN
 from hydrofdi.config.run_table.runs import record_identity
 from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
-from hydrofdi.quality.doubts import DOUBTS, Doubt, doubt_counts, doubts_of, remedy
+from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of
 from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.store.folder.provenance import read_provenance
 from hydrofdi.store.index import StoredRun, read_index
@@ -286,7 +286,7 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
         provenance=provenance[-1] if provenance else None,
         verdict=verdict,
         doubts={doubt.word: _doubt(doubt, held) for doubt in doubts_of(verdict)},
-        remedy=remedy(status),
+        remedy=REMEDIES.get(status, ""),
         changes=changes_since(directory, plan.experiment) if position in plan.missing else {},
         is_baseline=compared != NO_RUN and plan.run_ids[compared] == run_id,
         units=plan.experiment.units,

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.api.arguments import refusal
+from hydrofdi.api.arguments import Names, Texts, refusal
 from hydrofdi.api.measuring import Indicators, indicators_of, plant_advice
-from hydrofdi.api.records.columns import Names
-from hydrofdi.api.records.sources import Said, Texts, sources_of
+from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import Issue, ReportError
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.records import Channel
 from hydrofdi.records.overview import Finding, Overview, Range, look_at
+from hydrofdi.report.forms.numbers import plain
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import Guessable, counted
 
@@ -206,5 +205,4 @@ def inspect(
 
 def _range_record(found: Range) -> dict[str, Any]:
     numbers = {"min": found.least, "mean": found.mean, "max": found.largest}
-    finite = {name: value if math.isfinite(value) else None for name, value in numbers.items()}
-    return {"unit": found.unit, "records": found.n_record} | finite
+    return {"unit": found.unit, "records": found.n_record, **plain(numbers)}

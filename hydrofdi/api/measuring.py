@@ -8,9 +8,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.api.arguments import refusal
-from hydrofdi.api.records.columns import Names
-from hydrofdi.api.records.sources import Said, Texts, sources_of
+from hydrofdi.api.arguments import Names, Texts, refusal
+from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.description import Description, describe

@@ -28,7 +28,7 @@ from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import Guessable, counted
-from hydrofdi.settings.readable import shown_bytes, shown_seconds
+from hydrofdi.settings.readable import shown_bytes, time_text
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.experiment_file import computed_variables
 from hydrofdi.store.folder.provenance import Failure, read_failures
@@ -134,7 +134,14 @@ class SweepPlan:
     @cached_property
     def file_bytes(self) -> int:
         """Size of the experiment file before compression; the shards take as much again."""
-        return len(self.run_ids) * _row_bytes(self)
+        store, sizes = self.experiment.store, dimensions(self.table.runs)
+        n_sample = self.table.runs[0].parameters.record.n_sample
+        n_number = sum(
+            prod(sizes[name] for name in variable.dimensions[1:])
+            for variable in computed_variables(self.table)
+        )
+        n_byte = (4 if store.dtype == "float32" else 8) * n_sample * len(stored_signals(store.signals))
+        return len(self.run_ids) * (8 * n_number + n_byte)
 
     @property
     def free_bytes(self) -> int:
@@ -242,17 +249,6 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     return least, _MOST_FACTOR * least + _START_SECONDS
 
 
-def _row_bytes(plan: SweepPlan) -> int:
-    """Bytes that a run takes in the experiment file."""
-    store, sizes = plan.experiment.store, dimensions(plan.table.runs)
-    n_sample = plan.table.runs[0].parameters.record.n_sample
-    n_signal = len(stored_signals(store.signals))
-    n_number = sum(
-        prod(sizes[name] for name in variable.dimensions[1:]) for variable in computed_variables(plan.table)
-    )
-    return 8 * n_number + (4 if store.dtype == "float32" else 8) * n_sample * n_signal
-
-
 class Plan(Guessable, SimpleNamespace):
     """What a sweep will do, as `hydrofdi.plan` returns it.
 
@@ -296,7 +292,7 @@ class Plan(Guessable, SimpleNamespace):
         return dict(vars(self))
 
     def __repr__(self) -> str:
-        least, most = shown_seconds(self.predicted_seconds), shown_seconds(self.predicted_seconds_most)
+        least, most = time_text(self.predicted_seconds), time_text(self.predicted_seconds_most)
         return (
             f"{self.experiment}: {self.missing:,} of {counted(self.planned, 'run')} to compute in {least} to"
             f" {most}; {counted(len(self.warnings), 'warning')}, see .warnings"
@@ -340,45 +336,39 @@ def plan(
     workers = available_cores() if workers is None else count_of("workers", workers)
     loaded = load_experiment({} if experiment is None else experiment, settings)
     with shown_in(loaded.units):
-        return _planned(loaded, out, workers, retry_failed)
-
-
-def _planned(
-    loaded: ExperimentConfig, out: str | PathLike[str] | None, workers: int, retry_failed: bool
-) -> Plan:
-    directory = experiment_directory(loaded, None if out is None else path_of(out))
-    made = plan_sweep(loaded, directory, retry_failed=retry_failed)
-    n_run = len(made.run_ids)
-    least, most = predict_seconds(made, workers)
-    failed = sum(run_id in made.failures for run_id in made.run_ids)
-    return Plan(
-        experiment=loaded.name,
-        file=str(made.file),
-        planned=n_run,
-        swept=made.table.n_swept,
-        controls_added=n_run - made.table.n_swept,
-        study=_study_record(made),
-        axes={name: without_contents(list(values)) for name, values in _axes(made).items()},
-        first_point=_point(made, 0),
-        last_point=_point(made, made.table.n_swept - 1),
-        stored=n_run - len(made.missing) - failed,
-        failed_before=failed,
-        missing=len(made.missing),
-        simulated_records=made.n_simulated,
-        measured_analyses=len(made.measurable),
-        reasons=made.reasons(),
-        solutions=asdict(made.table.runs.at(made.simulated).solutions()),
-        calibrated_at=loaded.calibration.at,
-        workers=workers,
-        predicted_seconds=least,
-        predicted_seconds_most=most,
-        predicted_file_bytes=made.file_bytes,
-        free_bytes=made.free_bytes,
-        warnings=made.warnings,
-        unusual_values=unusual_values(loaded),
-        idle_parameters=idle_parameters(loaded),
-        units=loaded.units,
-    )
+        directory = experiment_directory(loaded, None if out is None else path_of(out))
+        made = plan_sweep(loaded, directory, retry_failed=retry_failed)
+        n_run = len(made.run_ids)
+        least, most = predict_seconds(made, workers)
+        failed = sum(run_id in made.failures for run_id in made.run_ids)
+        return Plan(
+            experiment=loaded.name,
+            file=str(made.file),
+            planned=n_run,
+            swept=made.table.n_swept,
+            controls_added=n_run - made.table.n_swept,
+            study=_study_record(made),
+            axes={name: without_contents(list(values)) for name, values in _axes(made).items()},
+            first_point=_point(made, 0),
+            last_point=_point(made, made.table.n_swept - 1),
+            stored=n_run - len(made.missing) - failed,
+            failed_before=failed,
+            missing=len(made.missing),
+            simulated_records=made.n_simulated,
+            measured_analyses=len(made.measurable),
+            reasons=made.reasons(),
+            solutions=asdict(made.table.runs.at(made.simulated).solutions()),
+            calibrated_at=loaded.calibration.at,
+            workers=workers,
+            predicted_seconds=least,
+            predicted_seconds_most=most,
+            predicted_file_bytes=made.file_bytes,
+            free_bytes=made.free_bytes,
+            warnings=made.warnings,
+            unusual_values=unusual_values(loaded),
+            idle_parameters=idle_parameters(loaded),
+            units=loaded.units,
+        )
 
 
 def _axes(plan: SweepPlan) -> dict[str, tuple[Any, ...]]:

@@ -7,11 +7,11 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from shutil import get_terminal_size
 
 from hydrofdi.api.arguments import refusal
-from hydrofdi.settings.readable import shown_seconds
+from hydrofdi.settings.readable import time_text
 
 _SECONDS_BETWEEN_DRAWINGS, _SECONDS_BETWEEN_LINES = 0.5, 30.0
 _BAR = 20
@@ -52,10 +52,10 @@ class Progress:
     def __str__(self) -> str:
         counted = f"{self.done:,} of {self.total:,} {self.what}"
         if not self.done or self.seconds_left is None:
-            return f"{counted}, {shown_seconds(self.seconds)} so far"
+            return f"{counted}, {time_text(self.seconds)} so far"
         rate = self.done / max(self.seconds, 1e-9)
         speed = f"{rate:,.0f}/s" if rate >= 9.5 else f"{rate:.2g}/s"
-        return f"{counted}, {speed}, {self.failed:,} failed, {shown_seconds(self.seconds_left)} left"
+        return f"{counted}, {speed}, {self.failed:,} failed, {time_text(self.seconds_left)} left"
 
 
 class Watching:
@@ -63,25 +63,22 @@ class Watching:
 
     def __init__(self, show: Callable[[Progress], object]) -> None:
         self._show = show
-        self._what, self._done, self._total, self._failed = "", 0, 0, 0
-        self._start = time.monotonic()
+        self._counts, self._start = Progress("", 0, 0, 0, 0.0), time.monotonic()
 
     @property
     def progress(self) -> Progress:
         """Present progress of the sweep."""
-        seconds = time.monotonic() - self._start
-        return Progress(self._what, self._done, self._total, self._failed, seconds)
+        return replace(self._counts, seconds=time.monotonic() - self._start)
 
     def begin(self, what: str, total: int) -> None:
         """State the number of `what` that are to be computed."""
-        self._what, self._done, self._total, self._failed = what, 0, total, 0
-        self._start = time.monotonic()
+        self._counts, self._start = Progress(what, 0, total, 0, 0.0), time.monotonic()
         self._show(self.progress)
 
     def advance(self, count: int, n_failed: int = 0) -> None:
         """Count more that ended, and how many of these failed."""
-        self._done += count
-        self._failed += n_failed
+        counts = self._counts
+        self._counts = replace(counts, done=counts.done + count, failed=counts.failed + n_failed)
         self._show(self.progress)
 
     def tell(self, message: object) -> None:
@@ -107,7 +104,7 @@ class StandardError(Watching):
     def repeat(self) -> None:
         """Refresh the progress regularly, so that a long run does not look like a standstill."""
         while not self.ended.wait(_SECONDS_BETWEEN_DRAWINGS if self._redraws else _SECONDS_BETWEEN_LINES):
-            if self._total:
+            if self._counts.total:
                 (self._draw if self._redraws else self.tell)(self.progress)
 
     def _draw(self, progress: Progress) -> None:

@@ -12,8 +12,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, TextIO
 
-from hydrofdi.api.arguments import names_of, positive_of
-from hydrofdi.api.records.columns import Names
+from hydrofdi.api.arguments import Names, names_of, positive_of
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.monitor.configuration import MqttAddress, is_mqtt, load_monitor_config

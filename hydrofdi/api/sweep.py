@@ -258,7 +258,12 @@ def run_sweep(
         return _summary(plan, 0, start, interrupted=False)
     try:
         with engine if plan.missing else nullcontext():
-            _announce(plan, engine, watcher)
+            if plan.missing:
+                kept = cache_directory("simulation")
+                if plan.simulated and not (kept and any(kept.iterdir())):
+                    watcher.tell("compiling the simulation for this processor; this happens once")
+                of, workers = counted(len(plan.run_ids), "run"), counted(engine.workers, "worker")
+                watcher.tell(f"{len(plan.missing):,} of {of} to compute with {workers}")
             known = read_calibrations(directory)
             jobs, lost = _jobs(plan, engine, known, watcher)
             with experiment_lock(directory, watcher.tell):
@@ -318,17 +323,6 @@ def _write_file(
     index.save()
 
 
-def _announce(plan: SweepPlan, engine: Engine, watcher: Watching) -> None:
-    """Announce what will be done."""
-    if not plan.missing:
-        return
-    kept = cache_directory("simulation")
-    if plan.simulated and not (kept and any(kept.iterdir())):
-        watcher.tell("compiling the simulation for this processor; this happens once")
-    workers = counted(engine.workers, "worker")
-    watcher.tell(f"{len(plan.missing):,} of {counted(len(plan.run_ids), 'run')} to compute with {workers}")
-
-
 def _jobs(
     plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watching
 ) -> tuple[list[Job], list[tuple[Job, TaskFailure]]]:
@@ -336,16 +330,13 @@ def _jobs(
     simulated, failures = plan.simulated, dict[int, TaskFailure]()
     solved = _coefficients(plan, plan.table.runs.at(simulated), engine, known, failures, watcher)
     coefficients = dict(zip(simulated, solved, strict=True))
-    jobs = {position: _job(plan, position, coefficients.get(position, math.nan)) for position in plan.missing}
+    jobs = {}
+    for position in plan.missing:  # a stored record brings its own coefficient
+        own = plan.run_ids[position], coefficients.get(position, math.nan), plan.record_ids[position]
+        job = Job.of(plan.table.runs[position], *own)
+        jobs[position] = replace(job, stored=plan.measurable.get(position))
     lost = [(jobs.pop(simulated[k]), failure) for k, failure in failures.items()]
     return list(jobs.values()), lost
-
-
-def _job(plan: SweepPlan, position: int, coefficient: float) -> Job:
-    """The job of a missing run; a stored record brings its own coefficient."""
-    run, record_id = plan.table.runs[position], plan.record_ids[position]
-    job = Job.of(run, plan.run_ids[position], coefficient, record_id)
-    return replace(job, stored=plan.measurable.get(position))
 
 
 def _coefficients(

@@ -93,10 +93,7 @@ def configs(
     if asked not in ready_names():
         raise ConfigError(f"{name}: no such ready configuration{ready_hint(Path(asked))}")
     text = ready_copy(asked)
-    if json:
-        print_json({"name": asked, "about": ready_summary(asked), "text": text})
-    else:
-        write_out(text)
+    answer({"name": asked, "about": ready_summary(asked), "text": text}, text.removesuffix("\n"), json=json)
     return 0
 
 
@@ -159,7 +156,7 @@ def simulate(
     from hydrofdi.api.run import simulate as simulate_actuator
     from hydrofdi.config import load_experiment
     from hydrofdi.config.shown_values import shown_in
-    from hydrofdi.quality.doubts import doubts_of, remedy
+    from hydrofdi.quality.doubts import REMEDIES, doubts_of
 
     experiment = load_experiment(config, settings or ())
     with shown_in(experiment.units):
@@ -171,7 +168,7 @@ def simulate(
             tell(f"warning: {warning}")
         answer(run, lambda run: [run.table], json=json)
         if run.status != "ok":
-            tell(f"the run failed: {run.status}: {run.message}; {remedy(run.status)}")
+            tell(f"the run failed: {run.status}: {run.message}; {REMEDIES[run.status]}")
             return 1
         for doubt in doubts_of(run.verdict):
             tell(f"{doubt.word}: {doubt.remedy}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hydrofdi.cli.options import Config, Directory, Json, Settings, Sweep
-from hydrofdi.cli.terminal import answer, facts, print_json, tell, write_out
+from hydrofdi.cli.terminal import answer, facts, print_json, tell
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
@@ -54,8 +54,8 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
     """Print what a sweep did, and the verdicts on its runs."""
     from dataclasses import asdict
 
-    from hydrofdi.quality.doubts import doubt_lines, remedy
-    from hydrofdi.settings.readable import shown_seconds
+    from hydrofdi.quality.doubts import REMEDIES, doubt_lines
+    from hydrofdi.settings.readable import time_text
 
     if json:
         print_json({**asdict(summary), "file": str(summary.file)})
@@ -63,12 +63,12 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
     tell(
         f"{counted(summary.planned, 'run')}: {summary.completed:,}"
         f" computed{measured}, {summary.skipped:,} stored"
-        f" before, {summary.failed:,} failed, in {shown_seconds(summary.seconds)}",
+        f" before, {summary.failed:,} failed, in {time_text(summary.seconds)}",
         *doubt_lines(summary.verdicts),
         *(
-            f"{count:,} {status}: {remedy(status)}"
+            f"{count:,} {status}: {REMEDIES[status]}"
             for status, count in summary.statuses.items()
-            if remedy(status)
+            if status in REMEDIES
         ),
         *(f"{label}: {fault}" for label, fault in summary.faults.items()),
     )
@@ -85,17 +85,14 @@ def plan(config: Sweep, settings: Settings = None, json: Json = False, **more: A
 
     experiment = load_experiment(config, settings or ())
     record = make_plan(experiment, **more).to_dict()
-    if json:
-        print_json(record)
-    else:
-        with shown_in(experiment.units):
-            write_out("\n".join(facts(_facts(record), 13)) + "\n")
+    with shown_in(experiment.units):
+        answer(record, "\n".join(facts(_facts(record), 13)), json=json)
     return 0
 
 
 def _facts(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """What a plan says, line by line."""
-    from hydrofdi.settings.readable import shown_bytes, shown_seconds
+    from hydrofdi.settings.readable import shown_bytes, time_text
 
     yield "experiment", f"{record['experiment']} → {record['file']}"
     yield from _study_facts(record["study"]) if record["study"] else _run_facts(record)
@@ -115,7 +112,7 @@ def _facts(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
         is_repeated = record["calibrated_at"] == "run" and conditions > 1
         text = f"{of if flows * conditions == total else ''}{counted(total, 'solution')}"
         yield "K_i", f"{text}{once if is_repeated else ''}"
-    least, most = (shown_seconds(record[f"predicted_seconds{end}"]) for end in ("", "_most"))
+    least, most = (time_text(record[f"predicted_seconds{end}"]) for end in ("", "_most"))
     size, free = (shown_bytes(record[f"{name}_bytes"]) for name in ("predicted_file", "free"))
     workers = counted(record["workers"], "worker")
     yield "predicted", f"{least} to {most} with {workers}, {size} (and as much in shards); {free} free"
@@ -187,17 +184,12 @@ def status(directory: Directory, json: Json = False) -> int:
     from hydrofdi.quality.doubts import doubt_lines
 
     state = look(directory)
-    if json:
-        print_json(asdict(state))
-    else:
-        write_out(f"{state}\n")
-        write_out("".join(f"{line}\n" for line in doubt_lines(state.verdicts)))
-        if state.earlier:
-            write_out(
-                f"stored by an earlier version of the physics: {counted(state.earlier, 'run')};"
-                " 'hydrofdi report' reads them, and a sweep computes them again\n"
-            )
-        write_out("".join(f"{fault}; the next sweep computes its runs again\n" for fault in state.damaged))
+    lines = [str(state), *doubt_lines(state.verdicts)]
+    if state.earlier:
+        runs = counted(state.earlier, "run")
+        lines.append(f"stored by an earlier version of the physics: {runs}; a sweep computes them again")
+    lines += [f"{fault}; the next sweep computes its runs again" for fault in state.damaged]
+    answer(asdict(state), "\n".join(lines), json=json)
     return 1 if state.failed or state.damaged else 0
 
 
@@ -250,10 +242,8 @@ def verify(directory: Directory, json: Json = False) -> int:
     from hydrofdi.api.folders import verify as find_faults
 
     found = find_faults(directory)
-    if json:
-        print_json({"sound": bool(found), "faults": found.faults})
-    else:
-        write_out("\n".join(found.faults or [str(found)]) + "\n")
+    record = {"sound": bool(found), "faults": found.faults}
+    answer(record, "\n".join(found.faults or [str(found)]), json=json)
     return 0 if found else 1
 
 
@@ -266,11 +256,8 @@ def why(directory: Directory, run: Run, json: Json = False, **settings: Any) -> 
     from hydrofdi.config.shown_values import shown_in
 
     explanation = explain(directory, run, **settings)
-    if json:
-        print_json(vars(explanation))
-        return 0
     with shown_in(explanation.units):
-        answer(explanation, _explanation, json=False)
+        answer(vars(explanation), lambda _: _explanation(explanation), json=json)
     return 0
 
 
@@ -348,8 +335,6 @@ def rerun(directory: Directory, run: Run, json: Json = False) -> int:
     from hydrofdi.api.folders import rerun as compute_again
 
     found = compute_again(directory, run)
-    if json:
-        print_json({"run_id": found.run_id, "same_bits": bool(found), "differing": found.differing})
-    else:
-        write_out(f"{found}\n")
+    record = {"run_id": found.run_id, "same_bits": bool(found), "differing": found.differing}
+    answer(record, str(found), json=json)
     return 0 if found else 1

@@ -33,18 +33,10 @@ def draw(found: Any, figure: Path | None) -> None:
         tell(f"drew {figure}")
 
 
-class _Told(logging.Handler):
-    """Shows what the package logs as messages."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Print the message of a record."""
-        tell(record.getMessage())
-
-
 @contextmanager
 def told_on_standard_error() -> Iterator[None]:
     """In this context, what the package logs, such as progress, goes to standard error."""
-    log, handler = logging.getLogger("hydrofdi"), _Told()
+    log, handler = logging.getLogger("hydrofdi"), logging.StreamHandler()
     before = log.level
     log.addHandler(handler)
     log.setLevel(logging.INFO)
@@ -65,10 +57,13 @@ def print_json(record: Any) -> None:
     write_out(json.dumps(record, indent=2, allow_nan=False) + "\n")
 
 
-def answer(found: Any, parts: Callable[[Any], Iterable[Any]], *, json: bool) -> None:
-    """Print a result as JSON, or its parts: lines, titles and tables."""
+def answer(found: Any, parts: str | Callable[[Any], Iterable[Any]], *, json: bool) -> None:
+    """Print a result as JSON, or its text, or its parts: lines, titles and tables."""
     if json:
         print_json(found.to_dict() if hasattr(found, "to_dict") else found)
+        return
+    if isinstance(parts, str):
+        write_out(f"{parts}\n")
         return
     from hydrofdi.cli.tables import print_parts
 

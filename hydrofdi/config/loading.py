@@ -16,7 +16,7 @@ from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.selection import chosen_options, make_chosen
 from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.settings.ready import located
-from hydrofdi.settings.validation import extended, overlay, read_extended, validated
+from hydrofdi.settings.validation import overlay, read_extended, validated
 from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
 from hydrofdi.units import parse_unit, stated_unit
 
@@ -176,7 +176,7 @@ def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:
     if file is None:
         return Source({})
     if isinstance(file, Mapping):
-        return extended(Source(plain(file)), FilePath(_MAPPING), kind, _prepare, _merged)
+        return read_extended(FilePath(_MAPPING), kind, _prepare, _merged, own=Source(plain(file)))
     if not isinstance(file, str | PathLike):
         raise ConfigError(f"expected a path, found {brief(file)}")
     return read_extended(FilePath(file).expanduser(), kind, _prepare, _merged)

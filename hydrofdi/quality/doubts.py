@@ -197,7 +197,7 @@ def doubt_lines(counts: Mapping[str, int]) -> list[str]:
 
 _RETRY = "a sweep with retry_failed computes it again"
 
-_REMEDIES = {
+REMEDIES = {
     "diverged": "shorten record.step; 'hydrofdi check' names the longest step that is stable",
     "stroke_exceeded": (
         "lower input.amplitude or input.period, enlarge actuator.chamber_volume, or set actuator.end_stops:"
@@ -208,21 +208,10 @@ _REMEDIES = {
     "killed": f"take fewer workers if memory ran out; {_RETRY}",
     "error": f"'hydrofdi why' shows the traceback; {_RETRY}",
 }
-"""Status of a run that failed → its remedy."""
+"""Status of a run that failed → what to do about it, without a full stop, with the keys to set."""
 
-FAILURES = tuple(_REMEDIES)
+FAILURES = tuple(REMEDIES)
 """The statuses of runs that failed."""
-
-
-def remedy(status: str) -> str:
-    """What to do about a run of a status: a sentence without its full stop, with the keys to set.
-
-    Parameters
-    ----------
-    status : str
-        Empty text for one that is not in `FAILURES`.
-    """
-    return _REMEDIES.get(status, "")
 
 
 _MUCH = 0.1

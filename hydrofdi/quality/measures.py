@@ -154,35 +154,32 @@ def pressure_features(
         (n_run, n_level); where ``wavelet.phase`` is ``all`` also ``settled_phase_detail_rms``
         (n_run, n_phase, n_level). All in Pa; settled ones are NaN for periodic records that have not settled.
     """
-    features: dict[str, Array] = {}
+    n_run, wavelet = len(runs), analyses[0].wavelet
+    by_level = np.full((2, n_run, wavelet.levels), np.nan)
+    names = ("mean_chamber_1_pressure", "settled_detail_rms", "settled_approximation_rms")
+    features = dict(zip(names, (np.empty(n_run), *by_level), strict=True))
+    if wavelet.phase == "all":
+        shape = (n_run, n_phase(wavelet.levels), wavelet.levels)
+        features["settled_phase_detail_rms"] = np.full(shape, np.nan)
     for analysis, start, is_circular, members in _windows(runs, analyses, settled_from):
         records = pressure[members]
         part = {"mean_chamber_1_pressure": np.mean(records[:, analysis.n_discarded :], axis=1)}
-        part |= _settled(analysis.wavelet, records[:, start:], start - analysis.n_discarded, is_circular)
+        if start < pressure.shape[1]:
+            settled, first = records[:, start:], start - analysis.n_discarded
+            part |= _settled(analysis.wavelet, settled, first, is_circular)
         for name, values in part.items():
-            features.setdefault(name, np.empty((len(runs), *values.shape[1:])))[members] = values
+            features[name][members] = values
     return features
 
 
 def _settled(
     wavelet: WaveletConfig, records: Array, first_sample: int, is_circular: bool
 ) -> dict[str, Array]:
-    if records.shape[1] == 0:
-        return _unsettled(wavelet, records.shape[0])
     rms = undecimated_rms(records, wavelet) if is_circular else _inner_rms(records, wavelet)
     features = {"settled_detail_rms": rms.detail, "settled_approximation_rms": rms.approximation}
     if wavelet.phase == "all":
         features["settled_phase_detail_rms"] = _phases(records, wavelet, first_sample, is_circular)
     return features
-
-
-def _unsettled(wavelet: WaveletConfig, n_run: int) -> dict[str, Array]:
-    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(
-        ("settled_detail_rms", "settled_approximation_rms"), (n_run, wavelet.levels)
-    )
-    if wavelet.phase == "all":
-        shapes["settled_phase_detail_rms"] = (n_run, n_phase(wavelet.levels), wavelet.levels)
-    return {name: np.full(shape, np.nan) for name, shape in shapes.items()}
 
 
 def _windows(

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.quality.doubts import DOUBTS, Doubt, doubts_of, remedy, samples_per_period
+from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubts_of, samples_per_period
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.axes import Axis
 from hydrofdi.report.document import Block, group_breaks
@@ -138,7 +138,7 @@ def _kinds(holes: RunTable) -> Iterator[str]:
     """How many runs have each status, and what to do about them."""
     for status, n_run in Counter(holes.texts(names.STATUS)).items():
         compute = "hydrofdi sweep CONFIG computes the missing runs and keeps the others"
-        what = compute if status == MISSING else remedy(status)
+        what = compute if status == MISSING else REMEDIES.get(status, "")
         yield f"{status}, {counted(n_run, 'run')}" + (f". Remedy: {what}." if what else ".")
 
 

@@ -14,7 +14,7 @@ from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import Column, Table
 from hydrofdi.report.wording import flow_text, joined
-from hydrofdi.settings.readable import HOLE, two_digits
+from hydrofdi.settings.readable import HOLE, time_text, two_digits
 from hydrofdi.studies.charts import ChartJudgement, LeakDelay, RunLengths
 from hydrofdi.units import convert
 
@@ -155,12 +155,6 @@ def _false_alarms_table(lengths: RunLengths) -> Table:
 def hours(duration: float) -> float:
     """A duration [s] in hours."""
     return convert(duration, "h")
-
-
-def time_text(duration: float) -> str:
-    """A duration [s] with its unit, such as ``24 h`` or ``2.5 min``."""
-    unit = _unit(duration)
-    return f"{float(f'{convert(duration, unit):.3g}'):,g} {unit}"
 
 
 def mean_time_text(found: AlarmLimit) -> str:

@@ -75,18 +75,6 @@ def shown_bytes(count: int) -> str:
     return f"{count / 1e9:,.1f} GB" if count >= 1e9 else f"{count / 1e6:,.1f} MB"
 
 
-def shown_seconds(seconds: float) -> str:
-    """A time to wait, such as ``8.1 s``, ``45 s``, ``2 min 5 s`` or ``3 h 20 min``."""
-    if seconds < 9.95:
-        return f"{seconds:.1f} s"
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600:,} h {whole // 60 % 60} min"
-
-
 def percent(share: float) -> str:
     """A fraction as a percentage with three digits and the percent sign."""
     return f"{percentage(share)} %"

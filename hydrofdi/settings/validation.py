@@ -164,6 +164,7 @@ def read_extended(
     prepare: Callable[[Source, Path], None] = lambda own, file: None,
     merge: Merge = merged,
     extending: tuple[Path, ...] = (),
+    own: Source | None = None,
 ) -> Source:
     """A file on top of the files that it extends.
 
@@ -179,42 +180,20 @@ def read_extended(
         Lays data over others.
     extending : tuple of path
         Files that extend this one.
+    own : Source, optional
+        Data in place of those of the file; paths in them start from its folder.
 
     Raises
     ------
     ConfigError
         A file cannot be read, or the files extend each other.
     """
-    file = located(file)
-    if file.resolve() in extending:
-        chain = " → ".join(path.name for path in (*extending, file.resolve()))
-        raise ConfigError([Issue(f"the files extend each other: {chain}", "extends", str(file))])
-    return extended(read_yaml(file, kind), file, kind, prepare, merge, extending)
-
-
-def extended(
-    own: Source,
-    file: Path,
-    kind: str,
-    prepare: Callable[[Source, Path], None] = lambda own, file: None,
-    merge: Merge = merged,
-    extending: tuple[Path, ...] = (),
-) -> Source:
-    """Data on top of the files that they extend, as `read_extended` reads them from a file.
-
-    Parameters
-    ----------
-    own : Source
-    file : path
-        Where paths in the data start from: its folder.
-    kind, prepare, merge, extending
-        As in `read_extended`.
-
-    Raises
-    ------
-    ConfigError
-        A file cannot be read, or the files extend each other.
-    """
+    if own is None:
+        file = located(file)
+        if file.resolve() in extending:
+            chain = " → ".join(path.name for path in (*extending, file.resolve()))
+            raise ConfigError([Issue(f"the files extend each other: {chain}", "extends", str(file))])
+        own = read_yaml(file, kind)
     own.data = own.data or {}
     prepare(own, file)
     parents = own.data.pop("extends", [])

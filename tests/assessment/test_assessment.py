@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pywt
 
-from hydrofdi.api.check import calibrate_flows, computed_rows, converge, inspect_experiment, select_runs
+from hydrofdi.api.check import calibrate, computed_rows, converge, inspect_experiment, select_runs
 from hydrofdi.api.warnings import place_in_bands
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.leakage import internal_leakage_flow
@@ -90,7 +90,7 @@ def test_convergence_names_the_longest_step_whose_halving_changes_nothing_beyond
 def test_calibrated_coefficient_leaks_the_flow_that_was_asked_for():
     experiment = load_experiment(settings=SHORT)
     flows = [0.12e-3 / 60, 0.89e-3 / 60]
-    targets = calibrate_flows(experiment, flows)
+    targets = calibrate(experiment, flows=flows)
     np.testing.assert_allclose([target.flow for target in targets], flows, rtol=1e-6)
     run = RunParameters().with_values({"record.duration": 2.0, "input.period": 1.0})
     for target in targets:
@@ -170,7 +170,7 @@ def test_sensors_do_not_touch_what_is_inspected_or_calibrated():
     )
     plain, loud = (load_experiment(settings=settings) for settings in (SHORT, noisy))
     assert inspect_experiment(select_runs(plain)).modes == inspect_experiment(select_runs(loud)).modes
-    assert calibrate_flows(plain, [0.0, 1.5e-5]) == calibrate_flows(loud, [0.0, 1.5e-5])
+    assert calibrate(plain, flows=[1.5e-5]) == calibrate(loud, flows=[1.5e-5])
 
 
 STUDY = """\

@@ -8,7 +8,7 @@ from free_motion import free_motion
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.api.check import calibrate_flows
+from hydrofdi.api.check import calibrate
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.hydraulic_mode import blended_conductance, laminar_conductance
 from hydrofdi.physics.leakage import (
@@ -140,6 +140,6 @@ def test_external_leak_of_one_chamber_leaves_the_other() -> None:
 @pytest.mark.parametrize("law", ["laminar", "blended"])
 def test_leakage_flow_is_solved_under_the_law_that_was_chosen(law: str) -> None:
     experiment = load_experiment(settings=["record.duration=2 s", "input.period=1 s", f"leakage.law={law}"])
-    (target,) = calibrate_flows(experiment, [1e-5])
+    (target,) = calibrate(experiment, flows=[1e-5])
     trajectory = simulate_batch([SHORT.with_values({"leakage.law": law})], [target.coefficient])
     assert trajectory.mean_internal_leakage_flow[0] == pytest.approx(1e-5, rel=1e-6)

@@ -9,13 +9,12 @@ from os import PathLike
 from typing import Any
 
 from hydrofdi import __version__
-from hydrofdi.api.arguments import names_of, path_of
+from hydrofdi.api.arguments import Names, Texts, names_of, path_of
 from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators, assumed_constants
-from hydrofdi.api.records.columns import Names
 from hydrofdi.api.records.simulated import SimulatedRecords
-from hydrofdi.api.records.sources import Said, Texts, sources_of
+from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.api.stored import read_results
 from hydrofdi.detectors.trained.configuration import (
     DetectorConfig,

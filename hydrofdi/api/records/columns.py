@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.arguments import refusal
+from hydrofdi.api.arguments import Names, refusal
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel
 from hydrofdi.records.dates import instant, is_dated
@@ -231,10 +231,6 @@ def _usual(unit: str) -> str:
     return _CF_POWER.sub(r"^\1", unit)
 
 
-Names = str | Mapping[str, str] | None
-"""One name for all columns, or column → name."""
-
-
 def records_of(data: Held, frequency: float | None, channel: Names, unit: Names) -> HeldSource:
     """Records of columns.
 
@@ -283,8 +279,9 @@ def records_of(data: Held, frequency: float | None, channel: Names, unit: Names)
     if len(lengths) > 1:
         raise DataError(f"{data.kind}: has {min(lengths)} records of one channel and {n_record} of another")
     named = (data.record_ids or [*map(str, range(n_record))], data.groups, data.labels)
+    samples = [column.values for column in columns]
     tables = [
-        HeldTable(data.kind, titles, units, [_row(column.values, row) for column in columns], *own)
+        HeldTable(data.kind, titles, units, [each if each.ndim == 1 else each[row] for each in samples], *own)
         for row, own in enumerate(zip(*(texts or [""] * n_record for texts in named), strict=True))
     ]
     described = zip(chosen, names, given, strict=False)
@@ -299,11 +296,6 @@ def _given(unit: Names, channel: Channel, column: Column) -> str:
         return unit or ""
     own = (column.title, column.name)
     return next((unit[name] for name in unit if name in own or channel_named(name, "") == channel), "")
-
-
-def _row(values: NDArray[np.float64], row: int) -> Any:
-    """The samples of a record; a column of one dimension is shared by all records."""
-    return values if values.ndim == 1 else values[row]
 
 
 def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:

@@ -15,7 +15,7 @@ from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.sensing import Measurement
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import shown_seconds
+from hydrofdi.settings.readable import time_text
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.simulation.trajectory import Outcome
@@ -77,7 +77,7 @@ class SimulatedRecords:
             now = time.monotonic()
             if first < len(rows) and now - told > _SECONDS_BETWEEN_LINES:
                 told = now
-                left = shown_seconds((now - start) * (len(rows) - first) / first)
+                left = time_text((now - start) * (len(rows) - first) / first)
                 _log.info("simulated %s of %s records, %s left", f"{first:,}", f"{len(rows):,}", left)
             yield batch
 

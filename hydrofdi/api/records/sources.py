@@ -12,16 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.arguments import path_of, positive_of, refusal
-from hydrofdi.api.records.columns import Names, held, known_text, records_of
+from hydrofdi.api.arguments import Names, Texts, path_of, positive_of, refusal
+from hydrofdi.api.records.columns import held, known_text, records_of
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.measured.source import HeldSource
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
-
-Texts = str | Sequence[str] | None
-"""One text for all records, or one for each."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from hydrofdi.records.channels import Channel
 from hydrofdi.records.streams import CycleWindower, TimeWindower, Windower
 from hydrofdi.settings.messages import describe_error, listed, nearest
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.settings.validation import extended, overlay, read_extended, validated
+from hydrofdi.settings.validation import overlay, read_extended, validated
 from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source, dotted, plain
 
@@ -341,7 +341,7 @@ def stated_detector(
     if file is None:
         source = Source({})
     elif isinstance(file, Mapping):
-        source = extended(Source(plain(file)), Path("the mapping"), kind)
+        source = read_extended(Path("the mapping"), kind, own=Source(plain(file)))
     else:
         source = read_extended(file, kind)
     given = Source({})

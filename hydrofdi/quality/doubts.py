@@ -210,9 +210,6 @@ REMEDIES = {
 }
 """Status of a run that failed → what to do about it, without a full stop, with the keys to set."""
 
-FAILURES = tuple(REMEDIES)
-"""The statuses of runs that failed."""
-
 
 _MUCH = 0.1
 """Share of the samples at the limit from which on the limit decides the motion."""

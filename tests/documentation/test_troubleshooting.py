@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from hydrofdi.quality.doubts import DOUBTS, FAILURES
+from hydrofdi.quality.doubts import DOUBTS, REMEDIES
 from tests.documentation.pages import ROOT
 
 PAGE = (ROOT / "docs" / "troubleshooting.md").read_text(encoding="utf-8")
@@ -28,4 +28,4 @@ def said():
 
 
 def test_every_verdict_and_every_failure_has_a_heading():
-    assert {*DOUBTS, *FAILURES} - {"error"} <= WORDS
+    assert {*DOUBTS, *REMEDIES} - {"error"} <= WORDS

@@ -10,7 +10,7 @@ import pytest
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.request import parameter_names
 from hydrofdi.execution import Job, compute_columns
-from hydrofdi.quality.doubts import DOUBTS, FAILURES, REMEDIES
+from hydrofdi.quality.doubts import DOUBTS, REMEDIES
 
 _SHORT = RunParameters().with_values({"record.duration": 8.0, "input.period": 0.5})
 _WIDE = {"input.amplitude": 8.0}
@@ -44,7 +44,7 @@ def test_what_a_remedy_names_takes_the_verdict_away(
     assert word not in _verdict(values | turned, coefficient).split(", ")
 
 
-@pytest.mark.parametrize("told", [*(doubt.remedy for doubt in DOUBTS.values()), *map(remedy, FAILURES)])
+@pytest.mark.parametrize("told", [*(doubt.remedy for doubt in DOUBTS.values()), *REMEDIES.values()])
 def test_remedies_name_keys_that_exist(told: str) -> None:
     known = {*parameter_names(), *(f"limits.{key}" for key in ExperimentConfig().limits.model_dump())}
     assert set(re.findall(r"\b(?!hydrofdi\.)[a-z_0-9]+\.[a-z_]+\b", told)) <= known

@@ -5,23 +5,26 @@ The extra time of the real kernel with all options off is the cost of unused opt
 
 from __future__ import annotations
 
+from collections import namedtuple
+
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
 from hydrofdi.physics.equation import equation
-from hydrofdi.physics.friction import friction_force
+from hydrofdi.physics.friction import threshold_friction
 from hydrofdi.physics.leakage import external_leakage_flow, internal_leakage_flow
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
 from hydrofdi.simulation.kernels.kernel import take_spools
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
+
+Friction = namedtuple("Friction", "coulomb breakaway viscous transition velocity_threshold")
 
 
 @equation
 def rates(y, spool, h, k):
     """Rates of x_p, v_p, P_1, P_2 of lane `k` of a half."""
     x, v, p1, p2 = y
-    friction = friction_force(
-        v, h.coulomb[k], h.breakaway[k], h.viscous[k], h.transition[k], h.velocity_threshold[k]
-    )
+    dry = Friction(h.coulomb[k], h.breakaway[k], h.viscous[k], h.transition[k], h.velocity_threshold[k])
+    friction, _ = threshold_friction(v, 0.0, dry)
     drop_1 = chamber_1_orifice_drop(spool, p1, h.rated_supply[k], h.ret[k])
     drop_2 = chamber_2_orifice_drop(spool, p2, h.rated_supply[k], h.ret[k])
     q_1 = control_flow(spool, drop_1, h.flow_gain[k], h.area_gradient[k])

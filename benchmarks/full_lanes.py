@@ -8,8 +8,7 @@ from jobs import Job
 from hydrofdi.simulation.batch import chunks
 from hydrofdi.simulation.inputs import Inputs
 from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, WIDTH, pack_lanes
-from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, WIDTH, ModelOptions, pack_lanes
 
 
 def advance_full_lanes(jobs: list[Job]) -> None:

@@ -10,7 +10,7 @@ import time
 
 from hydrofdi.monitor.configuration import OpcUaConfig
 from hydrofdi.monitor.opcua.source import OpcUaSource
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from tests.monitor.opcua_server import LoopbackServer, free_port
 

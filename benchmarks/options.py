@@ -17,8 +17,7 @@ from jobs import lane_jobs
 
 from hydrofdi.simulation.inputs import Inputs
 from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes
-from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, ModelOptions, pack_lanes
 
 CHOICES: dict[str, dict[str, Any]] = {
     "off": {},

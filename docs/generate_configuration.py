@@ -12,7 +12,7 @@ import json
 import math
 import sys
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,15 +20,17 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.request import parameter_unit
-from hydrofdi.config.schema import experiment_schema
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.loading import PARAMETER_MAPPINGS
+from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.study.study import ChartConfig
 from hydrofdi.detectors.charts.contract import ChartOptions
-from hydrofdi.detectors.registry import chart_kind, chart_names
+from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.records.measured.description.sections import MeasuredConfig
-from hydrofdi.settings.quantities import SI, described_schema, field_texts
+from hydrofdi.settings.quantities import SI, Section, field_texts
 from hydrofdi.settings.readable import readable_unit, typeset
 from hydrofdi.units import convert, parse_quantity
 
@@ -209,7 +211,94 @@ def _model(info: FieldInfo) -> Any:
 
 
 def _schema(model: type[BaseModel], title: str) -> str:
-    return json.dumps(described_schema(model, title), indent=2) + "\n"
+    return json.dumps(_described_schema(model, title), indent=2) + "\n"
+
+
+def _described_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of a file that contains a section; field texts and units included."""
+    schema = model.model_json_schema()
+    sections = {section.__name__: section for section in _sections(model)}
+    for name, definition in [(model.__name__, schema), *schema["$defs"].items()]:
+        if name not in sections:
+            continue
+        for field, text in field_texts(sections[name]).items():
+            key = sections[name].model_fields[field].alias or field
+            described = definition["properties"][key] | {"description": text}
+            definition["properties"][key] = dict(sorted(described.items()))
+        if sections[name].short_forms:
+            schema["$defs"][name] = {"anyOf": [definition, *sections[name].short_forms]}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": title,
+        **{key: value for key, value in schema.items() if key != "title"},
+    }
+
+
+def _sections(annotation: Any, found: set[type[Section]] | None = None) -> set[type[Section]]:
+    """All sections in an annotation, and in the fields of sections."""
+    found = set() if found is None else found
+    inner = typing.get_args(annotation)
+    if isinstance(annotation, type) and issubclass(annotation, Section) and annotation not in found:
+        found.add(annotation)
+        inner = tuple(info.annotation for info in annotation.model_fields.values())
+    for part in inner:
+        _sections(part, found)
+    return found
+
+
+_CHOICE: dict[str, Any] = {
+    "anyOf": [
+        {"type": "string", "description": "'all', a name, or names with commas between them"},
+        {"type": "array", "items": {"type": "string"}, "minItems": 1, "uniqueItems": True},
+        {
+            "type": "object",
+            "minProperties": 1,
+            "propertyNames": {"pattern": LABEL_PATTERN, "not": {"enum": sorted(TAKEN)}},
+            "additionalProperties": {"type": ["object", "null"]},
+        },
+    ],
+}
+"""Forms in which indicators are chosen."""
+
+
+def _experiment_schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of an experiment file, field texts and units included."""
+    schema = _described_schema(ExperimentConfig, "hydrofdi experiment")
+    names = {"enum": list(parameter_names())}
+    for section in (schema, *schema["$defs"].values()):
+        for mapping in (section.get("properties", {}).get(name) for name in PARAMETER_MAPPINGS):
+            if mapping is not None:
+                mapping["propertyNames"] = names
+                mapping.pop("default", None)
+    _allow_short_faults(schema["$defs"]["FaultsConfig"])
+    _allow_short_options(schema["$defs"], "ScoreConfig", map(score_kind, score_names()))
+    _allow_short_options(schema["$defs"], "ChartConfig", map(chart_kind, chart_names()))
+    times = schema["$defs"]["OnlineConfig"]["properties"]["false_alarm_every"]
+    times["anyOf"] = [times["items"], {key: times.pop(key) for key in ("type", "items", "minItems")}]
+    for properties in (schema["properties"], schema["$defs"]["DetectionConfig"]["properties"]):
+        properties["indicators"] = {"description": properties["indicators"]["description"], **_CHOICE}
+    schema["properties"]["extends"] = {
+        "description": "Experiment file, or files, whose keys this one overrides.",
+        "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
+    }
+    return schema
+
+
+def _allow_short_faults(faults: dict[str, Any]) -> None:
+    """Let the parameter of faults stand beside their counts."""
+    over = faults["properties"]["over"]
+    axis = over["additionalProperties"]
+    over["propertyNames"] = {"enum": list(INTERNAL_LEAKAGE_FORMS)}
+    faults["properties"] |= dict.fromkeys(INTERNAL_LEAKAGE_FORMS, axis)
+    faults["required"].remove("over")
+
+
+def _allow_short_options(definitions: dict[str, Any], section: str, kinds: Iterable[Any]) -> None:
+    """Let the options of kinds stand in addition to the other keys of a section."""
+    for kind in kinds:
+        options = kind.Options.model_json_schema()
+        definitions[section]["properties"] |= options.get("properties", {})
+        definitions |= options.get("$defs", {})
 
 
 if __name__ == "__main__":
@@ -217,7 +306,7 @@ if __name__ == "__main__":
         DOCS / "configuration.md": page(ExperimentConfig, INTRODUCTION),
         DOCS / "measured-configuration.md": page(MeasuredConfig, MEASURED_INTRODUCTION),
         DOCS / "monitoring-configuration.md": page(MonitorConfig, MONITOR_INTRODUCTION),
-        CONFIGS / "schema.json": json.dumps(experiment_schema(), indent=2) + "\n",
+        CONFIGS / "schema.json": json.dumps(_experiment_schema(), indent=2) + "\n",
         CONFIGS / "measured-schema.json": _schema(MeasuredConfig, "hydrofdi measured files"),
         CONFIGS / "monitor-schema.json": _schema(MonitorConfig, "hydrofdi monitor"),
         CONFIGS / "detector-schema.json": _schema(DetectorFile, "hydrofdi detector"),

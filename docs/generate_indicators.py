@@ -18,8 +18,7 @@ from pathlib import Path
 
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.description import Description, Option, describe
-from hydrofdi.indicators.registry import GROUP
+from hydrofdi.indicators.registry import GROUP, Description, Option, describe
 
 PAGE = Path(__file__).parent / "indicators.md"
 

@@ -18,14 +18,13 @@ from hydrofdi.compilation.compiling import compiled
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.valve import acting_voltage
+from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import ROWS, leakage_signal, outcome_of
 from hydrofdi.simulation.drive import input_voltage, position_reference
 from hydrofdi.simulation.inputs import Reader, Tap, load_force, reading_errors, steps_per_control
 from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
-from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, STATES, pack_singles
-from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, STATES, ModelOptions, pack_singles
 from hydrofdi.simulation.kernels.spool import spool_rates, valve_opening
-from hydrofdi.simulation.trajectory import Trajectory
 
 Solver = Literal["lsoda", "radau"]
 

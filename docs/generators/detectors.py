@@ -6,7 +6,7 @@ from pathlib import Path
 
 from generators.writing import table, write_page
 from hydrofdi.detectors.registry import chart_kind, chart_names
-from hydrofdi.indicators.description import describe
+from hydrofdi.indicators.registry import describe
 from hydrofdi.settings.ready import ready_folder, ready_names
 
 INTRODUCTION = """\

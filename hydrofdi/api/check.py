@@ -26,7 +26,7 @@ from hydrofdi.config.study.table import StudyTable
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-from hydrofdi.indicators.information import Information, Informative, Unknown
+from hydrofdi.indicators.contract import Information, Informative, Unknown
 from hydrofdi.indicators.measuring import seen_by
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import RecordBatch

@@ -19,7 +19,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.rates import HealthyPair, Rate, healthy_against_healthy
 from hydrofdi.evaluation.roc import Area
-from hydrofdi.indicators.plausibility import summaries
+from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
 from hydrofdi.records import RecordSource
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource

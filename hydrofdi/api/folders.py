@@ -25,12 +25,12 @@ from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of
 from hydrofdi.settings.messages import Guessable, counted
+from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.folder.provenance import read_provenance
 from hydrofdi.store.index import StoredRun, read_index
 from hydrofdi.store.layout.names import MESSAGE, RUN, STATUS, VERDICT, Variable, stored_variables
 from hydrofdi.store.layout.outputs import output_variables
 from hydrofdi.store.reading import read_request, read_texts
-from hydrofdi.store.results import MISSING, ShardResults
 from hydrofdi.store.shard import held_names, read_variables
 
 Folder = str | PathLike[str] | Results

@@ -12,11 +12,10 @@ from hydrofdi.api.arguments import Names, Texts, refusal
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators import Indicator
-from hydrofdi.indicators.description import Description, describe
+from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.nominal_actuator import constants_not_given, plant_constants
-from hydrofdi.indicators.plausibility import summaries
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
-from hydrofdi.indicators.registry import indicator_names, shadows, sound_indicator
+from hydrofdi.indicators.registry import Description, describe, indicator_names, shadows, sound_indicator
 from hydrofdi.indicators.selection import load_indicators, make_indicators
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource

@@ -234,7 +234,7 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     if not runs:
         return 0.0, 0.0
     from hydrofdi.execution import Job, compute_columns
-    from hydrofdi.execution.batching import batch_shape
+    from hydrofdi.execution.compute import batch_shape
 
     jobs = [
         Job.of(run, "", run.parameters.leakage.internal_coefficient or 0.0) for run in islice(runs, 4 * WIDTH)

@@ -28,13 +28,13 @@ from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_co
 from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.table import Column, Table, library
 from hydrofdi.settings.messages import Guessable, nearest
+from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.index import read_index
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.outputs import output_variables
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
-from hydrofdi.store.results import ShardResults
 from hydrofdi.store.shard import Columns, write_shard
 from hydrofdi.units import Quantity, convert
 

@@ -10,9 +10,13 @@ from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.request import EDGES, RunRequest
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.physics.friction import FRICTION_LAWS
-from hydrofdi.physics.hydraulic_mode import mode_frequency, valve_flow_pressure_coefficient
-from hydrofdi.physics.stability import largest_stable_step, second_order_eigenvalues
-from hydrofdi.simulation.kernels.no_load import largest_opening, no_load_speed
+from hydrofdi.physics.hydraulic_mode import (
+    largest_stable_step,
+    mode_frequency,
+    second_order_eigenvalues,
+    valve_flow_pressure_coefficient,
+)
+from hydrofdi.simulation.drive import largest_opening, no_load_speed
 
 Distinct = Callable[..., Iterable[RunRequest]]
 """Gives one run for each combination of some sections, given by their names, that occurs in an experiment."""

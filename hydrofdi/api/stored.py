@@ -18,7 +18,7 @@ from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.experiment_data import ExperimentData, ShardResults
 from hydrofdi.store.folder.provenance import read_failures, read_provenance
 from hydrofdi.store.index import ShardIndex, read_index
 from hydrofdi.store.layout.names import RUN_ID
@@ -29,7 +29,6 @@ from hydrofdi.store.reading import (
     read_unfinished,
     request_record,
 )
-from hydrofdi.store.results import ShardResults
 
 RESULTS = Path("results")
 """Folder for experiments, below the working directory."""

@@ -47,6 +47,7 @@ from hydrofdi.execution.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.messages import counted, nearest
+from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
@@ -72,7 +73,6 @@ from hydrofdi.store.reading import (
     require_same_experiment,
     write_request,
 )
-from hydrofdi.store.results import MISSING, ShardResults
 
 
 @dataclass(frozen=True)

@@ -100,7 +100,7 @@ def measure(
     """
     from hydrofdi.api.measuring import Counted, measured_records
     from hydrofdi.api.records.sources import Said
-    from hydrofdi.indicators.plausibility import summaries
+    from hydrofdi.indicators.faults import summaries
 
     chosen_form = _form("json" if json else form, out)
     said = Said(settings.get("sampling_frequency"))

@@ -18,7 +18,7 @@ from hydrofdi.units import convert
 
 if TYPE_CHECKING:
     from hydrofdi.api.check import Check
-    from hydrofdi.indicators.description import Description
+    from hydrofdi.indicators.registry import Description
 
 _NAME = re.compile(r"^name: .*$", re.MULTILINE)
 
@@ -187,7 +187,7 @@ def indicators(
     from dataclasses import asdict
 
     from hydrofdi.api.measuring import described_indicators
-    from hydrofdi.indicators.description import describe
+    from hydrofdi.indicators.registry import describe
 
     if name:
         described = describe(name)

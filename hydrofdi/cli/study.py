@@ -292,7 +292,7 @@ def _explanation(run: Explanation) -> Iterator[Any]:
         modulus = shown_value("fluid.bulk_modulus", run.calibration["fluid"]["bulk_modulus"])
         yield f"K_i was computed at an EBM of {modulus}, under the other baseline conditions"
     if made := run.provenance:
-        from hydrofdi.config.seeds import shown_seeds
+        from hydrofdi.config.plausibility import shown_seeds
 
         git, seeds = made["git"] or {"commit": "unknown", "dirty": False}, made["seeds"]
         shown = shown_seeds(seeds) if isinstance(seeds, dict) else ", ".join(map(str, seeds)) or "none"

@@ -1,8 +1,7 @@
 """Where and how jobs are run."""
 
-from hydrofdi.execution.batching import run_batches, split_jobs
 from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_conditions
-from hydrofdi.execution.compute import Batch, BatchReceipt, compute_columns
+from hydrofdi.execution.compute import Batch, BatchReceipt, compute_columns, run_batches, split_jobs
 from hydrofdi.execution.engine import Engine, InProcessEngine, interruption
 from hydrofdi.execution.local_pool import LocalPoolEngine, available_cores
 from hydrofdi.execution.measuring import Job, needed_signals

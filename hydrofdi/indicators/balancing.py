@@ -20,9 +20,9 @@ from hydrofdi.indicators.estimation.chamber_balance import (
     weak_weights,
     window_equations,
 )
+from hydrofdi.indicators.faults import FLUID, POSITIVE
 from hydrofdi.indicators.nominal_actuator import NominalActuator, PlantConstant
 from hydrofdi.indicators.nominal_plant import UncertainActuator
-from hydrofdi.indicators.plausibility import FLUID, POSITIVE
 from hydrofdi.indicators.stepping import alternating_side
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI

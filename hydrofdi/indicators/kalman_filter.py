@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.indicators.contract import Information
 from hydrofdi.indicators.estimation.ekf_stream import N_SUM, Streams, Tuning, follow, workspace
 from hydrofdi.indicators.estimation.plant import N_STATE, PER_MINUTE, STATES
-from hydrofdi.indicators.information import Information
 from hydrofdi.indicators.nominal_plant import NominalPlant
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
 from hydrofdi.records import Array, Channel, RecordBatch

@@ -8,8 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from hydrofdi.indicators.estimation.plant import Plant
-from hydrofdi.indicators.estimation.spool_path import spool_transition
+from hydrofdi.indicators.estimation.plant import Plant, spool_transition
 from hydrofdi.indicators.nominal_actuator import NominalActuator, PlantConstant
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI

@@ -12,8 +12,8 @@ import numpy as np
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.indicators.measuring import Indicators, Measures, measure, output_unit
-from hydrofdi.indicators.plausibility import doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 
 

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hydrofdi.physics.equation import equation
-from hydrofdi.physics.stability import second_order_eigenvalues
+from hydrofdi.physics.hydraulic_mode import second_order_eigenvalues
 
 FrictionParameters: TypeAlias = Any
 """Fields of the section ``friction`` in SI, by their names there; each law uses some of them."""
@@ -82,106 +82,52 @@ def decaying_exponential(exponent: float) -> float:
 
 
 @equation
-def stribeck_force(speed: float, coulomb: float, breakaway: float, transition: float) -> float:
-    """Dry friction at a speed [m/s]: F_c + (F_brk − F_c) e^(−c_v·speed) [N], c_v in s/m."""
-    return coulomb + (breakaway - coulomb) * decaying_exponential(transition * speed)
+def stribeck_force(speed: float, p: FrictionParameters) -> float:
+    """Dry friction at a speed [m/s]: F_c + (F_brk − F_c) e^(−c_v·speed) [N]."""
+    force: float = p.coulomb + (p.breakaway - p.coulomb) * decaying_exponential(p.transition * speed)
+    return force
 
 
 @equation
-def friction_force(
-    velocity: float,
-    coulomb: float,
-    breakaway: float,
-    viscous: float,
-    transition: float,
-    velocity_threshold: float,
-) -> float:
-    """Friction force that opposes the motion of the piston.
+def threshold_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
+    """Friction force that opposes the motion of the piston [N], and a bristle rate of zero.
 
-    Parameters
-    ----------
-    velocity : float
-        v_p [m/s].
-    coulomb, breakaway : float
-        F_c and F_brk [N].
-    viscous : float
-        f [N·s/m].
-    transition : float
-        c_v [s/m].
-    velocity_threshold : float
-        v_th [m/s]; friction is linear in velocity below it.
-
-    Returns
-    -------
-    float
-        F_f [N]. Equation (12) without a branch: in both cases f v_p plus the Stribeck force at max(abs(v_p),
-        v_th), times v_p/v_th limited to ±1.
+    Equation (12) without a branch: above and below v_th f v_p plus the Stribeck force at max(abs(v_p), v_th),
+    times v_p/v_th limited to ±1.
     """
-    speed = max(abs(velocity), velocity_threshold)
-    stribeck = stribeck_force(speed, coulomb, breakaway, transition)
-    direction = min(max(velocity / velocity_threshold, -1.0), 1.0)
-    return viscous * velocity + stribeck * direction
-
-
-@equation
-def _threshold_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
-    """`friction_force` [N] and a bristle rate of zero."""
-    force = friction_force(velocity, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold)
-    return force, 0.0
+    speed = max(abs(velocity), p.velocity_threshold)
+    stribeck = stribeck_force(speed, p)
+    direction = min(max(velocity / p.velocity_threshold, -1.0), 1.0)
+    return p.viscous * velocity + stribeck * direction, 0.0
 
 
 THRESHOLD = FrictionLaw(
     "threshold",
-    _threshold_friction,
+    threshold_friction,
     zone="friction zone",
-    eigenvalues=_slope_at_rest(_threshold_friction),
+    eigenvalues=_slope_at_rest(threshold_friction),
     parameters=frozenset({"velocity_threshold"}),
 )
 
 
 @equation
-def smooth_friction_force(
-    velocity: float,
-    coulomb: float,
-    breakaway: float,
-    viscous: float,
-    transition: float,
-    velocity_threshold: float,
-) -> float:
-    """Stribeck friction, smooth at zero velocity.
+def smooth_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
+    """Stribeck friction, smooth at zero velocity, and a bristle rate of zero.
 
-    Parameters
-    ----------
-    velocity, coulomb, breakaway, viscous, transition, velocity_threshold : float
-        As for `friction_force`.
-
-    Returns
-    -------
-    float
-        F_f = [F_c + (F_brk − F_c) e^(−c_v·abs(v_p))] tanh(v_p/v_th) + f v_p [N].
+    F_f = [F_c + (F_brk − F_c) e^(−c_v·abs(v_p))] tanh(v_p/v_th) + f v_p [N].
     """
     speed = abs(velocity)
-    stribeck = stribeck_force(speed, coulomb, breakaway, transition)
-    decay = decaying_exponential(2.0 * speed / velocity_threshold)
+    stribeck = stribeck_force(speed, p)
+    decay = decaying_exponential(2.0 * speed / p.velocity_threshold)
     size = stribeck * (1.0 - decay) / (1.0 + decay)
-    direction: float = np.copysign(1.0, velocity)
-    return viscous * velocity + size * direction
-
-
-@equation
-def _smooth_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
-    """`smooth_friction_force` [N] and a bristle rate of zero."""
-    force = smooth_friction_force(
-        velocity, p.coulomb, p.breakaway, p.viscous, p.transition, p.velocity_threshold
-    )
-    return force, 0.0
+    return p.viscous * velocity + size * np.copysign(1.0, velocity), 0.0
 
 
 SMOOTH = FrictionLaw(
     "smooth",
-    _smooth_friction,
+    smooth_friction,
     zone="friction zone",
-    eigenvalues=_slope_at_rest(_smooth_friction),
+    eigenvalues=_slope_at_rest(smooth_friction),
     parameters=frozenset({"velocity_threshold"}),
 )
 
@@ -191,63 +137,16 @@ SMALLEST_FORCE = 1e-9
 
 
 @equation
-def bristle_rate(
-    velocity: float, deflection: float, coulomb: float, breakaway: float, transition: float, stiffness: float
-) -> float:
-    """Deflection rate of the bristles between two surfaces (LuGre).
+def bristle_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
+    """Friction force [N] of bristles between two surfaces, and their deflection rate [m/s] (LuGre).
 
-    Parameters
-    ----------
-    velocity : float
-        v_p [m/s].
-    deflection : float
-        Mean deflection z of the bristles [m].
-    coulomb, breakaway : float
-        F_c and F_brk [N].
-    transition : float
-        c_v [s/m].
-    stiffness : float
-        σ_0 [N/m].
-
-    Returns
-    -------
-    float
-        z' = v_p − σ_0 abs(v_p) z/g [m/s], with g = F_c + (F_brk − F_c) e^(−c_v·abs(v_p)).
+    z' = v_p − σ_0 abs(v_p) z/g with g = F_c + (F_brk − F_c) e^(−c_v·abs(v_p)), and
+    F_f = σ_0 z + σ_1 z' + f v_p; in steady motion, the Stribeck force plus f v_p.
     """
     speed = abs(velocity)
-    stribeck = stribeck_force(speed, coulomb, breakaway, transition)
-    return velocity - stiffness * speed * deflection / max(stribeck, SMALLEST_FORCE)
-
-
-@equation
-def bristle_friction_force(
-    velocity: float, deflection: float, rate: float, stiffness: float, damping: float, viscous: float
-) -> float:
-    """Friction force of deflected bristles (LuGre).
-
-    Parameters
-    ----------
-    velocity : float
-        v_p [m/s].
-    deflection, rate : float
-        z [m] and z' [m/s].
-    stiffness, damping, viscous : float
-        σ_0 [N/m], σ_1 and f [N·s/m].
-
-    Returns
-    -------
-    float
-        F_f = σ_0 z + σ_1 z' + f v_p [N]; in steady motion, the Stribeck force plus f v_p.
-    """
-    return stiffness * deflection + damping * rate + viscous * velocity
-
-
-@equation
-def _bristle_friction(velocity: float, bristle: float, p: FrictionParameters) -> tuple[float, float]:
-    """`bristle_friction_force` [N] and `bristle_rate` [m/s]."""
-    rate = bristle_rate(velocity, bristle, p.coulomb, p.breakaway, p.transition, p.bristle_stiffness)
-    force = bristle_friction_force(velocity, bristle, rate, p.bristle_stiffness, p.bristle_damping, p.viscous)
-    return force, rate
+    stribeck = max(stribeck_force(speed, p), SMALLEST_FORCE)
+    rate = velocity - p.bristle_stiffness * speed * bristle / stribeck
+    return p.bristle_stiffness * bristle + p.bristle_damping * rate + p.viscous * velocity, rate
 
 
 def _eigenvalues(p: FrictionParameters, mass: float, speed: float) -> list[complex]:
@@ -257,14 +156,14 @@ def _eigenvalues(p: FrictionParameters, mass: float, speed: float) -> list[compl
         return []
     frequency = math.sqrt(stiffness / mass)
     ratio = (damping + p.viscous) / (2.0 * mass * frequency)
-    stribeck = stribeck_force(speed, p.coulomb, p.breakaway, p.transition)
+    stribeck = stribeck_force(speed, p)
     sliding = (2.0 * damping + p.viscous) / mass + stiffness * speed / max(stribeck, SMALLEST_FORCE)
     return [*second_order_eigenvalues(frequency, ratio), complex(-sliding)]
 
 
 LUGRE = FrictionLaw(
     "lugre",
-    _bristle_friction,
+    bristle_friction,
     zone="bristles",
     eigenvalues=_eigenvalues,
     parameters=frozenset({"bristle_stiffness", "bristle_damping"}),

@@ -27,8 +27,7 @@ from hydrofdi.physics.hydraulic_mode import (
 from hydrofdi.physics.leakage import external_leakage_flow
 from hydrofdi.physics.valve import chamber_1_orifice_drop, null_position
 from hydrofdi.quality.doubts import DOUBTS, SOUND, Settling, samples_per_period, settled_start
-from hydrofdi.simulation.balances import balance_residuals
-from hydrofdi.simulation.trajectory import Trajectory
+from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.undecimated import (
     boundary_length,

@@ -10,8 +10,7 @@ from itertools import chain
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch, RecordSource
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.stuck import found_period
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert, parse_unit

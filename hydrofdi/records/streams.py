@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.batch import Array
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.stuck import Direction, drive_edges, frozen_time, must_change
 from hydrofdi.settings.messages import counted
 

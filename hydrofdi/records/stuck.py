@@ -8,8 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.records.batch import Array, RecordBatch
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Array, Channel, RecordBatch
 
 _FROZEN_FOR, _FROZEN_MOVE = 1.0, 0.3
 """A position is stuck if it repeats one value for longer than the first number [s], while the 5 … 95 % range

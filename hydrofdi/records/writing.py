@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.records.batch import Array, RecordBatch
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Array, Channel, RecordBatch
 from hydrofdi.records.measured.columns import channel_named, known_unit, scaled
 from hydrofdi.settings.messages import counted, listed, nearest
 from hydrofdi.units import parse_unit, similar_units

@@ -29,9 +29,8 @@ from hydrofdi.report.wording import (
     row_names,
 )
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout import names
-from hydrofdi.store.results import MISSING
 
 _MOST_HOLES = 60
 

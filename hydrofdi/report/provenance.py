@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.plausibility import seeds_of, shown_seeds
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.seeds import seeds_of, shown_seeds
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.report.document import Block
 from hydrofdi.report.table import Table

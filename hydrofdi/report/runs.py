@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.shown_values import ShownParameter, shown_parameter
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
-from hydrofdi.transforms.change import percentage_change
-from hydrofdi.transforms.wavelet import level_bands
+from hydrofdi.transforms.wavelet import level_bands, percentage_change
 
 Array = NDArray[np.float64]
 

@@ -11,12 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.sensing.channels import CHANNELS, CLOCK, Channel, random_generator
-from hydrofdi.sensing.dynamics import LagLanes
-from hydrofdi.sensing.noise import gaussian_noise, noise_autocovariance
-from hydrofdi.sensing.sampling import Clocks, interpolated_signal, sampling_instants
+from hydrofdi.sensing.noise import (
+    CHANNELS,
+    CLOCK,
+    Channel,
+    gaussian_noise,
+    noise_autocovariance,
+    random_generator,
+)
+from hydrofdi.sensing.sampling import Clocks, LagLanes, interpolated_signal, sampling_instants
+from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.inputs import SignalByName, steps_per_control
-from hydrofdi.simulation.trajectory import Trajectory
 
 Signal = NDArray[np.float64]
 

@@ -7,7 +7,6 @@ import inspect
 import json
 import re
 import sys
-import typing
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -123,38 +122,6 @@ def field_quantity(field: FieldInfo) -> SI | None:
 def _nested(annotation: Any) -> Iterator[Any]:
     for part in getattr(annotation, "__args__", ()):
         yield from (*getattr(part, "__metadata__", ()), *_nested(part))
-
-
-def described_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a file that contains a section; field texts and units included."""
-    schema = model.model_json_schema()
-    sections = {section.__name__: section for section in _sections(model)}
-    for name, definition in [(model.__name__, schema), *schema["$defs"].items()]:
-        if name not in sections:
-            continue
-        for field, text in field_texts(sections[name]).items():
-            key = sections[name].model_fields[field].alias or field
-            described = definition["properties"][key] | {"description": text}
-            definition["properties"][key] = dict(sorted(described.items()))
-        if sections[name].short_forms:
-            schema["$defs"][name] = {"anyOf": [definition, *sections[name].short_forms]}
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": title,
-        **{key: value for key, value in schema.items() if key != "title"},
-    }
-
-
-def _sections(annotation: Any, found: set[type[Section]] | None = None) -> set[type[Section]]:
-    """All sections in an annotation, and in the fields of sections."""
-    found = set() if found is None else found
-    inner = typing.get_args(annotation)
-    if isinstance(annotation, type) and issubclass(annotation, Section) and annotation not in found:
-        found.add(annotation)
-        inner = tuple(info.annotation for info in annotation.model_fields.values())
-    for part in inner:
-        _sections(part, found)
-    return found
 
 
 def field_texts(model: type[BaseModel]) -> dict[str, str]:

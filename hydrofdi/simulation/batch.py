@@ -10,12 +10,20 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import RecordConfig
+from hydrofdi.simulation.balances import Outcome, Signal, Trajectory
 from hydrofdi.simulation.inputs import Chunk, Inputs, Reader, Tap
 from hydrofdi.simulation.kernels.hydraulics import lane_parameters, leakage_of
 from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, SAMPLED, WIDTH, pack_lanes, pack_singles
-from hydrofdi.simulation.kernels.options import ModelOptions, group_by_kernel, group_by_options
-from hydrofdi.simulation.trajectory import Outcome, Signal, Trajectory
+from hydrofdi.simulation.kernels.lanes import (
+    N_PAPER_SAMPLED,
+    SAMPLED,
+    WIDTH,
+    ModelOptions,
+    group_by_kernel,
+    group_by_options,
+    pack_lanes,
+    pack_singles,
+)
 
 _CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 5000, 64_000
 """Approximate number of steps of a chunk, and of spool steps in it, so that a chunk fits the cache."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.no_load import largest_leakage_flows, no_load_flow
+from hydrofdi.simulation.drive import largest_leakage_flows, no_load_flow
 
 RELATIVE_TOLERANCE = 1e-10
 """Relative tolerance of K_i."""

@@ -1,24 +1,177 @@
-"""An experiment as it was stored.
+"""Results of runs in the order of their table, and an experiment as it was stored.
 
 Sweeps and defaults are not expanded again, so changes of defaults in later versions have no effect.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store.files import open_for_reading
+from hydrofdi.store.folder.provenance import Failure
+from hydrofdi.store.index import ShardIndex
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import axis_variable
-from hydrofdi.store.results import MISSING, ShardResults
-from hydrofdi.store.signals import FileSignals
+from hydrofdi.store.layout.names import MESSAGE, OBSTACLE, RUN_ID, STATUS, TIME, Variable, axis_variable
+from hydrofdi.store.shard import read_variables
+from hydrofdi.store.signals import Block, FileSignals, lacking_blocks, read_blocks, signal_rows
+
+MISSING = "missing"
+"""Status of a run that has not been computed."""
+
+
+class _Stretch(NamedTuple):
+    """Runs that are consecutive both in the experiment and in a shard, or that lack a result."""
+
+    shard: Path | None
+    row: int
+    n_run: int
+
+
+class ShardResults:
+    """Results in shards, with gaps where runs failed or are missing.
+
+    Parameters
+    ----------
+    run_ids : sequence of str
+        Identities of the runs, in order.
+    index : ShardIndex
+        Location of the runs and of the signals of their records.
+    failures : mapping
+        Identity of a run → why it has no result.
+    """
+
+    def __init__(self, run_ids: Sequence[str], index: ShardIndex, failures: dict[str, Failure]) -> None:
+        self._run_ids = run_ids
+        self._failures = failures
+        self._located = [index.runs.get(run_id) for run_id in run_ids]
+        self._signals = [None if run is None else index.signals_of(run) for run in self._located]
+
+    @property
+    def n_run(self) -> int:
+        """Number of runs."""
+        return len(self._run_ids)
+
+    def columns(self, variables: Sequence[Variable], sizes: Mapping[str, int]) -> dict[str, NDArray[Any]]:
+        """Variables other than signals of these dimensions; NaN, or the reason, without a result."""
+        known = {
+            RUN_ID: np.array(self._run_ids, dtype=object),
+            STATUS: np.array(self.statuses(), dtype=object),
+        }
+        columns = known | self._gathered([each for each in variables if each.name not in known], sizes)
+        told = [name for name in columns if name == MESSAGE or name.endswith(OBSTACLE)]
+        for position, located in enumerate(self._located):
+            if located is None:
+                for name in told:
+                    columns[name][position] = self._reason(position)[1]
+        return {variable.name: columns[variable.name] for variable in variables}
+
+    def statuses(self) -> list[str]:
+        """Status of each run, or why it has no result."""
+        return [
+            self._reason(position)[0] if located is None else located.status
+            for position, located in enumerate(self._located)
+        ]
+
+    def signal(self, name: str, position: int) -> NDArray[Any]:
+        """A signal of one run; empty if it is not stored."""
+        located = self._signals[position]
+        if located is None:
+            return np.empty(0)
+        with open_for_reading(located.shard) as file:
+            return np.asarray(file[name][located.row]) if name in file else np.empty(0)
+
+    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+        """Signals of some runs by name; a signal that no run has is omitted, missing rows are NaN."""
+        held: dict[str, NDArray[np.float64]] = {}
+        places: dict[Path, list[int]] = {}
+        for place, position in enumerate(positions):
+            if (located := self._signals[position]) is not None:
+                places.setdefault(located.shard, []).append(place)
+        for shard, inside in places.items():
+            rows = [located.row for place in inside if (located := self._signals[positions[place]])]
+            with open_for_reading(shard) as file:
+                for name in (name for name in names if name in file):
+                    read = signal_rows(file[name], rows)
+                    held.setdefault(name, np.full((len(positions), read.shape[1]), np.nan))[inside] = read
+        return held
+
+    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
+        time, values = self.time(), self.signal(name, position)
+        if time is None or values.size == 0:
+            raise StoreError(f"the shards contain no {name}; set store: {{signals: all}} and sweep again")
+        return time, values
+
+    def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
+        """All rows of a signal in order; NaN if it is not stored."""
+        for shard, row, n_run in self._stretches:
+            if shard is None:
+                yield from lacking_blocks(n_run, target)
+                continue
+            with open_for_reading(shard) as file:
+                yield from (
+                    read_blocks(file[name], row, n_run, target)
+                    if name in file
+                    else lacking_blocks(n_run, target)
+                )
+
+    def time(self) -> NDArray[np.float64] | None:
+        """Sampling instants [s]; None if no run is stored with signals."""
+        shard = next((run.shard for run in self._signals if run is not None and run.signals != "none"), None)
+        if shard is None:
+            return None
+        with open_for_reading(shard) as file:
+            return np.asarray(file[TIME][:])
+
+    @cached_property
+    def _stretches(self) -> list[_Stretch]:
+        stretches: list[_Stretch] = []
+        for located in self._signals:
+            shard, row = (None, 0) if located is None else (located.shard, located.row)
+            last = stretches[-1] if stretches else None
+            if last and last.shard == shard and (shard is None or row == last.row + last.n_run):
+                stretches[-1] = last._replace(n_run=last.n_run + 1)
+            else:
+                stretches.append(_Stretch(shard, row, 1))
+        return stretches
+
+    def _reason(self, position: int) -> tuple[str, str]:
+        """Status and message of a run without a result."""
+        failure = self._failures.get(self._run_ids[position])
+        return (failure.status, failure.message) if failure else (MISSING, "not computed yet")
+
+    def _gathered(self, variables: Sequence[Variable], sizes: Mapping[str, int]) -> dict[str, NDArray[Any]]:
+        """Variables read from the shards, each of which is opened once."""
+        positions_in: dict[Path, list[int]] = {}
+        rows_in: dict[Path, list[int]] = {}
+        for position, located in enumerate(self._located):
+            if located is not None:
+                positions_in.setdefault(located.shard, []).append(position)
+                rows_in.setdefault(located.shard, []).append(located.row)
+        pieces = [
+            (np.array(positions), read_variables(shard, variables, np.array(rows_in[shard])))
+            for shard, positions in positions_in.items()
+        ]
+        columns = {}
+        for variable in variables:
+            shape = self.n_run, *(sizes[dimension] for dimension in variable.dimensions[1:])
+            joined = columns[variable.name] = variable.blank(*shape)
+            for positions, of in pieces:
+                values = of[variable.name]
+                inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
+                joined[tuple(inside)] = values
+        return columns
 
 
 @dataclass(frozen=True)

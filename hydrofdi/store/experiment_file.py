@@ -18,6 +18,7 @@ from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable, axis_variable, stored_variables
@@ -29,7 +30,6 @@ from hydrofdi.store.layout.outputs import (
     output_variables,
     wavelet_numbers,
 )
-from hydrofdi.store.results import ShardResults
 from hydrofdi.store.signals import create_signal, write_block
 
 

@@ -16,13 +16,12 @@ from hydrofdi.config.experiment import STORED
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import describe_error
-from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
 from hydrofdi.store.experiment_file import computed_columns, requested_columns
 from hydrofdi.store.files import open_for_reading, reason, write_whole_text
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable, axis_variable, stored_variables
 from hydrofdi.store.layout.outputs import is_output, wavelet_numbers
-from hydrofdi.store.results import MISSING, ShardResults
 from hydrofdi.store.shard import held_values
 from hydrofdi.store.signals import FileSignals
 

@@ -104,12 +104,13 @@ def _place_shard(directory: Path, write: Callable[[Path], None]) -> Path:
 
 
 def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
+    has_phases = names.SETTLED_PHASE_DETAIL_RMS in columns
     with h5py.File(path, "w", libver=LIBRARY_VERSIONS) as file:
         file.attrs["format_version"] = names.FORMAT_VERSION
         file.attrs["physics_version"] = PHYSICS_VERSION
         file.attrs["signals"] = store.signals
         file.attrs["dtype"] = store.dtype
-        for variable in (*stored_variables(store.signals, phases=_has_phases(columns)), *_outputs(columns)):
+        for variable in (*stored_variables(store.signals, phases=has_phases), *_outputs(columns)):
             values = columns[variable.name]
             if variable.is_text:
                 texts = [str(text) for text in values]
@@ -121,10 +122,6 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
                 file.create_dataset(variable.name, data=values)
         if store.signals != "none":
             file.create_dataset(names.TIME, data=columns[names.TIME])
-
-
-def _has_phases(columns: Columns) -> bool:
-    return names.SETTLED_PHASE_DETAIL_RMS in columns
 
 
 def _outputs(columns: Columns) -> list[Variable]:

@@ -21,11 +21,10 @@ from hydrofdi.indicators import Indicator
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.folder.provenance import read_costs
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, OBSTACLE, STATUS
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
-from hydrofdi.store.results import MISSING
 from hydrofdi.studies.made_scores import made_scores, usual_scores
 from hydrofdi.studies.paired import changes_since_before
 from hydrofdi.studies.records import Scored, StudyRecords

@@ -8,7 +8,7 @@ import pytest
 
 import hydrofdi
 from hydrofdi.config import load_experiment
-from hydrofdi.config.seeds import seeds_of, shown_seeds
+from hydrofdi.config.plausibility import seeds_of, shown_seeds
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.shard import content_digest
 from tests.commands import run, run_json

@@ -6,9 +6,8 @@ import numpy as np
 
 from hydrofdi.compilation.compiling import dispatcher
 from hydrofdi.config import load_experiment
-from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, Plant
+from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, Plant, follow_command, spool_transition
 from hydrofdi.indicators.estimation.prediction import TANGENT_SHAPE, advance_with_transition
-from hydrofdi.indicators.estimation.spool_path import follow_command, spool_transition
 from hydrofdi.physics.equation import FAST_MATH
 from hydrofdi.simulation.batch import simulate_batch
 

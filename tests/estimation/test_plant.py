@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from estimation.plants import NOMINAL, predicted, simulated, spool_paths, true_states
-from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, STATES
-from hydrofdi.indicators.estimation.spool_path import follow_command, spool_transition
+from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, STATES, follow_command, spool_transition
 
 WITHOUT_FRICTION = ["friction.coulomb=0 N", "friction.breakaway=0 N", "friction.viscous=0 N*s/m"]
 LAPPED = ["valve.lap=0.8 um", "valve.lap_leakage=2e-14 m^3/(s*Pa)", "valve.null_offset=0.4 um"]

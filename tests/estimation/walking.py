@@ -7,8 +7,7 @@ import numpy as np
 from estimation.plants import NOMINAL, SAMPLE, SUPPLY, predicted, spool_paths
 from hydrofdi.indicators.estimation import ekf_stream, ukf_stream
 from hydrofdi.indicators.estimation.ekf_stream import N_MEASURED
-from hydrofdi.indicators.estimation.plant import N_STATE
-from hydrofdi.indicators.estimation.spool_path import spool_transition
+from hydrofdi.indicators.estimation.plant import N_STATE, spool_transition
 from hydrofdi.indicators.estimation.ukf_stream import Estimated, Workspace
 
 N_STEP = 4

@@ -8,9 +8,8 @@ import pytest
 from hydrofdi.config import load_experiment
 from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.indicators import indicator_names, load_indicators, make_indicators, measure
-from hydrofdi.indicators.description import describe
 from hydrofdi.indicators.record_measures import used_channels
-from hydrofdi.indicators.registry import indicator_kind
+from hydrofdi.indicators.registry import describe, indicator_kind
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.kernels.kernel import advance_lanes
-from hydrofdi.simulation.kernels.lanes import SAMPLED, STATES, WIDTH, pack_lanes
-from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.kernels.lanes import SAMPLED, STATES, WIDTH, ModelOptions, pack_lanes
 
 FRICTIONLESS = {"friction.coulomb": 0.0, "friction.breakaway": 0.0, "friction.viscous": 0.0}
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation.balances import balance_residuals
+from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.trajectory import Trajectory
 
 FINE = RunParameters().with_values(
     {"record.step": 2e-5, "record.sampling_frequency": 50e3, "record.duration": 1.0, "input.period": 1.0}

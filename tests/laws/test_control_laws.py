@@ -9,8 +9,8 @@ import pytest
 
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import pid_step
+from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.trajectory import Trajectory
 
 LOOP = RunParameters().with_values(
     {

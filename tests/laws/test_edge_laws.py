@@ -12,7 +12,7 @@ from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import EDGES
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.no_load import largest_opening
+from hydrofdi.simulation.drive import largest_opening
 
 SHORT = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5})
 LAPPED = {"valve.lap": -1e-6, "valve.lap_leakage": 2e-14}

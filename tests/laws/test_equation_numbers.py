@@ -6,6 +6,7 @@ import ast
 import importlib
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ def _evaluate(text: str) -> float:
         expression, item = expression.value, ast.literal_eval(expression.slice)
     assert isinstance(expression, ast.Call)
     arguments = {str(part.arg): ast.literal_eval(part.value) for part in expression.keywords}
+    arguments |= {name: SimpleNamespace(**of) for name, of in arguments.items() if isinstance(of, dict)}
     result = _function(ast.unparse(expression.func))(**arguments)
     return float(np.real(result if item is None else result[item]))
 

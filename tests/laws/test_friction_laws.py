@@ -14,28 +14,37 @@ from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.machine import FrictionConfig
 from hydrofdi.physics.friction import (
     LAWS,
-    bristle_friction_force,
-    bristle_rate,
+    bristle_friction,
     choice_of_law,
     chosen_friction,
     decaying_exponential,
-    friction_force,
-    smooth_friction_force,
+    smooth_friction,
+    threshold_friction,
 )
 from hydrofdi.simulation.batch import simulate_batch
 
-PARAMETERS = (200.0, 250.0, 50.0, 40.0, 1e-3)
+PARAMETERS = FrictionConfig()
+
+
+def friction_force(velocity: float, p: FrictionConfig = PARAMETERS) -> float:
+    return threshold_friction(velocity, 0.0, p)[0]
+
+
+def smooth_friction_force(velocity: float) -> float:
+    return smooth_friction(velocity, 0.0, PARAMETERS)[0]
+
+
 speeds = st.floats(min_value=-2.0, max_value=2.0)
 
 
 @given(speeds)
 def test_friction_is_odd_in_velocity(velocity: float) -> None:
-    assert friction_force(-velocity, *PARAMETERS) == -friction_force(velocity, *PARAMETERS)
+    assert friction_force(-velocity) == -friction_force(velocity)
 
 
 @given(speeds)
 def test_friction_takes_power_from_the_piston(velocity: float) -> None:
-    assert friction_force(velocity, *PARAMETERS) * velocity >= 0.0
+    assert friction_force(velocity) * velocity >= 0.0
 
 
 @given(st.floats(min_value=0.0, max_value=200.0))
@@ -44,12 +53,12 @@ def test_polynomial_exponential_is_exact_to_eleven_digits(exponent: float) -> No
 
 
 def test_friction_is_continuous_at_the_velocity_threshold() -> None:
-    below, above = (friction_force(1e-3 * factor, *PARAMETERS) for factor in (1 - 1e-9, 1 + 1e-9))
+    below, above = (friction_force(1e-3 * factor) for factor in (1 - 1e-9, 1 + 1e-9))
     assert below == pytest.approx(above, rel=1e-6)
 
 
 def test_fast_piston_feels_coulomb_and_viscous_friction_alone() -> None:
-    assert friction_force(1.5, *PARAMETERS) == pytest.approx(200.0 + 50.0 * 1.5, rel=1e-12)
+    assert friction_force(1.5) == pytest.approx(200.0 + 50.0 * 1.5, rel=1e-12)
 
 
 def test_coulomb_friction_stops_a_coasting_piston_after_the_classical_time() -> None:
@@ -69,21 +78,21 @@ def test_coulomb_friction_stops_a_coasting_piston_after_the_classical_time() -> 
 
 @given(speeds)
 def test_smooth_friction_is_odd_and_takes_power(velocity: float) -> None:
-    force = smooth_friction_force(velocity, *PARAMETERS)
-    assert force == -smooth_friction_force(-velocity, *PARAMETERS)
+    force = smooth_friction_force(velocity)
+    assert force == -smooth_friction_force(-velocity)
     assert force * velocity >= 0.0
 
 
 @given(st.floats(min_value=0.02, max_value=2.0))
 def test_both_friction_laws_agree_far_above_the_threshold(velocity: float) -> None:
-    smooth, kinked = smooth_friction_force(velocity, *PARAMETERS), friction_force(velocity, *PARAMETERS)
+    smooth, kinked = smooth_friction_force(velocity), friction_force(velocity)
     assert smooth == pytest.approx(kinked, rel=1e-9)
 
 
 def test_smooth_friction_follows_the_hyperbolic_tangent_through_zero() -> None:
     for velocity in (1e-5, 3e-4, 1e-3, 3e-3):
         dry = (200.0 + 50.0 * math.exp(-40.0 * velocity)) * math.tanh(velocity / 1e-3)
-        assert smooth_friction_force(velocity, *PARAMETERS) == pytest.approx(dry + 50.0 * velocity, rel=1e-8)
+        assert smooth_friction_force(velocity) == pytest.approx(dry + 50.0 * velocity, rel=1e-8)
 
 
 def test_scale_zero_is_the_actuator_without_dry_friction() -> None:
@@ -99,11 +108,10 @@ LUGRE = {"friction.law": "lugre"}
 
 @pytest.mark.parametrize("velocity", [-0.2, 2e-3, 0.05])
 def test_bristles_in_steady_motion_give_the_stribeck_force(velocity: float) -> None:
-    stribeck = friction_force(velocity, 200.0, 250.0, 0.0, 40.0, 1e-9)
-    deflection = stribeck / 5e6
-    rate = bristle_rate(velocity, deflection, 200.0, 250.0, 40.0, 5e6)
+    dry = PARAMETERS.model_copy(update={"viscous": 0.0, "velocity_threshold": 1e-9})
+    stribeck = friction_force(velocity, dry)
+    steady, rate = bristle_friction(velocity, stribeck / 5e6, PARAMETERS)
     assert abs(rate) < 1e-9 * abs(velocity)
-    steady = bristle_friction_force(velocity, deflection, rate, 5e6, 1e3, 50.0)
     assert steady == pytest.approx(stribeck + 50.0 * velocity, rel=1e-6)
 
 

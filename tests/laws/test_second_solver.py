@@ -11,9 +11,9 @@ import pytest
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import PAPER
 from hydrofdi.physics.friction import FRICTION_LAWS
+from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.options import ModelOptions
-from hydrofdi.simulation.trajectory import Trajectory
+from hydrofdi.simulation.kernels.lanes import ModelOptions
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.second_solver import simulate_with_solver
 

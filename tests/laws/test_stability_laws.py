@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.stability import amplification, largest_stable_step
+from hydrofdi.physics.hydraulic_mode import amplification, largest_stable_step
 from hydrofdi.simulation.batch import simulate_batch
 
 FREE = {"actuator.load_stiffness": 0.0, "fluid.bulk_modulus": 1.0}

@@ -15,7 +15,7 @@ from hydrofdi.monitor.configuration import MonitorConfig, MqttAddress, MqttConfi
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.mqtt.sending import SamplePublisher
 from hydrofdi.monitor.mqtt.source import MqttSource
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.streams import Chunk
 

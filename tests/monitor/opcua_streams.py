@@ -8,7 +8,7 @@ import numpy as np
 from hydrofdi.monitor.configuration import OpcUaConfig
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.opcua.source import OpcUaSource
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from tests.monitor.opcua_server import EPOCH
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader, SampleClock
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from tests.monitor.streams_of_text import config_of
 

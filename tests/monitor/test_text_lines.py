@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.source import plain_source
 from tests.monitor.streams_of_text import read_in_pieces, reader, samples

@@ -18,7 +18,7 @@ from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
 from hydrofdi.store.signals import FileSignals
-from hydrofdi.transforms.change import percentage_change
+from hydrofdi.transforms.wavelet import percentage_change
 from tests.conftest import run_hydrofdi, sweep_in
 
 N_DRAWN = 100

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.records import Channel
-from hydrofdi.records.measured.formats import reading_apart
+from hydrofdi.records.measured.formats import opening
 from hydrofdi.records.measured.source import measured_source, plain_source
 from hydrofdi.units import parse_unit
 
@@ -171,7 +171,7 @@ def sound(kind):
 @pytest.fixture(scope="module")
 def impatient():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(reading_apart, "SECONDS", 5.0)
+        patch.setattr(opening, "SECONDS", 5.0)
         yield
 
 

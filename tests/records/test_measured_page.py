@@ -3,13 +3,13 @@
 import gzip
 import json
 import re
+import subprocess
+import sys
 
 import numpy as np
 
 from hydrofdi.records.measured.columns import NAMES
-from hydrofdi.records.measured.description.sections import MeasuredConfig
 from hydrofdi.records.measured.source import measured_source
-from hydrofdi.settings.quantities import described_schema
 from tests.commands import run
 from tests.conftest import REPOSITORY
 from tests.records.measuring import P1, SUPPLY, described
@@ -50,8 +50,9 @@ def test_the_page_lists_the_names_that_plain_files_are_read_by():
         assert f"| `{channel}` | {names} |" in PAGE
 
 
-def test_the_kept_schema_is_that_of_the_models():
+def test_the_kept_schemas_and_pages_are_those_of_the_models():
+    generator = REPOSITORY / "docs" / "generate_configuration.py"
+    subprocess.run([sys.executable, str(generator), "--check"], check=True)
     kept = json.loads((REPOSITORY / "configs" / "measured-schema.json").read_text())
-    assert kept == json.loads(json.dumps(described_schema(MeasuredConfig, "hydrofdi measured files")))
     assert kept == json.loads(run("schema", "measured", check=0).stdout)
     assert kept["properties"]["channels"]["propertyNames"]

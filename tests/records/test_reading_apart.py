@@ -14,7 +14,7 @@ import pytest
 import scipy.io
 
 from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats import reading_apart
+from hydrofdi.records.measured.formats import opening
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import RejectionError
 from hydrofdi.records.measured.source import measured_source
@@ -51,7 +51,7 @@ def read(folder, suffix):
 
 def readers(process=None):
     """Processes that a process has started to read files."""
-    program = reading_apart.array_reader.__file__
+    program = opening.array_reader.__file__
     children = psutil.Process(process).children()
     return [child for child in children if not has_ended(child) and program in child.cmdline()]
 
@@ -77,12 +77,12 @@ def hanging(tmp_path_factory, monkeypatch):
     code = "import time, h5py\nh5py.Dataset.__getitem__ = lambda *_: time.sleep(600)\n"
     (folder / "sitecustomize.py").write_text(code)
     monkeypatch.setenv("PYTHONPATH", str(folder))
-    monkeypatch.setattr(reading_apart, "_idle", [])
+    monkeypatch.setattr(opening, "_idle", [])
 
 
 @pytest.fixture
 def impatient(monkeypatch):
-    monkeypatch.setattr(reading_apart, "SECONDS", 1.0)
+    monkeypatch.setattr(opening, "SECONDS", 1.0)
 
 
 def test_a_file_that_crashes_its_library_is_rejected_and_the_next_is_read(tmp_path):
@@ -105,13 +105,13 @@ def test_a_file_that_hangs_its_library_is_rejected(tmp_path, hanging, impatient)
 def test_a_reader_killed_in_the_middle_of_a_file_rejects_it_alone(tmp_path, suffix):
     file, kind = tmp_path / f"run.{suffix}", {"h5": "HDF5", "mat": "MAT"}[suffix]
     write(file, {"P1": BAR, "P2": BAR})
-    with reading_apart.table_read_apart("run", kind, file) as table:
+    with opening.table_read_apart("run", kind, file) as table:
         np.testing.assert_array_equal(table.numbers(0), BAR)
         for reader in readers():
             reader.kill()
         with pytest.raises(RejectionError, match=f"^reading it as {kind} crashed$"):
             table.numbers(1)
-    with reading_apart.table_read_apart("run", kind, file) as table:
+    with opening.table_read_apart("run", kind, file) as table:
         np.testing.assert_array_equal(table.numbers(1), BAR)
 
 
@@ -132,8 +132,8 @@ def test_one_process_reads_file_after_file_and_two_at_once_have_their_own(tmp_pa
     read(tmp_path, "h5")
     assert readers() == before != []
     with (
-        reading_apart.table_read_apart("a", "HDF5", tmp_path / "0.h5") as table,
-        reading_apart.table_read_apart("b", "HDF5", tmp_path / "3.h5") as other,
+        opening.table_read_apart("a", "HDF5", tmp_path / "0.h5") as table,
+        opening.table_read_apart("b", "HDF5", tmp_path / "3.h5") as other,
     ):
         np.testing.assert_array_equal(other.numbers(0), BAR + 3)
         np.testing.assert_array_equal(table.numbers(0), BAR)
@@ -162,7 +162,7 @@ def test_text_and_arrays_of_every_shape_come_over(tmp_path):
         "matrix": np.asfortranarray(np.arange(6.0).reshape(3, 2)), "scalar": 7.5,
     }  # fmt: skip
     write(tmp_path / "run.h5", arrays | {"word": "prüfstand", "bytes": b"rig"})
-    with reading_apart.table_read_apart("run", "HDF5", tmp_path / "run.h5") as table:
+    with opening.table_read_apart("run", "HDF5", tmp_path / "run.h5") as table:
         for name in ("big_endian", "flag", "empty"):
             np.testing.assert_array_equal(table.numbers(table.find(name)), arrays[name])
         np.testing.assert_array_equal(table.numbers(table.find("matrix[2]")), [1.0, 3.0, 5.0])
@@ -175,11 +175,11 @@ PROGRAM = """\
 import sys, time
 from pathlib import Path
 from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats import reading_apart
+from hydrofdi.records.measured.formats import opening
 from hydrofdi.records.measured.formats.opening import open_table
-reading_apart.SECONDS = float(sys.argv[2])
+opening.SECONDS = float(sys.argv[2])
 assert __name__ == "__main__"
-with reading_apart.table_read_apart("run", "HDF5", Path(sys.argv[1])) as table:
+with opening.table_read_apart("run", "HDF5", Path(sys.argv[1])) as table:
     print("open", flush=True)
     {then}
 print("read", flush=True)
@@ -216,8 +216,8 @@ def test_no_reader_outlives_a_program_that_ends(tmp_path):
 def test_the_reader_starts_without_the_package_and_the_folder_it_is_started_in(tmp_path):
     """A module of the user named like one of Python's is not taken, and stray output is no answer."""
     (tmp_path / "json.py").write_text("raise SystemExit")
-    command = [sys.executable, "-P", "-X", "importtime", reading_apart.array_reader.__file__]
+    command = [sys.executable, "-P", "-X", "importtime", opening.array_reader.__file__]
     done = subprocess.run(command, input="", capture_output=True, text=True, check=True, cwd=tmp_path)
     assert done.stdout == ""
     assert not any(name in done.stderr for name in ("hydrofdi", "pydantic", "h5py"))
-    assert Path(reading_apart.array_reader.__file__).is_file()
+    assert Path(opening.array_reader.__file__).is_file()

@@ -14,7 +14,7 @@ import pytest
 import hydrofdi
 from hydrofdi.api.progress import Progress
 from hydrofdi.config import RunParameters
-from hydrofdi.execution.batching import split_jobs
+from hydrofdi.execution.compute import split_jobs
 from hydrofdi.execution.measuring import Job
 from runner.processes import COMMAND, run, start, wait_until
 from tests.commands import run_hydrofdi

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.sensing.dynamics import LagLanes, first_order_lag, second_order_lag
+from hydrofdi.sensing.sampling import LagLanes, first_order_lag, second_order_lag
 
 INTERVAL, CORNER = 1e-3, 20.0
 OMEGA = 2.0 * np.pi * CORNER

@@ -10,7 +10,7 @@ from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.config.request import SENSING
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import CHANNELS
-from hydrofdi.sensing.channels import CLOCK, random_generator
+from hydrofdi.sensing.noise import CLOCK, random_generator
 from hydrofdi.sensing.sampling import Clocks, sampling_instants
 from hydrofdi.simulation import batch
 from hydrofdi.simulation.batch import simulate_batch

@@ -8,8 +8,8 @@ from hydrofdi.config.experiment import PAPER
 from hydrofdi.config.request import SENSING
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.sensing import CHANNELS, Measurement
-from hydrofdi.sensing.channels import CLOCK, random_generator
 from hydrofdi.sensing.measurement import sensor_reading
+from hydrofdi.sensing.noise import CLOCK, random_generator
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import stored_variables

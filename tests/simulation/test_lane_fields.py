@@ -6,11 +6,18 @@ from operator import attrgetter
 import numpy as np
 
 from hydrofdi.config import RunParameters
+from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.kernels.hydraulics import State
 from hydrofdi.simulation.kernels.kernel import keep_state, state_of, take_sample
-from hydrofdi.simulation.kernels.lanes import LANES, LEAKAGE, PARAMETERS, SAMPLED, STATES, pack_lanes
-from hydrofdi.simulation.kernels.options import ModelOptions
-from hydrofdi.simulation.trajectory import Trajectory
+from hydrofdi.simulation.kernels.lanes import (
+    LANES,
+    LEAKAGE,
+    PARAMETERS,
+    SAMPLED,
+    STATES,
+    ModelOptions,
+    pack_lanes,
+)
 from hydrofdi.store.layout import names
 
 EVERYTHING = ModelOptions()._replace(supply_droop=True, bristles=True, closed_loop=True)

@@ -9,7 +9,7 @@ from hydrofdi.compilation.compiling import dispatcher
 from hydrofdi.physics.equation import FAST_MATH
 from hydrofdi.physics.friction import choice_of_law
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates
-from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.kernels.lanes import ModelOptions
 
 ALL = ModelOptions(*[True] * len(ModelOptions._fields))._replace(friction_law=choice_of_law("lugre"))
 OTHER_LAWS = ALL._replace(

@@ -4,9 +4,14 @@ import pywt
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.transforms.change import percentage_change
 from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.wavelet import coefficient_rms, detail_coefficients, detail_rms, level_bands
+from hydrofdi.transforms.wavelet import (
+    coefficient_rms,
+    detail_coefficients,
+    detail_rms,
+    level_bands,
+    percentage_change,
+)
 
 RECORD = np.random.default_rng(7).normal(size=1024).cumsum()
 

@@ -16,9 +16,9 @@ from hydrofdi.records import Channel, RecordBatch, RejectedRecord
 from hydrofdi.sensing import Measurement
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text
+from hydrofdi.simulation.balances import Outcome
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
-from hydrofdi.simulation.trajectory import Outcome
 from hydrofdi.store.records import (
     SIGNAL_OF_CHANNEL,
     batch_length,

@@ -21,7 +21,7 @@ from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import Array
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import plain, readable_unit

@@ -15,7 +15,7 @@ from hydrofdi.detectors.trained.configuration import Feature, feature_of
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.judging import Verdict, findings, verdict_of
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.indicators.plausibility import doubts_of
+from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.indicators.recursive import RecursiveIndicator, instants
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk, State, fault_of

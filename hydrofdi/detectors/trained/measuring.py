@@ -12,7 +12,7 @@ from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.detectors.trained.file import ChannelRange
 from hydrofdi.errors import Issue
 from hydrofdi.indicators import measure
-from hydrofdi.indicators.plausibility import doubts_of
+from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Window
 

@@ -33,8 +33,8 @@ from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.rates import Rule, alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.tail import THRESHOLDS
 from hydrofdi.evaluation.threshold import Threshold
+from hydrofdi.indicators.faults import CAUSES
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
-from hydrofdi.indicators.plausibility import CAUSES
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.stuck import found_period
 from hydrofdi.settings.readable import time_text

@@ -6,11 +6,11 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.physics.equation import equation, signed_root
 from hydrofdi.physics.valve import chamber_1_orifice_drop
+from hydrofdi.records import Array
 
 
 @lru_cache(maxsize=64)
@@ -39,8 +39,6 @@ def weak_weights(half: int, sampling_frequency: float) -> Array:
     weights = np.stack((weight / sampling_frequency, -slope, -late))
     return np.ascontiguousarray(weights.reshape(3, 2, half).transpose(1, 0, 2))
 
-
-Array = NDArray[np.float64]
 
 CURRENT, ENDING, BEFORE = 0, 1, 2
 """Rows of sums: current block as first and as second half of a window, and previous block."""

@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, Plant
+from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, Plant, between_samples, follow_command
 from hydrofdi.indicators.estimation.prediction import TANGENT_SHAPE, advance_with_transition
-from hydrofdi.indicators.estimation.spool_path import between_samples, follow_command
 from hydrofdi.physics.equation import equation
-
-Array = NDArray[np.float64]
+from hydrofdi.records import Array
 
 N_MEASURED = 3
 """Number of measurements: P_1, P_2 and x_p, the first of the moving states."""

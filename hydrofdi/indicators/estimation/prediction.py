@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.indicators.estimation.plant import (
     N_MOVING,
@@ -26,6 +25,7 @@ from hydrofdi.indicators.estimation.plant import (
 )
 from hydrofdi.physics.equation import equation, signed_root
 from hydrofdi.physics.friction import decaying_exponential, stribeck_force
+from hydrofdi.records import Array
 
 LEAST_ROOT = 0.3
 """Root of the pressure difference at which derivatives of flows are limited [√MPa]: 0.09 MPa."""
@@ -121,18 +121,16 @@ def slopes(moving: Moving, spool: float, a: Actual, plant: Plant) -> Slopes:
 
 @equation
 def friction_slope(velocity: float, plant: Plant) -> float:
-    """Derivative of `friction_force` by velocity [N·s/mm]."""
+    """Derivative of `threshold_friction` by velocity [N·s/mm]."""
     speed, threshold = abs(velocity), plant.velocity_threshold
     if speed < threshold:
-        held = stribeck_force(threshold, plant.coulomb, plant.breakaway, plant.transition)
+        held = stribeck_force(threshold, plant)
         steep: float = plant.viscous + held / threshold
         return steep
     fall = plant.transition * (plant.breakaway - plant.coulomb)
     sliding: float = plant.viscous - fall * decaying_exponential(plant.transition * speed)
     return sliding
 
-
-Array = NDArray[np.float64]
 
 TANGENT_SHAPE = (4, N_MOVING, N_STATE)
 """Shape of the workspace of `advance_with_transition`."""

@@ -7,11 +7,9 @@ IEEE Transactions on Automatic Control 16.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.physics.equation import equation
-
-Array = NDArray[np.float64]
+from hydrofdi.records import Array
 
 
 @equation

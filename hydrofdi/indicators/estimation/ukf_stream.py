@@ -13,6 +13,7 @@ from hydrofdi.indicators.estimation.plant import N_STATE, Plant, actual, step_of
 from hydrofdi.indicators.estimation.prediction import held_of, keep_moving, moving_of
 from hydrofdi.indicators.estimation.square_root import find_gain, grow, shrink, take_triangle, triangularise
 from hydrofdi.physics.equation import equation
+from hydrofdi.records import Array
 
 Places = NDArray[np.int64]
 
@@ -153,9 +154,6 @@ def move(
         moving, held = moving_of(points[:, k]), held_of(points[:, k])
         moving = step_of(moving, step, start, middle, end, actual(held, supply, plant), plant)
         keep_moving(points[:, k], moving)
-
-
-Array = NDArray[np.float64]
 
 
 class Streams(NamedTuple):

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
-
-Array = NDArray[np.float64]
+from hydrofdi.records import Array
 
 _ORDER = 8
 """Order of the differences. They attenuate frequencies below a tenth of the sampling frequency to less than a

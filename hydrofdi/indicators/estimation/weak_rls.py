@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
 from hydrofdi.physics.equation import equation
-
-Array = NDArray[np.float64]
+from hydrofdi.records import Array
 
 _WIDTH = N_UNKNOWN + 1
 """Columns and target of an equation."""

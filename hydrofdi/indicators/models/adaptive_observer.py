@@ -14,6 +14,7 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.indicators.balancing import balance_outputs
 from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.faults import FLUID
 from hydrofdi.indicators.nominal_signals import (
     P1,
     P2,
@@ -26,7 +27,6 @@ from hydrofdi.indicators.nominal_signals import (
     nominal_flows,
     start_of_signals,
 )
-from hydrofdi.indicators.plausibility import FLUID
 from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch

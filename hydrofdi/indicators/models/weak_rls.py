@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.indicators.balancing import P1, P2, WindowOptions, X, balance_outputs, known_balance
-from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.contract import Information, Output
 from hydrofdi.indicators.estimation.chamber_balance import (
     N_UNKNOWN,
     UNKNOWNS,
@@ -40,7 +40,6 @@ from hydrofdi.indicators.estimation.weak_rls import (
     new_scratch,
     new_state,
 )
-from hydrofdi.indicators.information import Information
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI

@@ -16,7 +16,7 @@ from hydrofdi.monitor.configuration import MonitorConfig, MqttAddress, MqttConfi
 from hydrofdi.monitor.mqtt.connection import MqttConnection
 from hydrofdi.monitor.sources.contract import Inbox, Position, Reading, StreamSource, joined, malformed
 from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.streams import Chunk
 
 if TYPE_CHECKING:

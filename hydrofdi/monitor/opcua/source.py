@@ -21,8 +21,7 @@ from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.opcua.session import FIRST_HANDLE, Changes, LostError, Server, node_id
 from hydrofdi.monitor.security import exposed
 from hydrofdi.monitor.sources.contract import Inbox, Position, Reading, StreamSource, joined
-from hydrofdi.records.batch import Array
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.measured.columns import Column, factor_to_si
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.streams import Chunk
@@ -325,9 +324,6 @@ class Joiner:
             here.values[value.channel] = value
         return instants
 
-    def _is_whole(self, instant: _Instant) -> bool:
-        return len(instant.values) == self._n_channel
-
     def _is_ready(self, instant: _Instant, now: float) -> bool:
         missing = set(range(self._n_channel)) - instant.values.keys()
         if all(self._latest[channel] - instant.time > self._tolerance for channel in missing):
@@ -335,7 +331,7 @@ class Joiner:
         return now - min(value.arrival for value in instant.values.values()) > self._wait
 
     def _is_kept(self, instant: _Instant) -> bool:
-        if self._is_whole(instant):
+        if len(instant.values) == self._n_channel:
             self._left_out = self._patience
         elif instant.time <= self._last + self._tolerance:
             return False

@@ -16,7 +16,7 @@ from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
 from hydrofdi.monitor.sources.text_lines import TextLines
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.streams import Chunk
 
 BLOCK = 1 << 17

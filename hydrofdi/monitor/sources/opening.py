@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError, without_credentials
-from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.configuration import MonitorConfig, MqttAddress
 from hydrofdi.monitor.sources.contract import StreamSource
+from hydrofdi.records.batch import Channel
 from hydrofdi.settings.messages import similar
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/")
@@ -53,10 +55,14 @@ def open_stream(
     ConfigError
         It is none of these, an option does not fit, or an extra is not installed.
     """
-    config = _needed(config, file)
+    seen = {*file.channels, file.config.window.channel}
+    if channels := {channel: each for channel, each in config.channels.items() if channel in seen}:
+        config = config.model_copy(update={"channels": channels})
     scheme = _SCHEME.match(text)
     if scheme is None:
-        return _text(text, config, file, sampling_frequency, is_followed, is_resumed)
+        if sampling_frequency is not None:
+            config = config.model_copy(update={"sampling_frequency": sampling_frequency})
+        return _lines_of(text, config, file.channels, is_followed, is_resumed)
     kind = scheme[1].lower()
     if kind not in _SCHEMES:
         raise ConfigError(f"{text}: unknown kind of source {kind!r}{_hint(kind, text)}")
@@ -64,14 +70,17 @@ def open_stream(
         raise ConfigError(
             "sampling_frequency: applies only to text; other sources need a time for each sample"
         )
-    return _opcua(text, config, file) if kind == "opc.tcp" else _mqtt(text, config, file, detector)
+    if kind != "opc.tcp":
+        from hydrofdi.monitor.mqtt.source import MqttSource
 
-
-def _needed(config: MonitorConfig, file: DetectorFile) -> MonitorConfig:
-    """The configuration with only the channels that the detector uses; unchanged if it has none of them."""
-    seen = {*file.channels, file.config.window.channel}
-    channels = {channel: each for channel, each in config.channels.items() if channel in seen}
-    return config.model_copy(update={"channels": channels}) if channels else config
+        return MqttSource(MqttAddress.parse(text), config, detector, file.channels)
+    try:
+        from hydrofdi.monitor.opcua.source import OpcUaSource
+    except ModuleNotFoundError as error:
+        if error.name not in ("asyncua", "cryptography"):
+            raise
+        raise ConfigError("OPC UA needs the extra: pip install 'hydrofdi[monitor]'") from None
+    return OpcUaSource(text, config.opcua, config.channels, file.sampling_frequency)
 
 
 def _hint(kind: str, text: str) -> str:
@@ -80,13 +89,8 @@ def _hint(kind: str, text: str) -> str:
     return similar(kind, [*_SCHEMES]) or f"; a source is {_KINDS}"
 
 
-def _text(
-    text: str,
-    config: MonitorConfig,
-    file: DetectorFile,
-    sampling_frequency: float | None,
-    is_followed: bool,
-    is_resumed: bool,
+def _lines_of(
+    text: str, config: MonitorConfig, needed: Sequence[Channel], is_followed: bool, is_resumed: bool
 ) -> StreamSource:
     from hydrofdi.monitor.sources.growing_file import GrowingFile, StandardInput
 
@@ -97,25 +101,6 @@ def _text(
         )
     if without_credentials(text) != text and not path.exists():
         raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
-    if sampling_frequency is not None:
-        config = config.model_copy(update={"sampling_frequency": sampling_frequency})
     if text == "-":
-        return StandardInput(config, needed=file.channels)
-    return GrowingFile(path, config, is_followed, file.channels, leaves_unended=is_resumed)
-
-
-def _mqtt(text: str, config: MonitorConfig, file: DetectorFile, detector: Path) -> StreamSource:
-    from hydrofdi.monitor.configuration import MqttAddress
-    from hydrofdi.monitor.mqtt.source import MqttSource
-
-    return MqttSource(MqttAddress.parse(text), config, detector, file.channels)
-
-
-def _opcua(text: str, config: MonitorConfig, file: DetectorFile) -> StreamSource:
-    try:
-        from hydrofdi.monitor.opcua.source import OpcUaSource
-    except ModuleNotFoundError as error:
-        if error.name not in ("asyncua", "cryptography"):
-            raise
-        raise ConfigError("OPC UA needs the extra: pip install 'hydrofdi[monitor]'") from None
-    return OpcUaSource(text, config.opcua, config.channels, file.sampling_frequency)
+        return StandardInput(config, needed=needed)
+    return GrowingFile(path, config, is_followed, needed, leaves_unended=is_resumed)

@@ -12,8 +12,7 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import joined
-from hydrofdi.records.batch import Array
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.measured.columns import Column, columns_of, is_counts, split_title, time_column
 from hydrofdi.records.measured.description.sections import ChannelConfig

@@ -11,7 +11,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources.contract import Position, joined, malformed
 from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader, SampleClock, parsed, stream_columns
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.dates import is_dated, unix_seconds
 from hydrofdi.records.measured.columns import Column, is_unit, split_title
 from hydrofdi.records.measured.rows import RowReader, runs

@@ -18,9 +18,8 @@ from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.axes import MOST_VALUES, fifths
 from hydrofdi.report.intervals import Share, clustered_share
 from hydrofdi.report.runs import Array, best_levels
-from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout import names
-from hydrofdi.store.results import MISSING
 
 CORE = ("C1", "C2", "C3", "C4")
 """The claims that carry the paper's conclusion."""

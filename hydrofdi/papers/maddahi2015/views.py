@@ -31,7 +31,7 @@ from hydrofdi.report.wording import modulus_column, share_text, signed, span_tex
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
-from hydrofdi.transforms.change import percentage_change
+from hydrofdi.transforms.wavelet import percentage_change
 from hydrofdi.units import convert
 
 _LEVEL = 3

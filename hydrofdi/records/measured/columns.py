@@ -10,8 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import Array
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.measured.description.sections import COUNTS, ChannelConfig, TimeConfig
 from hydrofdi.units import Unit, parse_unit, similar_units
 

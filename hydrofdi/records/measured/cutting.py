@@ -9,8 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import Array
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.measured.description.sections import CyclesConfig, SegmentConfig, TrimConfig
 from hydrofdi.records.measured.formats.table import RejectionError
 from hydrofdi.records.measured.recording import Recording, Sampling

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.batch import Array
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.measured.recording import Recording
 from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
@@ -130,18 +129,14 @@ def _of_channel(
         return
     if np.ptp(samples) == 0.0:
         if not is_ideal_rail(channel, float(samples[0])):
-            yield Issue(f"{channel} never changes", channel, kind="stuck", is_unusable=_is_unusable(channel))
+            is_unusable = must_change(channel) or channel is Channel.SUPPLY_PRESSURE
+            yield Issue(f"{channel} never changes", channel, kind="stuck", is_unusable=is_unusable)
         return
     if channel is not Channel.INPUT_VOLTAGE:
         yield from _spikes(recording, channel, samples)
     if channel.is_pressure:
         yield from _clipped(recording, channel, samples, limits.clipped)
     yield from _hum(recording, channel, samples, limits)
-
-
-def _is_unusable(channel: Channel) -> bool:
-    """Whether a channel that never changes is unusable."""
-    return must_change(channel) or channel is Channel.SUPPLY_PRESSURE
 
 
 def _out_of_range(channel: Channel, samples: Array, limits: tuple[float, float]) -> Iterator[Issue]:

@@ -13,8 +13,7 @@ from pathlib import Path, PurePath, PurePosixPath
 import numpy as np
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.batch import RecordBatch, RejectedRecord
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel, RecordBatch, RejectedRecord
 from hydrofdi.records.measured.cutting import (
     Stroke,
     cycles_of,

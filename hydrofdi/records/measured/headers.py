@@ -7,7 +7,7 @@ from pathlib import Path
 from textwrap import indent
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.columns import (
     MOST_SHOWN,
     channel_named,

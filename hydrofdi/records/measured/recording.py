@@ -10,8 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records.batch import INFERRED_SAMPLING, Array
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Channel
 from hydrofdi.records.measured.columns import (
     Column,
     columns_of,

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
-from hydrofdi.records.batch import Array, RecordBatch, RejectedRecord
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.records.measured.defects import differences
 from hydrofdi.records.measured.description.checks import contradictions
 from hydrofdi.records.measured.description.sections import OF_STREAMS, MeasuredConfig

@@ -20,9 +20,8 @@ from hydrofdi.report.detection.wording import false_alarms_in_words, probability
 from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
-from hydrofdi.store.results import MISSING
 from hydrofdi.studies.judgement import Detection
 from hydrofdi.studies.reading import study_designs
 

@@ -30,8 +30,7 @@ from hydrofdi.physics.valve import (
     null_position,
     supply_pressure_rate,
 )
-from hydrofdi.simulation.kernels.lanes import LEAKAGE, PARAMETERS
-from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.kernels.lanes import LEAKAGE, PARAMETERS, ModelOptions
 
 
 class State(NamedTuple):

@@ -17,8 +17,7 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.equation import equation, settled
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
-from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
-from hydrofdi.simulation.kernels.options import ModelOptions
+from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, ModelOptions
 from hydrofdi.simulation.kernels.spool import move_spool
 
 

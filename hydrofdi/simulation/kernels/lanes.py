@@ -1,4 +1,4 @@
-"""Memory layout of parallel runs in the kernel.
+"""Memory layout of parallel runs in the kernel, and the options that are resolved at compile time.
 
 A *lane* is one run. There are two halves of fixed width, so that every lane is computed by the same vector
 instructions regardless of its position and the number of runs; unused lanes repeat the first run. Fields have
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from operator import attrgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import EDGES
 from hydrofdi.config.sections.machine import FrictionConfig
+from hydrofdi.physics.friction import FRICTION_LAWS, PAPER_FRICTION, Choice, choice_of_law
 
 HALF_WIDTH = 16
 WIDTH = 2 * HALF_WIDTH
@@ -150,3 +151,75 @@ def pack_singles(parameters: Sequence[RunParameters], leakage_coefficients: Sequ
     """Parameters of runs by name, in SI: ndarray of SINGLE, shape (n_run,)."""
     values = np.column_stack([[_values_of(run) for run in parameters], leakage_coefficients])
     return np.ascontiguousarray(values, dtype=np.float64).view(SINGLE)[:, 0]
+
+
+Chosen = bool | None
+"""True or None. The two have different types, so that each combination of options is compiled separately."""
+
+
+class ModelOptions(NamedTuple):
+    """Options of the model beyond that of the paper; the equations test ``is not None``."""
+
+    laminar_leakage: Chosen = None
+    blended_leakage: Chosen = None
+    ramped_leakage: Chosen = None
+    intermittent_leakage: Chosen = None
+    bristles: Chosen = None
+    free_air: Chosen = None
+    clamped_cavitation: Chosen = None
+    limited_spool: Chosen = None
+    hysteresis: Chosen = None
+    lapped_valve: Chosen = None
+    shifted_null: Chosen = None
+    end_stops: Chosen = None
+    load_force: Chosen = None
+    supply_droop: Chosen = None
+    closed_loop: Chosen = None
+    measured_feedback: Chosen = None
+    friction_law: Choice = PAPER_FRICTION
+
+    @property
+    def samples_more(self) -> bool:
+        """Whether a lane has more samples than the paper's model."""
+        return any((self.supply_droop, self.bristles, self.closed_loop))
+
+    @classmethod
+    def of(cls, run: RunParameters) -> ModelOptions:
+        """Options of a run."""
+        leakage, valve = run.leakage, run.valve
+        return cls(
+            laminar_leakage=leakage.law == "laminar" or None,
+            blended_leakage=leakage.law == "blended" or None,
+            ramped_leakage=leakage.onset in {"step", "ramp"} or None,
+            intermittent_leakage=leakage.onset == "intermittent" or None,
+            bristles=FRICTION_LAWS[run.friction.law].has_bristles or None,
+            free_air=run.fluid.law == "free_air" or None,
+            clamped_cavitation=run.fluid.cavitation == "clamped" or None,
+            limited_spool=valve.is_limited or None,
+            hysteresis=valve.hysteresis > 0.0 or None,
+            lapped_valve=valve.lap != 0.0 or valve.lap_leakage != 0.0 or run.has_unequal_edges or None,
+            shifted_null=valve.is_shifted or None,
+            end_stops=run.actuator.end_stops == "elastic" or None,
+            load_force=run.load.is_present or None,
+            supply_droop=run.supply.droop == "first_order" or None,
+            closed_loop=run.control.is_closed or None,
+            measured_feedback=run.control.is_measured or None,
+            friction_law=choice_of_law(run.friction.law),
+        )
+
+
+def group_by_options(runs: Sequence[RunParameters]) -> list[tuple[ModelOptions, list[int]]]:
+    """Distinct options, each with the positions of its runs."""
+    groups: dict[ModelOptions, list[int]] = {}
+    for position, run in enumerate(runs):
+        groups.setdefault(ModelOptions.of(run), []).append(position)
+    return list(groups.items())
+
+
+def group_by_kernel(runs: Sequence[RunParameters]) -> dict[tuple[ModelOptions, int], list[int]]:
+    """Groups of runs that one kernel call can advance: by options and, in closed loop, steps per control."""
+    groups: dict[tuple[ModelOptions, int], list[int]] = {}
+    for position, run in enumerate(runs):
+        steps = round(run.control.sample_time / run.record.step) if run.control.is_closed else 1
+        groups.setdefault((ModelOptions.of(run), steps), []).append(position)
+    return groups

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.physics.equation import equation, limited, settled
 from hydrofdi.physics.valve import acting_voltage, spool_acceleration
-from hydrofdi.simulation.kernels.lanes import WIDTH
-from hydrofdi.simulation.kernels.options import Chosen
+from hydrofdi.simulation.kernels.lanes import WIDTH, Chosen
 
 
 @equation

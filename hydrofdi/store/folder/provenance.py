@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.plausibility import seeds_of
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.seeds import seeds_of
 from hydrofdi.errors import StoreError, without_credentials
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import reason, write_whole_text

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.streams import EvenStream
 from tests.records.streams.plain import (
     accepted,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.cutting import edges
 from tests.records.streams.plain import make_windower, windows_of
 

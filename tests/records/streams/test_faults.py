@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from tests.records.streams.plain import make_windower, windows_of
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.streams import Chunk, EvenStream
 
 P1 = Channel.CHAMBER_1_PRESSURE

@@ -3,7 +3,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.streams import Chunk, EvenStream
 from tests.records.streams.plain import make_windower
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping
 
 from hydrofdi.errors import Issue
-from hydrofdi.records.channels import Channel
+from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.columns import is_counts, known_unit, unit_remedy
 from hydrofdi.records.measured.description.sections import ChannelConfig, MeasuredConfig
 from hydrofdi.records.measured.forming import OWN_NAMES, fields_of, path_pattern

@@ -93,10 +93,3 @@ def test_a_monitor_hands_on_what_the_command_writes(trained, samples, tmp_path):
     ended = hydrofdi.Detector.load(trained).monitor(file, follow=False, on_line=lines.append)
     assert monitored(trained, file) == lines
     assert ended == "the stream is over"
-
-
-def test_what_is_replayed_is_judged_as_it_was(trained, samples):
-    loaded = hydrofdi.Detector.load(trained)
-    lines = loaded.watch(hydrofdi.replay(samples, sampling_frequency=FREQUENCY))
-    alarms = [line["alarm"] for line in lines if line["line"] == "window"]
-    assert alarms == loaded.judge(samples, sampling_frequency=FREQUENCY)["alarm"].tolist()

@@ -119,3 +119,161 @@ def test_what_cannot_be_measured_says_why(pressure):
     assert np.isnan(table["dwt.d2"]).tolist() == [False, True]
     assert table["status"].tolist() == ["ok", "stuck"]
     assert "chamber_1_pressure never changes" in table["reasons"][1]
+
+
+HEALTHY = 5e6 + 1e4 * np.random.default_rng(1).standard_normal((120, 500))
+SAID = {"sampling_frequency": "1 kHz"}
+WANTED = {"output": "d2", "direction": "both", "false_alarm_rate": "5 %", **SAID}
+OPTIONS = {"name": "db4"}
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        ({"dwt": OPTIONS}, {}),
+        ({"mine": {"kind": "dwt", **OPTIONS}}, {}),
+        ({"indicator": "dwt", "options": OPTIONS}, {}),
+        ("dwt", {"options": OPTIONS}),
+        (None, {"config": {"indicators": {"dwt": OPTIONS}}}),
+    ],
+)
+def test_every_form_trains_the_same_detector(form):
+    indicator, more = form
+    wanted = hydrofdi.train(HEALTHY, config={"indicator": "dwt", "options": OPTIONS}, **WANTED)
+    found = hydrofdi.train(HEALTHY, indicator, **more, **WANTED)
+    assert found.file.limits == wanted.file.limits
+    assert found.file.limits != hydrofdi.train(HEALTHY, "dwt", **WANTED).file.limits
+
+
+def test_what_measure_takes_train_takes():
+    for form in ({"dwt": OPTIONS}, ["dwt"], "dwt"):
+        assert "dwt.d2" in hydrofdi.measure(HEALTHY, form, **SAID).units
+        assert hydrofdi.train(HEALTHY, form, **WANTED).file.config.indicator == "dwt"
+
+
+def test_measure_takes_options_beside_the_name():
+    beside = hydrofdi.measure(HEALTHY, "dwt", options={"levels": 3}, sampling_frequency="1 kHz")
+    within = hydrofdi.measure(HEALTHY, {"dwt": {"levels": 3}}, sampling_frequency="1 kHz")
+    assert "dwt.d3" in beside.columns
+    assert beside.to_dict() == within.to_dict()
+
+
+@pytest.mark.parametrize("indicators", ["all", "dwt,ring_down", ["dwt"], {"dwt": {}}])
+def test_options_of_several_indicators_are_refused(indicators):
+    with pytest.raises(hydrofdi.HydrofdiError, match="options: are for one named indicator"):
+        hydrofdi.measure(HEALTHY, indicators, options={"levels": 3}, sampling_frequency="1 kHz")
+
+
+def test_a_mistake_in_options_names_the_option():
+    with pytest.raises(hydrofdi.HydrofdiError, match="did you mean 'levels'"):
+        hydrofdi.measure(HEALTHY, "dwt", options={"levls": 3}, sampling_frequency="1 kHz")
+
+
+GIVEN = {
+    "piston_area": "20 cm^2", "chamber_volume": "1 L", "bulk_modulus": "1 GPa", "flow_gain": 0.03,
+    "area_gradient": "20 mm",
+}  # fmt: skip
+COLUMNS = ("P1 [Pa]", "P2 [Pa]", "x [m]", "u [V]")
+
+
+@pytest.fixture(scope="module")
+def records():
+    draw = np.random.default_rng(1)
+    drive = np.tile(np.repeat([2.0, -2.0], 250), 2)
+    motion = np.cumsum(drive) * 1e-5
+    signals = (8.6e6 + 1e6 * drive, 8.6e6 - 1e6 * drive, motion, drive)
+    sizes = (2e4, 2e4, 1e-5, 1e-3)
+    return {
+        name: signal + size * draw.standard_normal((40, 1000))
+        for name, signal, size in zip(COLUMNS, signals, sizes, strict=True)
+    }
+
+
+def balance(**options):
+    return {"flow_balance": {"spool": "command", "supply": "sum"} | options}
+
+
+def test_constants_that_nobody_gave_are_named(records):
+    remark, *_ = hydrofdi.measure(records, balance(piston_area="20 cm^2"), sampling_frequency=500.0).remarks
+    named = "chamber_volume, bulk_modulus, flow_gain, area_gradient, spool_gain, natural_frequency"
+    assert remark.startswith(f"flow_balance: {named}, damping_ratio are not given; the nominal actuator")
+
+
+@pytest.mark.parametrize("chosen", ["dwt", {"flow_balance": {"supply": "sum"} | GIVEN}])
+def test_nothing_is_assumed_where_all_is_given_or_no_plant_is_needed(records, chosen):
+    remarks = hydrofdi.measure(records, chosen, sampling_frequency=500.0).remarks
+    assert not any("not given" in remark for remark in remarks)
+
+
+def test_simulated_records_are_of_the_known_plant():
+    experiment = hydrofdi.load_experiment(None, ["record.duration=2 s"])
+    assert hydrofdi.measure(hydrofdi.simulate(experiment), "flow_balance").remarks == ()
+
+
+def test_a_detector_says_which_constants_it_uses_and_which_nobody_gave(records, tmp_path):
+    config = {"indicators": balance(piston_area="20 cm^2"), "output": "leakage", "false_alarm_rate": 0.2}
+    detector = hydrofdi.train(records, config=config, accept=True, sampling_frequency=500.0)
+    assert "It takes the actuator as piston_area = 2000 mm², chamber_volume = 280 cm³" in detector.summary
+    assert "Warning: flow_balance: chamber_volume, bulk_modulus" in detector.summary
+    detector.save(tmp_path / "detector.json")
+    assert hydrofdi.Detector.load(tmp_path / "detector.json").summary.count("Warning: flow_balance") == 1
+
+
+PRESSURE = 5e6 + 1e4 * np.random.default_rng(1).standard_normal(4000)
+D2 = float(hydrofdi.measure(PRESSURE, sampling_frequency="500 Hz")["dwt.d2"][0])
+DATES = pandas.date_range("2026-01-31T12:00", periods=PRESSURE.size, freq="2ms")
+SECONDS = np.arange(PRESSURE.size) / 500.0
+
+
+@pytest.mark.parametrize(
+    ("frame", "options"),
+    [
+        (pandas.DataFrame({"time": SECONDS, "chamber_1_pressure": PRESSURE}), {}),
+        (pandas.DataFrame({"t": SECONDS, "P1": PRESSURE}), {"unit": {"t": "s", "P1": "Pa"}}),
+        (pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES), {}),
+        (pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES.tz_localize("Europe/Berlin")), {}),
+        (pandas.DataFrame({"time": DATES.astype(str), "P1 [Pa]": PRESSURE}), {}),
+        (
+            pandas.DataFrame({"Time": np.arange(PRESSURE.size), "P1 [Pa]": PRESSURE}),
+            {"sampling_frequency": "500 Hz"},
+        ),
+    ],
+    ids=["full names", "units beside", "dates", "dates with a zone", "texts", "a counter"],
+)
+def test_time_is_understood_as_people_have_it(frame, options):
+    table = hydrofdi.measure(frame, **options)
+    assert table["dwt.d2"].tolist() == pytest.approx([D2], rel=1e-6)
+
+
+def test_records_of_different_length_make_a_list():
+    whole = pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES)
+    frames = [whole[:2000], whole]
+    table = hydrofdi.measure(frames, label=["sound", "worn"], group="monday")
+    assert table["record_id"].tolist() == ["0", "1"]
+    assert table["label"].tolist() == ["sound", "worn"]
+    assert table["group"].tolist() == ["monday", "monday"]
+    assert table["dwt.d2"][1] == pytest.approx(D2, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["Druck A (bar)", "Druck A"])
+def test_a_column_is_named_with_or_without_its_unit(name):
+    frame = pandas.DataFrame({"Druck A (bar)": PRESSURE / 1e5})
+    table = hydrofdi.measure(frame, channel={name: "P1"}, sampling_frequency="500 Hz")
+    assert table["dwt.d2"][0] == pytest.approx(D2)
+    same = hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "bar"}, sampling_frequency="500 Hz")
+    assert same["dwt.d2"][0] == pytest.approx(D2)
+    with pytest.raises(hydrofdi.HydrofdiError, match="the file says bar, the description says Pa"):
+        hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "Pa"}, sampling_frequency="500 Hz")
+
+
+@pytest.mark.parametrize("name", ["timestamp", "datetime", "Zeit", "Zeitstempel"])
+def test_dates_are_time_in_a_column_and_in_the_index(name):
+    indexed = pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES.rename(name))
+    for frame in (indexed, indexed.reset_index(), indexed.reset_index().astype({name: str})):
+        assert hydrofdi.measure(frame)["dwt.d2"][0] == pytest.approx(D2, rel=1e-6)
+
+
+def test_numbers_named_like_dates_are_no_time():
+    frame = pandas.DataFrame({"Zeit": np.arange(PRESSURE.size) / 500.0, "P1 [Pa]": PRESSURE})
+    with pytest.raises(hydrofdi.HydrofdiError, match="no sampling frequency is given"):
+        hydrofdi.measure(frame)

@@ -6,6 +6,7 @@ import pytest
 import xarray
 
 import hydrofdi
+from hydrofdi.errors import DataError
 
 RATE = {"sampling_frequency": "1 kHz"}
 NOISE = 5e6 + 1e4 * np.random.default_rng(1).standard_normal((200, 500))
@@ -35,8 +36,6 @@ def dataset(unit):
         lambda: hydrofdi.measure(FRAME)["dwt.d22"],
         lambda: hydrofdi.measure(WORDS),
         lambda: hydrofdi.measure(NOISE),
-        lambda: hydrofdi.measure(NOISE, sampling_frequency="1 kHZ"),
-        lambda: hydrofdi.measure(NOISE, sampling_frequency=0),
         lambda: hydrofdi.measure(FRAME, channel={"P9": "P1"}),
         lambda: hydrofdi.measure(FRAME, channel="P17"),
         lambda: hydrofdi.measure({"a": [1.0, 2.0], "b": [1.0, 2.0]}),
@@ -47,12 +46,19 @@ def dataset(unit):
         lambda: hydrofdi.measure(np.zeros((0, 2)), **RATE),
         lambda: hydrofdi.measure({"P1": np.zeros((2, 9)), "P2": np.zeros((3, 9))}, **RATE),
         lambda: hydrofdi.measure(NOISE, "dwtt", **RATE),
+        *(
+            lambda more=more: hydrofdi.measure(NOISE, **(RATE | more))
+            for more in (
+                *({"sampling_frequency": wrong} for wrong in ("1 kHZ", 0, True, [1])),
+                *({key: 5} for key in ("channel", "unit", "label", "group")),
+                {"unit": "kg"},
+            )
+        ),
         lambda: hydrofdi.measure("nowhere.csv"),
         lambda: hydrofdi.measure("nowhere.csv", unit="bar"),
         lambda: hydrofdi.measure(pandas.DataFrame()),
         lambda: hydrofdi.measure([FRAME, pandas.DataFrame({"torque [N·m]": [1.0, 2.0]})]),
         *(lambda unit=unit: hydrofdi.measure(dataset(unit)) for unit in ("", "kg", "Bar", 5)),
-        lambda: hydrofdi.measure(NOISE, unit="kg", **RATE),
         lambda: hydrofdi.train(NOISE, output="d2", direction="both", window="2 bar", **RATE),
         lambda: hydrofdi.train(NOISE, config={"window": 2}, **RATE),
         lambda: hydrofdi.inspect(NOISE, record="x", **RATE),
@@ -62,12 +68,6 @@ def dataset(unit):
         lambda: hydrofdi.plan(STUDY, workers="x"),
         lambda: hydrofdi.sweep(STUDY, progress=5),
         lambda: hydrofdi.schema("foo"),
-        lambda: hydrofdi.measure(NOISE, sampling_frequency=True),
-        lambda: hydrofdi.measure(NOISE, sampling_frequency=[1]),
-        lambda: hydrofdi.measure(NOISE, channel=5, **RATE),
-        lambda: hydrofdi.measure(NOISE, unit=5, **RATE),
-        lambda: hydrofdi.measure(NOISE, label=5, **RATE),
-        lambda: hydrofdi.measure(NOISE, group=5, **RATE),
         lambda: hydrofdi.inspect(NOISE, record=5, **RATE),
         lambda: hydrofdi.replay(NOISE, rate=[1], **RATE),
         lambda: hydrofdi.evaluate(NOISE, healthy=1.5, label="a", **RATE),
@@ -126,3 +126,97 @@ def test_results_stand_for_their_folder(tmp_path):
     stored = hydrofdi.sweep(STUDY, out=tmp_path / "asked", engine="in-process")
     assert hydrofdi.why(stored, np.int64(0)) == hydrofdi.why(stored.folder, 0)
     assert len(hydrofdi.export(stored, tmp_path / "out", runs=np.int64(0)).files) == 1
+
+
+def noisy(n_record, scale=1.0):
+    return 80.0 + scale * np.random.default_rng(1).standard_normal((n_record, 1000))
+
+
+def test_a_column_is_not_taken_for_records_of_one_sample():
+    with pytest.raises(DataError, match=r"shape \(1000, 1\) is 1,000 records of 1 sample; transpose it or"):
+        hydrofdi.measure(noisy(1).T, **RATE)
+
+
+def test_records_without_any_channel_of_the_indicators_are_refused():
+    frame = {"piston position [mm]": noisy(1)[0], "u [V]": noisy(1)[0]}
+    with pytest.raises(DataError, match=r"has no chamber_1_pressure; found 'piston position', 'u'"):
+        hydrofdi.measure(frame, "dwt", **RATE)
+
+
+def test_windows_that_are_beyond_the_limit_but_novel_are_not_overlooked():
+    detector = hydrofdi.train(
+        noisy(200), output="d2", direction="rising", false_alarm_rate="2 %", unit="bar", **RATE
+    )
+    table = detector.judge(noisy(5, scale=4.0), unit="bar", **RATE)
+    assert table["beyond_limit"].tolist() == [True] * 5
+    assert "5 windows beyond the limit were not judged: novel" in repr(table)
+
+
+def test_a_channel_that_no_indicator_uses_does_not_mark_a_record():
+    records = {"P1 [bar]": noisy(1)[0], "Ps [bar]": np.zeros(1000)}
+    assert "stuck" in hydrofdi.inspect(records, **RATE).remarks
+    assert hydrofdi.measure(records, "dwt", **RATE)["status"].tolist() == ["ok"]
+    records = {"P1 [bar]": np.full(1000, 172.0)}
+    assert hydrofdi.measure(records, "dwt", **RATE)["status"].tolist() == ["stuck"]
+
+
+WORK = [
+    "run.plot()", "run.to_pandas()", "run.to_xarray()", "run.features['dwt.d2']", "run.signals['P1']",
+    "run.P1", "run['P1']", "run.t", "run.time", "run.chamber_1_pressure", "run['dwt.d2']", "run.x",
+    "run.table", "run.save('again.h5')", "run.mean_internal_leakage_flow.to('L/min')", "run.to_dict()",
+    "hydrofdi.load('study')", "hydrofdi.load('study').dataset",
+    "hydrofdi.load(pathlib.Path('study')).plot()", "hydrofdi.report('study')",
+    "hydrofdi.load('study').report()", "hydrofdi.indicators()", "hydrofdi.indicators('dwt')",
+    "hydrofdi.measure(run)", "hydrofdi.measure(run, 'ring_down')", "hydrofdi.measure('run.h5')",
+    "hydrofdi.simulate(bulk_modulus='689 MPa', duration='1 s')",
+    "hydrofdi.load_experiment(settings='bulk_modulus=689 MPa')", "hydrofdi.plan({'name': 'x'})",
+]  # fmt: skip
+ANSWERED = {
+    "run.p1": "'P1'", "run['p1']": "'P1'", "run.to_dataframe()": "'to_pandas'", "run.export()": "'save'",
+    "run.write('run.h5')": "'save'", "run.summary()": "'table'",
+    "run.natural_frequency": "'hydraulic_mode_frequency'", "hydrofdi.open('study')": "'load'",
+    "hydrofdi.results('study')": "'load'", "run.measure()": "'hydrofdi.measure'",
+    "hydrofdi.Detector.train(run)": "'hydrofdi.train'",
+    "hydrofdi.Detector('detector.json')": "Detector.load", "hydrofdi.list_indicators()": "'indicators'",
+    "hydrofdi.simulate(leakage='0.5 L/min')": "internal_flow",
+    "hydrofdi.simulate(beta=1e9)": "'bulk_modulus'",
+    "hydrofdi.simulate(leak='0.5 L/min')": "'internal_flow'",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("guesses")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        simulated = hydrofdi.simulate(duration="2 s", out="run.h5")
+        study = {"name": "study", "sweep": {"grid": {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}}}
+        hydrofdi.sweep(study, out="study", engine="in-process", duration="2 s")
+        yield simulated
+
+
+@pytest.mark.parametrize("guess", [*WORK, *ANSWERED])
+def test_a_guess_works_or_is_answered(guess, run):
+    import pathlib
+
+    names = {"run": run, "hydrofdi": hydrofdi, "pathlib": pathlib}
+    if guess in WORK:
+        eval(guess, names)
+        return
+    with pytest.raises((AttributeError, hydrofdi.HydrofdiError)) as raised:
+        eval(guess, names)
+    assert ANSWERED[guess] in str(raised.value)
+
+
+def test_signals_are_arrays_over_time_in_si(run):
+    assert run.P1.shape == run.time.shape == (1000,)
+    assert np.isclose(run.mean_internal_leakage_flow.to("L/min"), run.mean_internal_leakage_flow * 60e3)
+    with pytest.raises(ValueError, match="dimension"):
+        run.mean_internal_leakage_flow.to("bar")
+
+
+def test_a_room_with_the_name_of_a_function_stays_a_module():
+    import hydrofdi.report.table as table
+
+    assert hydrofdi.report.table is table
+    assert callable(hydrofdi.report)

@@ -1,15 +1,19 @@
 """Numbers of records that a study needs, said before it is swept."""
 
+import re
 import sys
 
 import pytest
 
+import hydrofdi
+from hydrofdi.api.step_limits import step_warnings
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
-from hydrofdi.api.warnings import STUDY_RULES, said
-from hydrofdi.config import load_experiment
+from hydrofdi.api.warnings import STUDY_RULES, other_machines, said, without_results
+from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
+from hydrofdi.settings.ready import ready_names
 
 STUDY = """
 name: few
@@ -91,3 +95,115 @@ def _versions(report):
     (block,) = [block for block in report.document().blocks if block.key == "provenance"]
     (table,) = [table for table in block.tables if table.key == "versions"]
     return [(row["Library"], row["Version"]) for row in table]
+
+
+def warnings_of(*settings):
+    experiment = load_experiment(settings=["record.duration=4 s", *settings])
+    return [*without_results(experiment, expand_runs(experiment).runs.distinct)]
+
+
+def test_a_band_above_half_of_the_sampling_frequency_is_warned_of():
+    (sentence,) = warnings_of("indicators={dwt: {}, band_power: {bands: [[400 Hz, 900 Hz]]}}")
+    assert sentence.startswith("band_power will have no results: ")
+    assert "900 Hz" in sentence
+
+
+def test_indicators_that_fit_are_not_warned_of():
+    assert warnings_of("indicators=[dwt, modwt, ring_down, flow_balance]") == []
+
+
+@pytest.mark.parametrize("sampling", [500.0, 250.0])
+def test_the_step_that_is_suggested_is_accepted_and_not_warned_of(tmp_path, sampling):
+    file = tmp_path / "step.yaml"
+    file.write_text(f"name: step\nrecord: {{duration: 2 s, sampling_frequency: {sampling}}}\n")
+
+    def too_long(step):
+        runs = expand_runs(load_experiment(file, [f"record.step={step}"])).runs
+        return step_warnings(runs.distinct)
+
+    warnings = too_long("1 ms")
+    assert warnings
+    steps = [float(re.search(r"give record.step: ([\d.]+) ms", text)[1]) for text in warnings]
+    assert too_long(f"{min(steps)} ms") == []
+
+
+STUDY_WARNINGS = """
+name: few
+record: {duration: 20 s}
+leakage: {onset: step, onset_time: 10 s}
+baseline: {leakage.onset: constant}
+study:
+  population: {over: {fluid.bulk_modulus: {uniform: ±20 %}}}
+  healthy: {fit: 200, test: 600}
+  faults: {leakage.internal_flow: [0.2 L/min], each: 29}
+indicators: {weak_rls: {spool: command, supply: sum, transient: 2 s, trace_duration: 20 s}}
+detection:
+  false_alarm_rate: 5 %
+  online:
+    false_alarm_every: 1 h
+    charts: {cusum: {of: weak_rls.leakage, chart: cusum}}
+"""
+
+
+@pytest.fixture
+def warned(tmp_path):
+    def warnings(*settings):
+        file = tmp_path / "few.yaml"
+        file.write_text(STUDY_WARNINGS)
+        return said(STUDY_RULES, load_experiment(file, settings), None)
+
+    return warnings
+
+
+def test_a_study_that_can_state_all_is_not_warned_of(warned):
+    assert not warned()
+
+
+def test_too_few_healthy_hours_are_told_with_the_number_needed(warned):
+    """Behind the transient a record is watched for 18 s: an hour takes 200 of them."""
+    (fit,) = warned("study.healthy.fit=199")
+    assert fit.startswith("study.healthy.fit = 199 ")
+    assert "needs 200 " in fit
+    (test,) = warned("study.healthy.test=500")
+    assert test.startswith("study.healthy.test = 500 ")
+    assert "needs 600 " in test
+
+
+ANOTHER = "the options describe another machine: "
+BASE = """\
+name: base
+actuator: {piston_area: &area 2099 mm²}
+indicators:
+  flow_balance: {piston_area: *area, supply: nominal, supply_pressure: 160 bar}
+supply: {pressure: 160 bar}
+"""
+
+
+def warnings(folder, text):
+    (folder / "base.yaml").write_text(BASE)
+    (folder / "child.yaml").write_text("extends: base.yaml\nname: child\n" + text)
+    return [each for each in hydrofdi.plan(folder / "child.yaml").warnings if ANOTHER in each]
+
+
+def test_an_alias_that_keeps_the_value_of_the_extended_file_is_found(tmp_path):
+    (warning,) = warnings(tmp_path, "actuator: {piston_area: 1800 mm²}\nsupply: {pressure: 210 bar}\n")
+    assert warning.startswith("flow_balance: ")
+    assert "piston_area 2099 mm², but actuator.piston_area 1800 mm²" in warning
+    assert "supply_pressure 160 bar, but supply.pressure 210 bar" in warning
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "actuator: {piston_area: 1800 mm²}\nindicators: {flow_balance: {piston_area: 1800 mm²}}\n",
+        "supply: {pressure: 210 bar}\nindicators: {flow_balance: {supply: sum}}\n",
+    ],
+)
+def test_the_same_machine_or_an_unused_constant_needs_no_warning(tmp_path, text):
+    assert not warnings(tmp_path, text)
+
+
+@pytest.mark.parametrize("name", [name for name in ready_names() if "/" not in name])
+def test_the_ready_experiments_agree_with_their_indicators(name):
+    assert not [*other_machines(load_experiment(name), None)]

@@ -1,7 +1,17 @@
 """An experiment file as a source of records, and a single run as a file."""
 
-import pytest
+import contextlib
+from pathlib import Path
 
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import hydrofdi
+from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.records.sources import open_source
+from hydrofdi.errors import HydrofdiError
+from hydrofdi.records.overview import look_at
 from tests.commands import run, run_json
 
 MANY = """
@@ -59,3 +69,64 @@ def test_a_single_run_without_signals_is_to_be_simulated_again(tmp_path):
     assert refused.stderr == (
         f"hydrofdi: {stored}: contains no signals; set store: {{signals: all}} and simulate again\n"
     )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    out = tmp_path_factory.mktemp("identities") / "out"
+    grid = {"leakage.internal_coefficient": [0.0, 2e-9]}
+    study = {"name": "asked", "record": {"duration": "2 s"}, "sweep": {"grid": grid}}
+    hydrofdi.sweep(study, out=out, engine="in-process")
+    return out
+
+
+def test_the_identity_that_measure_prints_leads_to_its_run(folder, tmp_path):
+    runs = hydrofdi.load(folder).data.columns["run_id"]
+    for record_id in hydrofdi.measure(folder)["record_id"].tolist():
+        run = hydrofdi.why(folder, record_id[:8])
+        assert run.record_id == record_id
+        assert run.run_id in runs
+        (file,) = hydrofdi.export(folder, tmp_path / record_id, runs=[record_id[:8]]).files
+        assert run.run_id[:12] in file.name
+
+
+def test_the_identity_of_a_run_still_leads_to_it(folder):
+    for run_id in hydrofdi.load(folder).data.columns["run_id"]:
+        assert hydrofdi.why(folder, str(run_id)).run_id == run_id
+
+
+MUSEUM = (Path(__file__).parents[1] / "museum" / "format_4_physics_3" / "pressures.h5").read_bytes()
+EXPERIMENT = (Path(__file__).parents[2] / "configs" / "table3.yaml").read_bytes()
+SUFFIXES = st.sampled_from([".csv", ".yaml", ".h5", ".txt", ".mat", ".npz", ".parquet", ".gz", ""])
+WORDS = ["p1 [bar]", "time [s]", "files", "name"]
+PIECES = ["a", ":", " ", "\n", "{", "]", "1", ",", ";", "-", "\t", "&x", *WORDS]
+
+
+@st.composite
+def contents(draw):
+    """Random bytes, words of tables and YAML, and files that are cut off or have wrong bytes in them."""
+    whole = draw(st.sampled_from([MUSEUM, EXPERIMENT]))
+    cut = whole[: draw(st.integers(0, len(whole)))]
+    flipped = bytearray(whole)
+    for place in draw(st.lists(st.integers(0, len(whole) - 1), max_size=20)):
+        flipped[place] ^= draw(st.integers(1, 255))
+    words = "".join(draw(st.lists(st.sampled_from(PIECES), max_size=60))).encode()
+    return draw(
+        st.sampled_from([cut, bytes(flipped), words, draw(st.binary(max_size=300)), MUSEUM[:8] + words])
+    )
+
+
+@pytest.fixture(scope="module")
+def folder_contents(tmp_path_factory):
+    return tmp_path_factory.mktemp("contents")
+
+
+@settings(max_examples=150)
+@given(content=contents(), suffix=SUFFIXES, frequency=st.sampled_from([None, 100.0]))
+def test_no_content_is_a_fault(folder_contents, content, suffix, frequency):
+    path = folder_contents / f"source{suffix}"
+    path.write_bytes(content)
+    with contextlib.suppress(HydrofdiError):
+        source = open_source(path, sampling_frequency=frequency)
+        if not isinstance(source, SimulatedRecords):
+            look_at([source])

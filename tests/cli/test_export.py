@@ -1,7 +1,6 @@
 """``hydrofdi export``: signals that other programs read, and that hydrofdi reads again to the bit."""
 
 import csv
-import json
 import math
 
 import numpy as np
@@ -13,7 +12,6 @@ import scipy.io
 import hydrofdi
 from tests.cli.test_measure import FAILING
 from tests.commands import run, run_json
-from tests.monitor.machines import make_machine
 
 FORMS = ("csv", "parquet", "mat")
 SYMBOLS = ["time", "P1", "P2", "x", "v", "xv", "u"]
@@ -55,12 +53,6 @@ def test_the_name_of_a_file_finds_its_run(folder, small_sweep):
         position, identity = file.stem.split("-")
         found = run_json("why", small_sweep.directory, identity)
         assert found["position"] == int(position)
-
-
-def test_inspect_knows_all_channels_and_their_units(folder):
-    done = run_json("inspect", files_in(folder)[0])
-    assert "chamber_1_pressure" in str(done)
-    assert "unused" not in str(done)
 
 
 @pytest.fixture(scope="module")
@@ -106,28 +98,11 @@ def exact_frame(path):
 
 
 def test_all_forms_hold_the_same_numbers(one):
-    frame, table = (
-        exact_frame(one["csv"]),
-        pandas.read_parquet(one["parquet"]),
-    )
+    frame, table = exact_frame(one["csv"]), pandas.read_parquet(one["parquet"])
     pandas.testing.assert_frame_equal(frame, table, check_exact=True)
     mat = scipy.io.loadmat(one["mat"], simplify_cells=True)
     for title in frame.columns:
         assert np.array_equal(mat[title.split(" [")[0]], frame[title])
-
-
-def test_a_monitor_reads_what_is_exported(tmp_path):
-    machine = make_machine(tmp_path)
-    run("export", machine.stream, "--out", tmp_path / "exported.csv", check=0)
-    judged = [windows_of_monitor(machine, path) for path in (machine.stream, tmp_path / "exported.csv")]
-    assert judged[0] == judged[1]
-    assert len(judged[0]) == machine.n_window
-
-
-def windows_of_monitor(machine, stream):
-    done = run("monitor", machine.detector, stream, "--no-follow", check=0)
-    lines = map(json.loads, done.stdout.splitlines())
-    return [(each["number"], each["condition"], each["score"]) for each in lines if each["line"] == "window"]
 
 
 def test_channels_and_units_are_chosen(one, tmp_path):

@@ -55,26 +55,15 @@ def test_the_seed_of_the_noise_is_in_the_provenance_of_file_why_and_report(folde
 
 def test_seeds_are_listed_where_they_have_an_effect_and_nowhere_else():
     assert seeds_of(load_experiment()) == {}
-    everything = {
-        "name": "all",
-        "input": {"shape": "steps", "seed": 5},
-        "load": {"random_force": "1 kN"},
-        "pressure_1_sensor": {"noise": "5 kPa"},
-        "replicates": {"count": 2, "seed": 8},
-        "sweep": {
-            "union": [
-                {"grid": {"load.seed": [1, 2, 3]}},
-                {
-                    "sample": {
-                        "count": 4,
-                        "seed": 7,
-                        "over": {"actuator.mass": {"uniform": ["10 kg", "12 kg"]}},
-                    }
-                },
-            ]
-        },
-    }
-    assert shown_seeds(seeds_of(load_experiment(everything))) == (
+    settings = [
+        "input={shape: steps, seed: 5}",
+        "load.random_force=1 kN",
+        "pressure_1_sensor.noise=5 kPa",
+        "replicates={count: 2, seed: 8}",
+        "sweep.union=[{grid: {load.seed: [1, 2, 3]}},"
+        " {sample: {count: 4, seed: 7, over: {actuator.mass: {uniform: [10 kg, 12 kg]}}}}]",
+    ]
+    assert shown_seeds(seeds_of(load_experiment(None, settings))) == (
         "measurement.seed 0 … 2, input.seed 5, load.seed 1 … 3, sweep.union[2].sample.seed 7,"
         " replicates.seed 8"
     )

@@ -7,11 +7,9 @@ import pytest
 
 from hydrofdi.indicators import indicator_kind, indicator_names
 from hydrofdi.records import Channel
-from tests.cli.test_measure import FAILING, MUSEUM, vtnsi
+from tests.cli.test_measure import FAILING, MUSEUM
 from tests.commands import run, run_json
 from tests.conftest import sweep_in
-
-__all__ = ["vtnsi"]
 
 
 def test_ranges_are_those_of_the_stored_signals(small_sweep):
@@ -79,16 +77,6 @@ def test_a_record_too_short_for_details_is_drawn_all_the_same(tmp_path):
         check=0,
     )  # fmt: skip
     assert (tmp_path / "f.png").stat().st_size > 5_000
-
-
-def test_measured_records_of_a_rig_are_looked_at(vtnsi, tmp_path):
-    found = run_json("inspect", vtnsi, "--figure", tmp_path / "rig.png")
-    assert found["records"] == 70
-    assert found["sampling_frequencies_Hz"] == [{"frequency": 1000.0, "records": 70, "is": "inferred"}]
-    assert found["channels"]["chamber_2_pressure"]["unit"] == "counts"
-    assert found["findings"]["clipped"]["records"] == 70
-    assert (tmp_path / "rig.png").stat().st_size > 20_000
-    assert "1000 Hz (inferred)" in run("inspect", vtnsi, check=0).stdout
 
 
 def test_every_indicator_is_listed_and_described():

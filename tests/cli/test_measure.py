@@ -14,7 +14,6 @@ from tests.commands import run, run_json
 from tests.conftest import sweep_in
 
 MUSEUM = Path(__file__).parents[1] / "museum" / "format_4_physics_3"
-VTNSI = Path(__file__).parents[3] / "shared" / "data" / "vtnsi"
 
 FAILING = """\
 name: failing
@@ -186,28 +185,37 @@ def test_a_mistake_is_one_line_and_exit_code_2(tmp_path, file, text, options):
     assert (done.stdout, sum(line.startswith("hydrofdi: ") for line in done.stderr.splitlines())) == ("", 1)
 
 
-@pytest.fixture
-def vtnsi(tmp_path):
-    if not VTNSI.is_dir():
-        pytest.skip("the measured records are not here")
-    description = tmp_path / "vtnsi.yaml"
-    pressures = "".join(f"  chamber_{n}_pressure: {{column: PG_{n}, unit: counts}}\n" for n in (1, 2))
-    description.write_text(
-        f"files: '{VTNSI}/*/*.txt.gz'\nsampling_frequency: 1 kHz\nsampling_frequency_is: inferred\n"
-        f"channels:\n{pressures}  piston_position: {{column: Angle, unit: counts}}\n"
-    )
-    return description
+def _write(file, one, two):
+    np.savetxt(file, np.c_[one, two], delimiter=",", header="pressure_1 [bar],pressure_2 [bar]", comments="")
+    return file
 
 
-def test_measured_records_of_a_rig_are_measured_in_counts(vtnsi):
-    records = run_json("measure", vtnsi, "--indicators", "dwt,pressure_statistics")["records"]
-    assert len(records) == 70
-    assert all("inferred_sampling" in record["status"] for record in records)
-    leaking = [record for record in records if "Act_4 (Seal Defect)" in record["record_id"]]
-    assert len(leaking) == 30
-    first = min(leaking, key=lambda record: record["record_id"])
-    (file,) = [path for path in VTNSI.glob("Act_4*/*.gz") if path.name in first["record_id"]]
-    with gzip.open(file, "rt") as lines:
-        table = list(csv.DictReader(lines, delimiter="\t"))
-    _, *details = pywt.wavedec([float(row["PG_1"]) for row in table], "db8", level=5)
-    assert first["values"]["dwt.d3"] == pytest.approx(np.sqrt(np.mean(details[2] ** 2)), rel=1e-9)
+def _bad(kind, good):
+    if kind == "stuck":
+        return np.full_like(good, 80.0)
+    if kind == "missing_values":
+        return np.where(np.arange(len(good)) == 300, np.nan, good)
+    return good
+
+
+@pytest.mark.parametrize("kind", ["stuck", "missing_values", "short"])
+def test_a_record_without_any_number_is_exit_code_1(tmp_path, kind):
+    good = 80.0 + np.random.default_rng(1).normal(size=20 if kind == "short" else 1000)
+    file = _write(tmp_path / "rig.csv", _bad(kind, good), good)
+    options = ("--sampling-frequency", "500Hz", "--indicators", "dwt")
+    (record,) = run_json("measure", file, *options, check=1)["records"]
+    assert set(record["values"].values()) == {None}
+    assert record["reasons"]
+
+
+def test_a_bad_channel_takes_the_numbers_of_its_indicators_alone(tmp_path):
+    good = 80.0 + np.random.default_rng(1).normal(size=1000)
+    file = _write(tmp_path / "rig.csv", _bad("stuck", good), good)
+    chosen = tmp_path / "chosen.yaml"
+    chosen.write_text("indicators:\n  dwt: {}\n  rod: {kind: dwt, channel: chamber_2_pressure}\n")
+    options = ("--sampling-frequency", "500Hz", "--indicators", chosen)
+    (record,) = run_json("measure", file, *options, check=0)["records"]
+    assert record["status"] == "stuck"
+    assert record["values"]["dwt.d1"] is None
+    assert record["values"]["rod.d1"] > 0.0
+    assert set(record["reasons"]) == {"dwt"}

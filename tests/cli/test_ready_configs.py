@@ -1,12 +1,15 @@
 """The ready configurations, by name and in any folder."""
 
 import json
+import math
+import re
 from pathlib import Path
 
 import pytest
 
 from hydrofdi.config import load_experiment
 from hydrofdi.config.loading import anchor_input_files
+from hydrofdi.config.plausibility import unusual_values
 from hydrofdi.indicators import indicator_names, load_indicators
 from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names
 from hydrofdi.settings.validation import read_extended
@@ -95,3 +98,91 @@ def test_an_unknown_name_gets_a_suggestion(arguments, hint, tmp_path):
     done = run(*arguments, cwd=tmp_path, check=2)
     assert hint in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+TEMPLATES = ("actuator", "online", "paper")
+SMALL = ("study.healthy.fit=12", "study.healthy.test=4", "study.healthy.shift=2", "study.faults.each=2")
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_the_file_is_planned_as_it_is_and_takes_minutes_at_most(template, tmp_path):
+    done = run("init", "mine", "--from", template, cwd=tmp_path, check=0)
+    assert "hydrofdi plan mine.yaml\n" in done.stdout
+    assert "hydrofdi sweep mine.yaml && hydrofdi report results/mine\n" in done.stdout
+    plan = run_json("plan", "mine.yaml", cwd=tmp_path)
+    assert plan["experiment"] == "mine"
+    assert 10 < plan["planned"] < 2000
+    assert not plan["unusual_values"]
+    assert not plan["idle_parameters"]
+    assert not [warning for warning in plan["warnings"] if "study" in warning]
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_the_baseline_and_the_data_sheet_are_stated(template, tmp_path):
+    run("init", "mine", "--from", template, cwd=tmp_path, check=0)
+    text = (tmp_path / "mine.yaml").read_text()
+    experiment = load_experiment(tmp_path / "mine.yaml")
+    assert re.search(r"^baseline:\n  fluid.bulk_modulus: ", text, re.MULTILINE)
+    assert not unusual_values(experiment)
+    for key in (
+        "mass",
+        "piston_area",
+        "chamber_volume",
+        "pressure",
+        "bulk_modulus",
+        "flow_gain",
+        "spool_gain",
+    ):
+        assert re.search(rf"\b{key}: (&\w+ )?[\d.]+ [^\s\d]", text), key
+    assert "hydrofdi init" not in text
+    assert max(map(len, text.splitlines())) <= 132
+
+
+@pytest.mark.parametrize("template", ["actuator", "online"])
+def test_indicators_know_the_data_sheet_of_the_file(template, tmp_path):
+    text = (ready_folder() / "templates" / f"{template}.yaml").read_text()
+    file = tmp_path / "mine.yaml"
+    file.write_text(text.replace("633 mm²", "1000 mm²").replace("0.0292 m^1.5", "0.03 m^1.5"))
+    experiment = load_experiment(file)
+    label = "flow_balance" if template == "actuator" else "weak_rls"
+    known = experiment.indicator_choice.made(experiment.wavelet)[label].options
+    assert known.piston_area == experiment.actuator.piston_area == pytest.approx(1e-3)
+    assert known.flow_gain == experiment.valve.flow_gain == 0.03
+
+
+def test_the_study_is_swept_and_reported(tmp_path):
+    run("init", "mine", cwd=tmp_path, check=0)
+    less = [part for setting in (*SMALL, "study.faults.fit=2") for part in ("--set", setting)]
+    run("sweep", "mine", *less, "--engine", "in-process", cwd=tmp_path, check=0)
+    assert "flow_balance" in run("report", "results/mine", "--full", cwd=tmp_path, check=0).stdout
+
+
+@pytest.mark.parametrize("name", ["2024", "null", "1e3"])
+def test_a_name_that_looks_like_a_number_is_text(name, tmp_path):
+    run("init", name, cwd=tmp_path, check=0)
+    assert load_experiment(tmp_path / f"{name}.yaml").name == name
+
+
+def test_an_existing_file_stays(tmp_path):
+    (tmp_path / "mine.yaml").write_text("name: kept\n")
+    done = run("init", "mine", cwd=tmp_path, check=2)
+    assert done.stderr == "hydrofdi: mine.yaml: already exists; choose another name\n"
+    assert (tmp_path / "mine.yaml").read_text() == "name: kept\n"
+
+
+STATED = re.compile(r"(\d+) L/min at (\d+) V and (\d+) bar per edge")
+SCALED = re.compile(r"(\d+) L/min at the same .* need [\d.]+ mm · \d+ / \d+ = ([\d.]+) mm")
+
+
+@pytest.mark.parametrize("template", ["actuator", "online"])
+def test_the_rated_flow_in_the_comment_is_that_of_the_numbers(tmp_path, template):
+    run("init", "mine", "--from", template, cwd=tmp_path, check=0)
+    file = tmp_path / "mine.yaml"
+    stated, scaled = STATED.search(file.read_text()), SCALED.search(file.read_text())
+    assert stated is not None
+    assert scaled is not None
+    flow, voltage, drop = map(float, stated.groups())
+    valve = load_experiment(file).valve
+    per_width = valve.flow_gain * valve.spool_gain * voltage * math.sqrt(drop * 1e5) * 60e3
+    assert per_width * valve.area_gradient == pytest.approx(flow, rel=0.01)
+    assert per_width * float(scaled[2]) * 1e-3 == pytest.approx(float(scaled[1]), rel=0.01)

@@ -171,3 +171,124 @@ def test_a_grid_over_the_coefficient_itself_gives_the_same_table(table3_rows, tm
     for row, other in zip(sorted(rows, key=key), sorted(table3_rows, key=key), strict=True):
         for name in ("detail_rms_Pa", "delta_fixed_percent", "delta_matched_percent"):
             assert row[name] == other[name]
+
+
+OWN = """\
+name: own
+record: {duration: 1 s}
+store: {signals: none}
+indicators: [dwt, modwt]
+sweep:
+  grid:
+    leakage.internal_flow: [0 L/min, 0.1 L/min, 0.5 L/min, 1 L/min]
+    supply.pressure: [12 MPa, 15 MPa, 18 MPa]
+"""
+SAMPLED = """\
+name: sampled
+record: {duration: 1 s}
+store: {signals: none}
+sweep: {sample: {count: 128, over: {fluid.bulk_modulus: {uniform: ±20 %}, supply.pressure: {uniform: ±5 %}}}}
+"""
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    return sweep_in(tmp_path_factory.mktemp("own"), OWN)
+
+
+@pytest.fixture(scope="module")
+def sampled(tmp_path_factory):
+    return sweep_in(tmp_path_factory.mktemp("sampled"), SAMPLED)
+
+
+def printed_page(sweep, *arguments, **options):
+    done = run_hydrofdi("report", sweep.directory, *arguments, cwd=sweep.folder, **options)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_a_sampled_sweep_shows_quantiles_and_programs_get_every_run(sampled):
+    assert len(printed_page(sampled).splitlines()) < 40
+    text = printed_page(sampled, "--full")
+    assert "95 %" in text
+    assert "ank correlation" in text
+    assert len(json.loads(printed_page(sampled, "--json"))["rows"]) == 256
+    assert len(printed_page(sampled, "--format", "csv").splitlines()) == 1 + 5 * 256
+    assert len(re.findall(r"^ +sealed ", printed_page(sampled, "--full"), re.M)) >= 256
+
+
+def test_no_number_is_cut_at_60_columns(own):
+    wide, narrow = (
+        printed_page(own, "--full", env={"COLUMNS": str(columns)}).split("Configuration and provenance")[0]
+        for columns in (200, 60)
+    )
+    assert max(map(len, narrow.splitlines())) <= 60
+    numbers = r"(?<![\w.])[+-]?\d+\.\d+(?![\w.])"
+    assert set(re.findall(numbers, narrow)) >= set(re.findall(numbers, wide))
+
+
+CLAIMS = """\
+name: claims
+record: {duration: 2 s}
+paper: maddahi2015
+claims: [C2]
+store: {signals: none}
+sweep:
+  grid:
+    leakage.internal_coefficient: [0, 1e-9, 1e-8]
+    fluid.bulk_modulus: [551 MPa, 600 MPa, 689 MPa]
+"""
+
+
+def test_check_ends_with_0_where_the_listed_claims_hold_and_with_1_where_one_does_not(
+    hydrofdi, experiment_file
+):
+    hydrofdi("sweep", experiment_file(CLAIMS), "--engine", "in-process")
+    claims = json.loads(hydrofdi("report", "--json").stdout)["claims"]
+    outcomes = {claim["id"]: claim["reproduced"] for claim in claims}
+    assert outcomes["C2"] is True
+    broken = next(name for name, outcome in outcomes.items() if outcome is False)
+    held = hydrofdi("report", "--check")
+    assert (held.returncode, held.stdout) == (0, "")
+    assert held.stderr.startswith("C2 holds: ")
+    hydrofdi("sweep", experiment_file(CLAIMS.replace("[C2]", f"[C2, {broken}]")), "--engine", "in-process")
+    failed = hydrofdi("report", "--check")
+    assert failed.returncode == 1
+    assert f"{broken} does not hold: " in failed.stderr
+
+
+def test_the_study_of_the_paper_passes_its_own_check(hydrofdi, table3):
+    result = hydrofdi("report", table3.directory, "--check")
+    assert result.returncode == 0, result.stderr
+    assert len(result.stderr.splitlines()) == 6
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("page.html", "--html"), ("--html",), ("page.html", "--format", "html"), ("--format", "html")],
+)
+def test_the_page_goes_where_it_is_wanted(hydrofdi, small_sweep, tmp_path, arguments):
+    result = hydrofdi("report", small_sweep.directory, *arguments)
+    page = tmp_path / "page.html" if "page.html" in arguments else small_sweep.directory / "small.html"
+    assert (result.returncode, result.stdout) == (0, "")
+    assert f"wrote {page.name if 'page.html' in arguments else page}" in result.stderr
+    assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+@pytest.mark.parametrize(
+    ("name", "start"),
+    [("spectrum.svg", b"<?xml"), ("sensitivity.pdf", b"%PDF"), ("responses.png", b"\x89PNG")],
+)
+def test_the_name_of_a_figure_chooses_what_is_drawn_and_how(hydrofdi, table3, tmp_path, name, start):
+    result = hydrofdi("report", table3.directory, "--figure", name)
+    assert (tmp_path / name).read_bytes().startswith(start)
+    assert f"drew {name}: " in result.stderr
+
+
+def test_claims_that_change_need_no_run_again(hydrofdi, experiment_file):
+    hydrofdi("sweep", experiment_file(CLAIMS), "--engine", "in-process")
+    again = hydrofdi(
+        "sweep", experiment_file(CLAIMS.replace("[C2]", "[C1]")), "--engine", "in-process", "--json"
+    )
+    assert json.loads(again.stdout)["completed"] == 0
+    assert json.loads(hydrofdi("report", "--json").stdout)["guarded_claims"] == ["C1"]

@@ -1,18 +1,22 @@
 """A detector by hand, streams that it watches, and a source that gives them."""
 
 import json
+from itertools import pairwise
 
 import numpy as np
 
 from hydrofdi.detectors.trained.configuration import ChartConfig
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.judging import Judge
+from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import monitor
-from hydrofdi.monitor.sources.contract import Reading
+from hydrofdi.monitor.sources.contract import Reading, joined
+from hydrofdi.monitor.sources.text_lines import TextLines
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
+from hydrofdi.records.measured.description.sections import FormatConfig, LimitsConfig
 from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.made import FREQUENCY, detector, signals, window
 
@@ -114,6 +118,20 @@ class Killed(BaseException):
     """The process ends here."""
 
 
+class KilledAt(Kept):
+    """A sink that ends the process at its n-th reading with samples, before the log."""
+
+    def __init__(self, reading):
+        super().__init__()
+        self._left = reading
+
+    def put(self, chunk, lines):
+        self._left -= chunk is not None
+        if self._left == 0:
+            raise Killed
+        return ()
+
+
 def live(folder, source, sinks=(), stop=lambda: False, file=None, state_file=None):
     """One life of a monitor with its state and its log in a folder; gives how it ended."""
     file = file or made_detector()
@@ -126,3 +144,32 @@ def logged(folder, without=("started", "resumed", "stopped")):
     """Lines of the log that do not tell of starts and ends."""
     records = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
     return [each for each in records if each.get("event") not in without]
+
+
+def config_of(channels=None, largest=2**20, **options):
+    """A configuration of a monitor; its largest line or message may be smaller than a user may state."""
+    form = {key: options.pop(key) for key in [*options] if key in FormatConfig.model_fields}
+    config = MonitorConfig(channels=channels or {}, format=form, **options)
+    return config.model_copy(update={"limits": LimitsConfig.model_construct(payload=largest)})
+
+
+def reader(position=(), needed=(), **options):
+    return TextLines(config_of(**options), "the stream", dict(position), needed)
+
+
+def read_in_pieces(lines, data, cuts=()):
+    """All samples of bytes that come in pieces, and why the others could not be read."""
+    places = [0, *sorted(min(cut, len(data)) for cut in cuts), len(data)]
+    readings = [lines.read(data[a:b]) for a, b in pairwise(places)]
+    readings.append(lines.read(b"", is_end=True))
+    chunk = joined([chunk for chunk in readings if chunk is not None])
+    return chunk.readable, [chunk.unread[place] for place in sorted(chunk.unread)]
+
+
+def samples(chunk):
+    """Time and channels as lists, for comparison; NaN is None."""
+    arrays = {"time": chunk.time} | {channel.symbol: values for channel, values in chunk.channels.items()}
+    return {
+        name: [None if np.isnan(value) else value for value in values.tolist()]
+        for name, values in arrays.items()
+    }

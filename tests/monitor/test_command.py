@@ -16,19 +16,16 @@ from urllib.request import urlopen
 
 import pytest
 
+from hydrofdi.detectors.trained.file import load_detector
+from hydrofdi.errors import ConfigError, without_credentials
+from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.sources.opening import open_stream
 from tests.commands import COMMAND, run, run_process
 from tests.monitor.machines import ONSET
 
 WITHOUT = """
 import sys
-
-class Without:
-    def find_spec(self, name, *more):
-        if name.split(".")[0] == library:
-            raise ModuleNotFoundError(f"No module named {library!r}", name=library)
-
-library = sys.argv.pop(1)
-sys.meta_path.insert(0, Without())
+sys.modules[sys.argv.pop(1)] = None
 from hydrofdi.cli.app import main
 main()
 """
@@ -288,3 +285,99 @@ def test_after_sigterm_it_goes_on_where_it_was_and_the_log_has_each_window_once(
     assert windows(log.read_text()) == windows(whole.stdout)
     assert "resumed" in events(done.stdout)
     assert "--state" not in done.stderr
+
+
+def records_times(log):
+    return [json.loads(line) for line in log.read_text().splitlines()]
+
+
+def of_kind(log, *kinds):
+    return [each for each in records_times(log) if each.get("event", "window") in kinds]
+
+
+def with_absurd_times(lines, is_json):
+    """Three of them in the midst of a stream, the last one at its end."""
+    header, *rows = lines
+    absurd = [f"{stamp},1\n" for stamp in ("1e300", "-1e12", "1e11")]
+    absurd[-1] = absurd[-1].replace("1e11", "1.0001e11")
+    rows = [*rows[:5000], *absurd[:2], *rows[5000:], absurd[2]]
+    if not is_json:
+        return [header, *rows]
+    pairs = (row.strip().split(",") for row in rows)
+    return [f'{{"time [s]": {time}, "P1 [bar]": {pressure}}}\n' for time, pressure in pairs]
+
+
+@pytest.mark.parametrize("is_json", [False, True], ids=["CSV", "JSON lines"])
+def test_in_a_file_it_is_counted_and_changes_no_window(machine, is_json, tmp_path):
+    stream, log = tmp_path / "stream", tmp_path / "log"
+    run("monitor", machine.detector, machine.stream, "--no-follow", "--log", tmp_path / "expected", check=0)
+    stream.write_text("".join(with_absurd_times(machine.lines, is_json)))
+    files = ("--no-follow", "--state", tmp_path / "state", "--log", log)
+    done = run("monitor", machine.detector, stream, *files, check=0)
+    assert "Traceback" not in done.stderr
+    assert of_kind(log, "window") == of_kind(tmp_path / "expected", "window")
+    assert sum(each["count"] for each in of_kind(log, "malformed")) == 3
+    assert not of_kind(log, "not_stored")
+    with stream.open("a") as file:
+        file.write(with_absurd_times(machine.lines, is_json)[-1])
+    run("monitor", machine.detector, stream, *files, check=0)
+    assert len(of_kind(log, "resumed")) == 1
+    assert sum(each["count"] for each in of_kind(log, "malformed")) == 4
+
+
+SECRET = "hunter2"
+
+ADDRESSES = (
+    f"mqt://press:{SECRET}@broker/samples",
+    f"mqtts://press:1/{SECRET}@broker/samples",
+    f"mqtt:/press:{SECRET}@broker/samples",
+    f"http//press:{SECRET}@broker/samples",
+    f"tcp://press:a {SECRET}@broker/samples",
+    f"press:{SECRET}@broker",
+    f"opc.tcp://press:1/{SECRET}@plc",
+)
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_no_message_repeats_what_stands_before_an_at_sign(machine, address):
+    for arguments in (
+        ("monitor", machine.detector, address, "--no-follow"),
+        ("monitor", address, machine.stream),
+        ("monitor", machine.detector, machine.stream, "--no-follow", "--events", address),
+        ("monitor", machine.detector, machine.stream, "--no-follow", "--metrics", address),
+        ("replay", machine.stream, "--to", address),
+        ("replay", address),
+        ("monitor", machine.detector, machine.stream, address),
+    ):
+        done = run(*arguments, check=2)
+        assert len(done.stderr.splitlines()) == 1
+        assert SECRET not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("address", ADDRESSES)
+def test_what_looks_like_an_address_is_not_waited_for_as_a_file(machine, address):
+    with pytest.raises(ConfigError):
+        open_stream(address, MonitorConfig(), load_detector(machine.detector), machine.detector)
+
+
+@pytest.mark.parametrize("name", ["runs@night.csv", "a/b@c.csv", "day.csv:3: x@y is no number", "x: y@z"])
+def test_names_with_an_at_sign_stay_as_they_are(name):
+    assert without_credentials(name) == name
+
+
+def test_a_file_that_looks_like_an_address_is_read(machine, tmp_path):
+    file = tmp_path / "press:1@night.csv"
+    file.write_bytes(machine.stream.read_bytes())
+    assert run("monitor", machine.detector, file, "--no-follow", check=0).stdout
+
+
+def test_a_detector_does_not_keep_credentials_of_its_command_line(machine, tmp_path, monkeypatch):
+    out = tmp_path / "detector.json"
+    arguments = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "20 %", "--window", "2 s")
+    monkeypatch.chdir(machine.stream.parent)
+    folder = machine.stream.parent / "http:" / f"me:{SECRET}@host"
+    folder.mkdir(parents=True)
+    healthy = folder / "healthy.csv"
+    healthy.write_bytes(machine.stream.with_name("healthy.csv").read_bytes())
+    run("train", f"http://me:{SECRET}@host/healthy.csv", *arguments, "--out", out, check=0)
+    assert SECRET not in json.loads(out.read_text())["made"]["command"]

@@ -1,15 +1,21 @@
 """The configuration of a monitor, and the schemas of what it reads."""
 
 import json
+from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from hydrofdi.errors import ConfigError
+from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.monitor.configuration import MonitorConfig, load_monitor_config
+from hydrofdi.monitor.sources.payload import PayloadReader
 from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.records import Channel
+from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.source import measured_source
 from tests.commands import run
+from tests.monitor.streams import config_of, read_in_pieces, reader
 
 
 def test_an_empty_file_and_none_are_the_default(tmp_path):
@@ -57,3 +63,64 @@ def test_one_description_serves_files_and_streams(tmp_path):
     (tmp_path / "rig.yaml").write_text("files: rig.csv\ntrim: {start: 1 s}\n")
     with pytest.raises(ConfigError, match=r"rig\.yaml:2: trim"):
         load_monitor_config(tmp_path / "rig.yaml")
+
+
+ROWS = "Zeit,P1 [bar]\n2026-07-01 12:00:00.000,50\n2026-07-01 12:00:00.010,51\n"
+
+
+def seconds(*when):
+    return datetime(*when, tzinfo=UTC).timestamp()
+
+
+@pytest.mark.parametrize(
+    ("zone", "hour"), [("UTC", 12), ("Europe/Berlin", 10), ("+05:30", 6.5), ("-03:00", 15)]
+)
+def test_dates_without_a_zone_are_in_the_stated_one(zone, hour):
+    chunk, unread = read_in_pieces(reader(zone=zone), ROWS.encode())
+    assert chunk.time.tolist() == pytest.approx(
+        [seconds(2026, 7, 1) + 3600 * hour, seconds(2026, 7, 1) + 3600 * hour + 0.01], abs=1e-6
+    )
+    assert not unread
+
+
+def test_a_stated_zone_does_not_move_dates_that_have_one():
+    data = ROWS.replace(".000,", ".000Z,").replace(".010,", ".010Z,").encode()
+    chunk, _ = read_in_pieces(reader(zone="Europe/Berlin"), data)
+    assert chunk.time[0] == seconds(2026, 7, 1, 12)
+
+
+def test_the_hour_that_repeats_is_its_first_pass():
+    data = b"Zeit,P1 [bar]\n2026-10-25 02:30:00,50\n2026-10-25 03:30:00,51\n"
+    chunk, _ = read_in_pieces(reader(zone="Europe/Berlin"), data)
+    assert chunk.time.tolist() == [seconds(2026, 10, 25, 0, 30), seconds(2026, 10, 25, 2, 30)]
+
+
+def test_json_knows_the_zone_as_well():
+    chunk = PayloadReader(config_of(zone="Europe/Berlin")).read(
+        b'{"time": "2026-01-31T12:00:00", "P1 [bar]": 1}'
+    )
+    assert chunk.time.tolist() == [seconds(2026, 1, 31, 11)]
+    lines, _ = read_in_pieces(
+        reader(zone="Europe/Berlin"), b'{"time": "2026-01-31T12:00:00", "P1 [bar]": 1}\n'
+    )
+    assert lines.time.tolist() == [seconds(2026, 1, 31, 11)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["zone: Europe/Berln", "format: {encoding: cp12525}", "format: {encoding: utf-16}", "format: {skip: 1}"],
+)
+def test_a_wrong_zone_or_encoding_is_refused_with_its_line(tmp_path, text):
+    path = tmp_path / "monitor.yaml"
+    path.write_text(f"{text}\n")
+    with pytest.raises(ConfigError, match=rf":1: {text.partition(':')[0]}"):
+        load_monitor_config(path)
+
+
+def test_a_stated_encoding_reads_the_names_of_columns():
+    data = "time [s];Weg Stößel (mm)\n0;1\n1;2\n".encode("cp1252")
+    position = {Channel.PISTON_POSITION: ChannelConfig(column="Weg Stößel (mm)", unit="mm")}
+    chunk, _ = read_in_pieces(reader(channels=position, encoding="cp1252"), data)
+    np.testing.assert_allclose(chunk.channels[Channel.PISTON_POSITION], [1e-3, 2e-3])
+    with pytest.raises(DataError, match=r"'format: \{encoding: cp1252\}'"):
+        read_in_pieces(reader(), data)

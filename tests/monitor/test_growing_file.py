@@ -3,7 +3,9 @@
 import json
 import os
 import tempfile
+import threading
 from pathlib import Path
+from time import monotonic
 
 import pytest
 from hypothesis import given
@@ -11,8 +13,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.sources.growing_file import GrowingFile
-from tests.monitor.streams_of_text import config_of
+from hydrofdi.monitor.sources.growing_file import GrowingFile, StandardInput
+from tests.monitor.streams import config_of, samples
 
 HEADER = "time [s],P1 [Pa]\n"
 
@@ -247,3 +249,65 @@ def test_nothing_is_lost_or_read_twice(operations):
         assert follower.times == list(map(float, range(1, written + 1 - half)))
         assert EventKind.MALFORMED not in follower.kinds
         follower.source.close()
+
+
+@pytest.fixture
+def pipe():
+    ends = [os.fdopen(end, mode, buffering=0) for end, mode in zip(os.pipe(), ("rb", "wb"), strict=True)]
+    yield ends
+    for end in ends:
+        end.close()
+
+
+def opened(file, position=(), **options):
+    source = StandardInput(config_of(**options), file.fileno())
+    source.open(dict(position))
+    return source
+
+
+def test_without_anything_new_it_waits(pipe):
+    source = opened(pipe[0])
+    begin = monotonic()
+    reading = source.read(0.2)
+    assert monotonic() - begin >= 0.19
+    assert (reading.chunk, reading.events, reading.is_over) == (None, (), False)
+
+
+def test_the_end_of_input_ends_the_stream_with_its_last_line(pipe):
+    reader, writer = pipe
+    source = opened(reader)
+    writer.write(b'{"time": 1, "P1 [Pa]": 2}')
+    writer.close()
+    assert not source.read(1.0).is_over
+    last = source.read(1.0)
+    assert last.is_over
+    assert samples(last.chunk) == {"time": [1.0], "P1": [2.0]}
+    assert source.read(1.0).is_over
+    assert source.read(1.0).chunk is None
+
+
+def test_a_writer_that_is_faster_waits(pipe):
+    reader, writer = pipe
+    rows = b"time [s],P1 [Pa]\n" + b"".join(b"%d,1\n" % n for n in range(100_000))
+
+    def write():
+        writer.write(rows)
+        writer.close()
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    source, n_time = opened(reader), 0
+    while not (reading := source.read(1.0)).is_over:
+        n_time += reading.chunk.n_time if reading.chunk else 0
+    thread.join()
+    assert n_time == 100_000
+
+
+def test_counted_samples_go_on_behind_a_gap_after_a_restart(pipe):
+    reader, writer = pipe
+    first = opened(reader, sampling_frequency=10)
+    writer.write(b"P1 [Pa]\n1\n2\n")
+    first.read(1.0)
+    second = opened(reader, first.position, sampling_frequency=10)
+    writer.write(b"P1 [Pa]\n3\n")
+    assert second.read(1.0).chunk.time.tolist() == [0.4]

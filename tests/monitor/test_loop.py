@@ -23,24 +23,10 @@ from hydrofdi.monitor.sources import growing_file
 from hydrofdi.monitor.sources.growing_file import GrowingFile
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.watch import Watch
-from tests.monitor.streams import P1, Kept, Killed, Samples, live, logged, made_detector, stream
+from tests.monitor.streams import P1, Kept, Killed, KilledAt, Samples, live, logged, made_detector, stream
 
 FILE = made_detector()
 MADE = stream(40, leaking=[12, 13, 30], stuck=[20, 21])
-
-
-class KilledAt(Kept):
-    """A sink that ends the process at its n-th call, before the log."""
-
-    def __init__(self, call):
-        super().__init__()
-        self._left = call
-
-    def put(self, chunk, lines):
-        self._left -= 1
-        if self._left == 0:
-            raise Killed
-        return ()
 
 
 class KilledAfterState(StateFile):

@@ -41,11 +41,12 @@ def window(alarm, score=2.0, fault=None, condition=Condition.HEALTHY):
 
 def test_windows_are_counted_by_what_is_said_of_them(sink):
     stuck = Issue("P1 does not move", kind="stuck")
-    sink.put(None, [window(False), window(False), window(True), window(None, None, stuck)])
+    sink.put(None, [window(False), window(False), window(True), window(None, None, stuck, Condition.ALARM)])
     values = served(sink)
     assert values["hydrofdi_windows_judged_total", "false"] == 2
     assert values["hydrofdi_windows_judged_total", "true"] == 1
     assert values["hydrofdi_windows_not_judged_total", "stuck"] == 1
+    assert [values["hydrofdi_condition", each.value] for each in Condition] == [0.0, 0.0, 1.0]
     assert values["hydrofdi_score",] == 2.0
     assert values["hydrofdi_margin",] == 3.0
     assert values["hydrofdi_chart_statistic",] == 1.5
@@ -62,12 +63,6 @@ def test_scores_beyond_the_limit_that_are_no_alarm_are_counted(sink):
     assert values["hydrofdi_windows_not_judged_total", "novel"] == 3
     assert values["hydrofdi_windows_not_judged_beyond_limit_total",] == 2
     assert values["hydrofdi_margin",] == -3.0
-
-
-def test_one_condition_holds(sink):
-    sink.put(None, [window(True, condition=Condition.ALARM)])
-    values = served(sink)
-    assert [values["hydrofdi_condition", each.value] for each in Condition] == [0.0, 0.0, 1.0]
 
 
 def test_events_are_counted_with_their_repetitions_and_without_their_ends(sink):

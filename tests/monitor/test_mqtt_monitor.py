@@ -1,17 +1,32 @@
 """A monitor of a stream over MQTT: its windows are those of the undisturbed stream, whatever breaks."""
 
+import json
 import random
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
+from pathlib import Path
 
 import pytest
 
 from hydrofdi.monitor.mqtt import source as mqtt_source
-from tests.monitor.brokers import needs_mosquitto
+from tests.commands import COMMAND
+from tests.commands import run as run_command
+from tests.monitor.brokers import SECRET, needs_mosquitto
+from tests.monitor.machines import make_machine
 from tests.monitor.mqtt_streams import connected, killed, publisher_at, source_at, wait_for
-from tests.monitor.streams import N_SAMPLE, Kept, Killed, Samples, live, logged, made_detector, part, stream
+from tests.monitor.streams import (
+    N_SAMPLE,
+    Killed,
+    KilledAt,
+    Samples,
+    live,
+    logged,
+    made_detector,
+    part,
+    stream,
+)
 
 pytestmark = needs_mosquitto
 
@@ -21,20 +36,6 @@ MADE = stream(N_WINDOW, leaking=[12, 13, 30], stuck=[20, 21])
 BLOCKS = [part(MADE, first, first + N_BLOCK) for first in range(0, N_WINDOW * N_SAMPLE, N_BLOCK)]
 
 CONCERNS_CONNECTIONS = {"started", "resumed", "stopped", "connected", "disconnected"}
-
-
-class KilledAt(Kept):
-    """A sink that ends the process at its n-th reading with samples, between the log and the state."""
-
-    def __init__(self, reading):
-        super().__init__()
-        self._left = reading
-
-    def put(self, chunk, lines):
-        self._left -= chunk is not None
-        if self._left == 0:
-            raise Killed
-        return ()
 
 
 def run(folder, source, sinks=(), stop=lambda: False):
@@ -153,3 +154,40 @@ def test_sigkill_and_broken_brokers_change_no_window(subscribed, undisturbed, tm
                 subscribed.start()
         sending.result()
     assert of_samples(tmp_path) == undisturbed
+
+
+def windows(log):
+    """What a log says of windows, with their instants to the microsecond: those of a replay are made anew."""
+    lines = log.read_text().split("\n")[:-1] if log.exists() else []
+    records = [record for line in lines if (record := json.loads(line))["line"] == "window"]
+    return [each | {key: round(each[key], 6) for key in ("start", "end")} for each in records]
+
+
+@pytest.mark.long
+def test_a_killed_monitor_gives_the_windows_of_the_file_and_shows_no_password(guarded, tmp_path, monkeypatch):
+    machine, folder = make_machine(tmp_path), tmp_path / "life"
+    folder.mkdir()
+    run_command(
+        "monitor", machine.detector, machine.stream, "--no-follow", "--log", tmp_path / "expected", check=0
+    )
+    expected = windows(tmp_path / "expected")
+    assert len(expected) == machine.n_window
+    monkeypatch.setenv("HYDROFDI_MQTT_USERNAME", "press")
+    monkeypatch.setenv("HYDROFDI_MQTT_PASSWORD", SECRET)
+    before = source_at(guarded.address(), detector=machine.detector)
+    connected(before)
+    before.close()
+    run_command("replay", machine.stream, "--rate", "max", "--to", guarded.address(), check=0)
+    files = ["--state", "state", "--log", "log", "--events", guarded.address("press/events")]
+    command = [*COMMAND, "monitor", str(machine.detector), guarded.address(), *files]
+    arguments = []
+    with (folder / "output").open("ab") as output:
+        for number in (5, machine.n_window):
+            with killed(command, cwd=folder, stdout=output, stderr=output) as life:
+                wait_for(lambda number=number: len(windows(folder / "log")) >= number, timeout=120.0)
+                arguments.append(Path(f"/proc/{life.pid}/cmdline").read_text())
+    assert windows(folder / "log") == expected
+    shown = [file.read_bytes() for file in folder.iterdir()] + [guarded.log.encode()]
+    assert len(shown) >= 4
+    assert not [text for text in shown if SECRET.encode() in text]
+    assert SECRET not in "".join(arguments)

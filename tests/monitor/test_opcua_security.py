@@ -20,8 +20,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import OpcUaConfig
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.opcua.source import OpcUaSource
-from tests.monitor.opcua_server import LoopbackServer
-from tests.monitor.opcua_streams import CHANNELS, NODES, P1, RATE, Reader, connected, opened
+from tests.monitor.opcua_server import CHANNELS, NODES, P1, RATE, LoopbackServer, Reader, connected, opened
 
 PASSWORD = "hunter2-of-the-press"
 

@@ -1,18 +1,35 @@
+import asyncio
+import threading
 import time
+from itertools import pairwise
+from threading import Thread
 from threading import enumerate as threads
 
 import numpy as np
 import pytest
 from asyncua import ua
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import EventKind, WindowLine
-from hydrofdi.monitor.opcua.source import OpcUaSource
+from hydrofdi.monitor.opcua.source import Joiner, NodeValue, OpcUaSource
+from hydrofdi.monitor.sources.contract import Inbox
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from tests.detectors.trained.made import FREQUENCY
-from tests.monitor.opcua_server import LoopbackServer
-from tests.monitor.opcua_streams import CHANNELS, FAST, NODES, P1, RATE, Reader, X, connected, opened
+from tests.monitor.opcua_server import (
+    CHANNELS,
+    FAST,
+    NODES,
+    P1,
+    RATE,
+    LoopbackServer,
+    Reader,
+    X,
+    connected,
+    opened,
+)
 from tests.monitor.streams import lines_of, made_detector, stream
 
 CODES = ua.StatusCodes
@@ -149,3 +166,154 @@ def test_what_is_no_address_is_refused_and_credentials_are_not_repeated(url):
     with pytest.raises(ConfigError) as error:
         OpcUaSource(url, FAST, CHANNELS, RATE)
     assert "secret" not in str(error.value)
+
+
+PERIOD = 0.01
+
+
+def values_of(samples, spread=0.0):
+    """Samples (n_time, n_node) as values, the stamps of each node late by its position times `spread`."""
+    return [
+        NodeValue(row * PERIOD + node * spread, node, float(value), row * PERIOD)
+        for row, sample in enumerate(samples)
+        for node, value in enumerate(sample)
+    ]
+
+
+def joined(joiner, messages):
+    parts = [joiner.add(message, now=0.0) for message in messages]
+    return np.concatenate([time for time, _ in parts]), np.concatenate([samples for _, samples in parts])
+
+
+@given(
+    n_time=st.integers(1, 40),
+    spread=st.sampled_from([0.0, 0.002, 0.0024]),
+    cuts=st.lists(st.integers(0, 120), max_size=6),
+)
+def test_the_cut_into_messages_does_not_matter(n_time, spread, cuts):
+    samples = np.arange(3.0 * n_time).reshape(n_time, 3)
+    values = values_of(samples, spread)
+    edges = [0, *sorted(min(cut, len(values)) for cut in cuts), len(values)]
+    messages = [values[a:b] for a, b in pairwise(edges)]
+    time, found = joined(Joiner(3, PERIOD, wait=1.0), messages)
+    np.testing.assert_array_equal(found, samples)
+    np.testing.assert_array_equal(time, PERIOD * np.arange(n_time))
+
+
+def test_an_instant_that_a_node_misses_is_given_with_nan_when_the_node_goes_on():
+    values = values_of(np.arange(40.0).reshape(20, 2))
+    without = [value for value in values if value[:2] != (5 * PERIOD, 1)]
+    joiner = Joiner(2, PERIOD, wait=1000.0)
+    assert joiner.add(without[:11], now=0.0)[0].size == 5
+    time, samples = joiner.add(without[11:], now=0.0)
+    assert time.size == 15
+    assert samples[0, 0] == 10.0
+    assert np.isnan(samples[0, 1])
+    assert not np.isnan(samples[1:]).any()
+
+
+def test_a_node_that_falls_silent_is_waited_for_and_does_not_stop_the_stream():
+    joiner = Joiner(2, PERIOD, wait=0.1)
+    joiner.add(values_of(np.zeros((1, 2))), now=0.0)
+    alone = [NodeValue(row * PERIOD, 0, float(row), row * PERIOD) for row in range(1, 1000)]
+    given = [joiner.add([value], now=value.arrival)[0].size for value in alone]
+    assert sum(given[:10]) == 0
+    assert 980 <= sum(given) <= 990
+
+
+def test_a_connection_begins_with_the_first_whole_instant():
+    values = values_of(np.arange(20.0).reshape(10, 2))
+    time, samples = joined(Joiner(2, PERIOD, wait=0.02), [values[1:2], values[2:3], values[4:]])
+    assert samples[0].tolist() == [4.0, 5.0]
+    assert time.size == 8
+
+
+def test_time_that_runs_back_is_left_to_the_stream_to_judge():
+    joiner = Joiner(2, PERIOD, wait=0.05)
+    later = [value._replace(time=value.time + 3600.0) for value in values_of(np.ones((10, 2)))]
+    assert joiner.add(later, now=0.0)[0].size == 10
+    assert joiner.add(values_of(np.ones((10, 2))), now=0.0)[0].size == 10
+
+
+pytest.importorskip("asyncua")
+
+
+class Deaf(OpcUaSource):
+    """Takes the first cancellation for something else."""
+
+    async def _follow(self):
+        self.began.set()
+        try:
+            await asyncio.sleep(600)
+        except asyncio.CancelledError:
+            await asyncio.sleep(600)
+
+
+@pytest.mark.parametrize("kind", [OpcUaSource, Deaf])
+def test_it_ends_when_told_to(kind):
+    source = kind("opc.tcp://127.0.0.1:1", FAST, CHANNELS, RATE)
+    source.began = threading.Event()
+    source.open({})
+    if kind is Deaf:
+        assert source.began.wait(30)
+    closing = threading.Thread(target=source.close, daemon=True)
+    closing.start()
+    closing.join(60)
+    assert not closing.is_alive()
+
+
+def put(inbox, start, n=10, **options):
+    inbox.put(range(start, start + n), n, count=n, **options)
+
+
+def everything(inbox):
+    numbers, events = [], []
+    while True:
+        items, more = inbox.take(0.0, 1000)
+        if not items and not more:
+            return numbers, events
+        numbers += [number for item in items for number in item]
+        events += more
+
+
+def test_a_full_inbox_drops_one_long_piece_and_says_it_once():
+    inbox, numbers, events = Inbox(100), [], []
+    for start in range(0, 1000, 10):
+        if start in (500, 600):
+            more = everything(inbox)
+            numbers, events = numbers + more[0], events + more[1]
+        put(inbox, start, n=4 if start > 300 else 10)
+        put(inbox, start + 4, n=6 if start > 300 else 0)
+    more = everything(inbox)
+    numbers, events = numbers + more[0], events + more[1]
+    assert numbers == [*range(100), *range(500, 700)]
+    assert sum(event.count for event in events) == 1000 - len(numbers)
+    assert [event.kind for event in events if not event.is_silent] == [EventKind.DROPPED] * 2
+
+
+def test_a_piece_that_would_fit_does_not_split_the_gap():
+    inbox = Inbox(100)
+    put(inbox, 0, n=95)
+    put(inbox, 95, n=10)
+    put(inbox, 105, n=3)
+    numbers, events = everything(inbox)
+    assert len(numbers) == 95
+    assert sum(event.count for event in events) == 13
+
+
+def test_a_sender_that_waits_goes_on_when_there_is_room_or_it_is_closed():
+    inbox = Inbox(10)
+    put(inbox, 0)
+    sender = Thread(target=lambda: [put(inbox, start, waits=True) for start in (10, 20)])
+    sender.start()
+    assert inbox.take(60.0, 10)[0] == [range(10)]
+    inbox.close()
+    sender.join(60.0)
+    assert everything(inbox) == ([*range(10, 30)], [])
+
+
+def test_a_fault_of_the_connection_is_raised_to_the_reader():
+    inbox = Inbox(100)
+    inbox.fail(RuntimeError("fault"))
+    with pytest.raises(RuntimeError, match="fault"):
+        inbox.take(1.0, 1)

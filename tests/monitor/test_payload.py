@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader, SampleClock
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
-from tests.monitor.streams_of_text import config_of
+from tests.monitor.streams import config_of
 
 P1, P2, U = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.INPUT_VOLTAGE
 

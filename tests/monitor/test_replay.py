@@ -14,7 +14,7 @@ import pytest
 from hydrofdi.api.records.sources import open_source
 from hydrofdi.api.replaying import replay
 from tests.commands import COMMAND, run, run_json
-from tests.monitor.streams_of_text import read_in_pieces, reader
+from tests.monitor.streams import read_in_pieces, reader
 
 EXPERIMENT = "record: {duration: 4 s}\nsweep: {grid: {leakage.internal_flow: [0 L/min, 0.5 L/min]}}\n"
 

@@ -1,10 +1,128 @@
-"""A monitor that is killed at random moments says what an undisturbed one says, each thing once."""
+"""A stream that grows while its monitor is killed at random moments: each thing is said once."""
 
 import json
+import random
+import subprocess
+import time
+from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.monitor.soak import said, soak
+from hydrofdi.api.run import simulate
+from hydrofdi.config import load_experiment
+from tests.commands import COMMAND, run
+
+CONFIG = Path(__file__).parents[2] / "configs" / "motions" / "closed-loop.yaml"
+FREQUENCY, RECORD, START = 500, 22.0, 2.0
+_LEAK = "leakage.internal_coefficient=5e-9"
+_NOISE = 2e4
+"""Of P1, anew in each repetition [Pa]."""
+_OF_ONE_LIFE = ("started", "resumed", "stopped")
+
+
+def pressure(*settings):
+    """P1 in closed loop [Pa], without the start of the motion."""
+    columns = simulate(load_experiment(CONFIG, [f"record.duration={RECORD} s", *settings])).columns
+    after = np.ravel(columns["time"]) >= START
+    return np.ravel(columns["chamber_1_pressure"])[after]
+
+
+def stream(n_minute, seed):
+    """Rows of time [s] and P1 [bar]: a leak sets in after two thirds, and all that goes wrong on the way."""
+    draw = np.random.default_rng(seed)
+    n_sample = 60 * n_minute * FREQUENCY
+    healthy, leaking = (np.resize(each, n_sample) for each in (pressure(), pressure(_LEAK)))
+    samples = np.where(np.arange(n_sample) < 2 * n_sample // 3, healthy, leaking)
+    samples = (samples + _NOISE * draw.standard_normal(n_sample)) / 1e5
+    rows = np.column_stack([np.arange(n_sample) / FREQUENCY, samples])
+    for _ in range(4 * n_minute):
+        at, n = draw.integers(len(rows)), draw.integers(1, 1000)
+        kind = draw.choice(["lost", "twice", "late", "missing", "stuck"])
+        if kind == "lost":
+            rows = np.delete(rows, slice(at, at + n), axis=0)
+        elif kind == "twice":
+            rows = np.insert(rows, at, rows[at], axis=0)
+        elif kind == "late":
+            rows = np.insert(rows, at, rows[max(0, at - n) : at], axis=0)
+        else:
+            rows[at : at + 5 * n, 1] = np.nan if kind == "missing" else 90.0
+    return rows
+
+
+def write(path, rows):
+    np.savetxt(path, rows, delimiter=",", header="time [s],P1 [bar]", comments="", fmt="%.9g")
+
+
+def trained(folder, seed):
+    """A detector of healthy minutes in closed loop."""
+    draw = np.random.default_rng(seed)
+    samples = np.resize(pressure(), 180 * FREQUENCY)
+    samples = (samples + _NOISE * draw.standard_normal(samples.size)) / 1e5
+    healthy, detector = folder / "healthy.csv", folder / "detector.json"
+    write(healthy, np.column_stack([np.arange(samples.size) / FREQUENCY, samples]))
+    options = ("--output", "d2", "--direction", "both", "--false-alarm-rate", "5 %", "--out", detector)
+    run("train", healthy, *options, "--window", "2 s", check=0)
+    return detector
+
+
+def said(log):
+    """What does not tell of one life alone."""
+    lines = log.read_text().splitlines()
+    return [line for line in lines if json.loads(line).get("event") not in _OF_ONE_LIFE]
+
+
+def soak(folder, n_minute, n_kill, seed=0, longest=1.0):
+    """Its log and its output are those of an undisturbed monitor; gives how many lives took up a state."""
+    chance, detector = random.Random(seed), trained(folder, seed)
+    whole, growing, undisturbed = folder / "whole.csv", folder / "growing.csv", folder / "undisturbed.jsonl"
+    write(whole, stream(n_minute, seed))
+    lines = whole.read_text().splitlines(keepends=True)
+    for _ in range(2 * n_minute):
+        lines.insert(chance.randrange(2, len(lines)), "no row\n")
+    whole.write_text("".join(lines))
+    run("monitor", detector, whole, "--no-follow", "--log", undisturbed, check=0)
+    command = [*COMMAND, "monitor", detector, growing, "--state", folder / "state", "--log", folder / "log"]
+    content = whole.read_bytes()
+    bounds = sorted(chance.sample(range(len(content)), 2 * n_kill))
+    errors = open(folder / "errors", "ab")  # noqa: SIM115 (closed below)
+    with errors, open(growing, "ab", buffering=0) as file, open(folder / "out", "ab", buffering=0) as out:
+        for life, (first, stop) in enumerate(zip(bounds[::2], bounds[1::2], strict=True)):
+            file.write(content[bounds[2 * life - 1] if life else 0 : first])
+            with subprocess.Popen(command, stdout=out, stderr=errors) as process:
+                if chance.random() < 0.9:
+                    _wait_for_more(folder / "out", process)
+                    _write_slowly(file, content[first:stop], chance.uniform(0.0, longest))
+                else:
+                    time.sleep(chance.uniform(0.0, longest))
+                    file.write(content[first:stop])
+                assert process.poll() is None, (folder / "errors").read_text()
+                process.kill()
+            out.write(b"\n")
+        file.write(content[bounds[-1] :])
+        subprocess.run([*command, "--no-follow"], stdout=out, check=True, timeout=600)
+    assert said(folder / "log") == said(undisturbed)
+    _require_all(folder / "out", said(undisturbed))
+    return (folder / "log").read_text().count('"resumed"')
+
+
+def _wait_for_more(out, process):
+    """Until the monitor says that it is there."""
+    n_byte = out.stat().st_size
+    while out.stat().st_size == n_byte and process.poll() is None:
+        time.sleep(0.01)
+
+
+def _write_slowly(file, content, duration):
+    n_part = max(1, round(duration / 0.02))
+    for part in range(n_part):
+        file.write(content[part * len(content) // n_part : (part + 1) * len(content) // n_part])
+        time.sleep(0.02)
+
+
+def _require_all(out, expected):
+    """Standard output of all lives has every line at least once; the last one of a life may be torn."""
+    assert set(expected) <= set(out.read_text().splitlines())
 
 
 @pytest.mark.parametrize(
@@ -17,11 +135,5 @@ def test_killed_at_random_moments_it_says_what_the_undisturbed_one_says(n_minute
     events = {record["event"] for record in records if record["line"] == "event"}
     assert numbers == list(range(len(numbers)))
     assert {
-        "alarm_raised",
-        "gap",
-        "duplicate",
-        "time_ran_back",
-        "stuck",
-        "missing_samples",
-        "malformed",
+        *["alarm_raised", "gap", "duplicate", "time_ran_back", "stuck", "missing_samples", "malformed"]
     } <= events

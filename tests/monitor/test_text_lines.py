@@ -11,7 +11,7 @@ from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.source import plain_source
-from tests.monitor.streams_of_text import read_in_pieces, reader, samples
+from tests.monitor.streams import read_in_pieces, reader, samples
 
 CSV = b"time [ms],P1 [bar],u [V]\n0,100,1\n1,101.5,\n2,nan,-3\n"
 EXPECTED = {"time": [0.0, 0.001, 0.002], "P1": [1e7, 1.015e7, None], "u": [1.0, None, -3.0]}

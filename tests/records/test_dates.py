@@ -1,7 +1,5 @@
 """Dates with times of day as the time of measured files."""
 
-from textwrap import dedent
-
 import numpy as np
 import pytest
 
@@ -105,35 +103,20 @@ channels: {chamber_1_pressure: {column: chamber_1_pressure, unit: bar}}
     assert (batch.sampling_frequency, batch[P1].tolist()) == (1000.0, [[1e5, 2e5, 3e5]])
 
 
-def test_a_suggestion_knows_usual_german_names(tmp_path):
-    text = "Zeit [s];Druck A [bar];Druck B [bar];Weg [mm];Spannung [mV];Druck P [kg]\n"
-    text += "0;1;2;3;4;5\n0.5;1;2;3;4;5\n"
-    with pytest.raises(DataError) as raised:
-        plain(tmp_path, text)
-    _, _, block = str(raised.value).partition("describe it in a YAML file:\n")
-    assert (
-        dedent(block)
-        == """\
-files: 'run.csv'
-time: {column: 'Zeit', unit: s}
-channels:
-  chamber_1_pressure: {column: 'Druck A', unit: bar}
-  chamber_2_pressure: {column: 'Druck B', unit: bar}
-  piston_position: {column: 'Weg', unit: mm}
-  input_voltage: {column: 'Spannung', unit: mV}"""
-    )
-    description = tmp_path / "measured.yaml"
-    description.write_text(block, encoding="utf-8")
-    (batch,) = measured_source(description).batches()
-    assert batch.sampling_frequency == 2.0
+GERMAN = (
+    "Zeit [s];Druck A [bar];Druck B [bar];Weg [mm];Spannung [mV];Druck P [kg]\n0;1;2;3;4;5\n0.5;1;2;3;4;5\n"
+)
+COMMAS = "Zeit [s];p A [bar];Ventil [V]\n0,000;105,983;0,001\n0,001;105,9;0,01\n0,002;105,8;0,1\n"
 
 
-def test_a_suggestion_for_numbers_with_commas_can_be_pasted(tmp_path):
-    text = "Zeit [s];p A [bar];Ventil [V]\n0,000;105,983;0,001\n0,001;105,9;0,01\n0,002;105,8;0,1\n"
+@pytest.mark.parametrize(("text", "symbols", "first"), [
+    (GERMAN, "P1 P2 x u", 1e5), (COMMAS, "P1 u", 10598300.0),
+])  # fmt: skip
+def test_a_suggestion_for_german_names_and_commas_can_be_pasted(tmp_path, text, symbols, first):
     with pytest.raises(DataError) as raised:
         plain(tmp_path, text)
     description = tmp_path / "measured.yaml"
     description.write_text(str(raised.value).partition("YAML file:\n")[2], encoding="utf-8")
     (batch,) = measured_source(description).batches()
-    assert batch[P1].tolist() == [[10598300.0, 10590000.0, 10580000.0]]
-    assert "input_voltage" in batch.channels
+    assert {channel.symbol for channel in batch.channels} == {*symbols.split()}
+    assert batch[P1][0, 0] == first

@@ -1,15 +1,19 @@
 """Scores of healthy records alone, against what is known of them."""
 
+import math
+
 import numpy as np
 import pytest
+from scipy.special import ndtr
 from scipy.stats import chi2, kstest
 from sklearn.covariance import LedoitWolf, ShrunkCovariance
 
-from hydrofdi.detectors.registry import make_score
+from hydrofdi.detectors.registry import make_score, score_names
+from hydrofdi.detectors.scores.cross_fitting import cross_fitted_scores
 from hydrofdi.detectors.scores.features import healthy_scale
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.roc import area_under_curve
-from tests.detectors.scores.populations import Population
+from tests.detectors.scores.populations import Population, gaussians
 
 
 def healthy_scores(score, fit, records):
@@ -99,3 +103,203 @@ def test_a_healthy_scale_leaves_out_what_is_missing():
     for scores in (np.ones(10), np.arange(4.0)):
         with pytest.raises(NotStatedError):
             healthy_scale(scores)
+
+
+SPREAD = 0.05
+
+
+def records(draw, n_record, fault=0.0, nuisance=(-1.0, 1.0), proxy_fault=0.0):
+    """A feature that a nuisance moves by 10 spreads and more, beside a proxy of the nuisance."""
+    stiffness = draw.uniform(*nuisance, n_record)
+    feature = 3.0 + 2.0 * stiffness - stiffness**2 + fault + SPREAD * draw.normal(size=n_record)
+    return np.stack([feature, 500.0 + 100.0 * stiffness + proxy_fault], axis=1)
+
+
+def fitted(values, is_faulty=None):
+    return make_score("compensated").fit(
+        values, np.zeros(len(values), bool) if is_faulty is None else is_faulty
+    )
+
+
+def test_a_nuisance_goes_and_the_effect_of_the_fault_stays():
+    draw = np.random.default_rng(1)
+    model = fitted(records(draw, 500))
+    healthy, faulty = model.score(records(draw, 500)), model.score(records(draw, 500, fault=-0.4))
+    assert np.std(healthy) == pytest.approx(SPREAD, rel=0.1)
+    assert np.mean(healthy) == pytest.approx(0.0, abs=0.01)
+    assert np.mean(faulty) == pytest.approx(-0.4, abs=0.01)
+    raw = area_under_curve(records(draw, 500, fault=-0.4)[:, 0], records(draw, 500)[:, 0]).value
+    assert area_under_curve(faulty, healthy).value > 0.99 > 0.7 > raw
+
+
+def test_a_fault_that_moves_the_proxy_is_in_part_compensated():
+    draw = np.random.default_rng(2)
+    model = fitted(records(draw, 500))
+    still, moved = (records(draw, 500, 0.4, (-0.1, 0.1), by) for by in (0.0, 10.0))
+    assert np.mean(model.score(still)) == pytest.approx(0.4, abs=0.02)
+    assert np.mean(model.score(moved)) == pytest.approx(0.2, abs=0.02)
+
+
+def test_beyond_the_range_of_the_fit_a_proxy_counts_as_at_its_end():
+    draw = np.random.default_rng(3)
+    fit = records(draw, 500)
+    model, last = fitted(fit), fit[np.argmax(fit[:, 1])]
+    beyond = last + np.array([[0.0, 0.0], [0.0, 50.0], [0.0, 1e6], [0.7, 1e6]])
+    scores = model.score(beyond)
+    np.testing.assert_array_equal(scores[1:3], scores[0])
+    assert scores[3] == pytest.approx(scores[0] + 0.7)
+
+
+def test_the_score_has_the_unit_of_the_feature():
+    draw = np.random.default_rng(4)
+    fit, fresh = records(draw, 200), records(draw, 20)
+    expected = fitted(fit).score(fresh)
+    for scale in (np.array([1e6, 1.0]), np.array([1e6, -1e-9])):
+        np.testing.assert_allclose(fitted(fit * scale).score(fresh * scale), 1e6 * expected, rtol=1e-6)
+
+
+COVARIANCE = np.array([[1.0, 0.8, 0.0], [0.8, 1.0, 0.3], [0.0, 0.3, 2.0]])
+DISTANCE = np.array([0.5, -0.3, 0.2])
+WEIGHTS = np.linalg.solve(COVARIANCE, DISTANCE)
+"""Of the best line, and of the true log-odds: Anderson, Multivariate Analysis (2003), 6.4."""
+
+
+def weights_of(model, n_feature):
+    """The weights of a linear score, from its values alone."""
+    return model.score(np.eye(n_feature)) - model.score(np.zeros((1, n_feature)))
+
+
+@pytest.mark.parametrize("name", ["lda", "logistic"])
+def test_weights_are_those_of_the_true_log_odds(name):
+    draw = np.random.default_rng(1)
+    found = weights_of(make_score(name).fit(*gaussians(draw, 50_000, COVARIANCE, DISTANCE)), 3)
+    np.testing.assert_allclose(found, WEIGHTS, atol=0.05)
+
+
+@pytest.mark.parametrize("name", ["lda", "logistic"])
+def test_a_fault_that_only_shows_across_a_nuisance_is_found_whatever_the_nuisance(name):
+    draw = np.random.default_rng(3)
+
+    def records(n_record, fault, nuisance=0.0):
+        load = nuisance + draw.normal(size=(n_record, 1))
+        return load * [1.0, 2.0] + 0.05 * draw.normal(size=(n_record, 2)) + fault * np.array([0.3, 0.0])
+
+    values = np.vstack([records(300, 0.0), records(300, 1.0)])
+    model = make_score(name).fit(values, np.arange(600) >= 300)
+    healthy, faulty, shifted = (model.score(records(300, *case)) for case in ((0.0,), (1.0,), (0.0, 5.0)))
+    assert area_under_curve(healthy, faulty).low > 0.95
+    assert np.mean(shifted > np.quantile(healthy, 0.99)) < 0.3
+
+
+@pytest.mark.parametrize("name", ["lda", "logistic"])
+def test_records_that_lie_wholly_apart_and_features_given_twice_are_no_obstacle(name):
+    draw = np.random.default_rng(6)
+    is_faulty = np.arange(40) >= 20
+    values = draw.normal(size=(40, 5)) + 50.0 * is_faulty[:, None]
+    scores = make_score(name).fit(np.hstack([values, values]), is_faulty).score(np.hstack([values, values]))
+    assert scores[is_faulty].min() > scores[~is_faulty].max()
+
+
+def test_lda_weighs_both_kinds_alike_however_many_records_they_have():
+    draw = np.random.default_rng(8)
+    spreads, apart = np.array([[1.0, 1.0], [1.0, 3.0]]), np.array([1.0, 1.0])
+    healthy, faulty = (
+        draw.normal(size=(n, 2)) * each for n, each in zip((50_000, 5_000), spreads, strict=True)
+    )
+    is_faulty = np.arange(55_000) >= 50_000
+    model = make_score("lda").fit(np.vstack([healthy, faulty + apart]), is_faulty)
+    np.testing.assert_allclose(weights_of(model, 2), apart / np.mean(spreads**2, axis=0), atol=0.05)
+    assert model.score([apart / 2.0])[0] == pytest.approx(0.0, abs=0.05)
+
+
+@pytest.mark.parametrize("name", ["lda", "logistic"])
+def test_the_area_on_fresh_records_is_that_of_the_distance(name):
+    draw = np.random.default_rng(2)
+    model = make_score(name).fit(*gaussians(draw, 20_000, COVARIANCE, DISTANCE))
+    values, is_faulty = gaussians(draw, 20_000, COVARIANCE, DISTANCE)
+    scores = model.score(values)
+    area = area_under_curve(scores[~is_faulty], scores[is_faulty], confidence=0.999)
+    d_prime = math.sqrt(DISTANCE @ WEIGHTS)
+    assert area.low <= ndtr(d_prime / math.sqrt(2.0)) <= area.high
+
+
+every_score = pytest.mark.parametrize("name", score_names())
+learners = pytest.mark.parametrize("name", ["lda", "logistic"])
+
+
+def area(scores, is_faulty):
+    return area_under_curve(scores[~is_faulty], scores[is_faulty], confidence=0.999)
+
+
+@learners
+def test_shuffled_labels_tell_nothing_but_where_models_score_what_they_saw(name):
+    population, draw, score = Population(n_feature=30, seed=1), np.random.default_rng(1), make_score(name)
+    values = population.records(400)
+    shuffled = draw.permutation(np.arange(400) >= 200)
+    apart = area(cross_fitted_scores(score, values, shuffled), shuffled)
+    assert apart.low <= 0.5 <= apart.high
+    if name == "lda":
+        seen = area(score.fit(values, shuffled).score(values), shuffled)
+        assert seen.low > 0.5
+
+
+@learners
+def test_labels_of_groups_tell_nothing_where_whole_groups_are_left_out(name):
+    draw, score = np.random.default_rng(2), make_score(name)
+    unit = np.repeat(np.arange(40), 10)
+    values = (3.0 * draw.normal(size=(40, 15)))[unit] + draw.normal(size=(400, 15))
+    is_faulty = draw.permutation(np.arange(40) >= 20)[unit]
+    by_record = area(cross_fitted_scores(score, values, is_faulty), is_faulty)
+    by_unit = cross_fitted_scores(score, values, is_faulty, [f"unit {number}" for number in unit])
+    assert by_record.low > 0.65
+    assert 0.2 < area(by_unit, is_faulty).value < 0.65
+
+
+@every_score
+def test_no_record_is_scored_by_a_model_that_saw_its_group(name):
+    values, is_faulty = Population(seed=3).labelled(60, 60, 1.0)
+    groups = [f"day {record % 6}" for record in range(120)]
+    rows = np.arange(120) % 6 == 2
+    expected = make_score(name).fit(values[~rows], is_faulty[~rows]).score(values[rows])
+    np.testing.assert_array_equal(
+        cross_fitted_scores(make_score(name), values, is_faulty, groups)[rows], expected
+    )
+
+
+def test_records_that_are_no_fit_records_are_scored_and_teach_nothing():
+    values, is_faulty = Population(seed=4).labelled(60, 60, 1.0)
+    is_fit = np.arange(120) % 3 > 0
+    scores = cross_fitted_scores(make_score("lda"), values, is_faulty, is_fit=is_fit)
+    model = make_score("lda").fit(values[is_fit], is_faulty[is_fit])
+    np.testing.assert_array_equal(scores[~is_fit], model.score(values[~is_fit]))
+    wild = np.where(is_fit[:, None], values, 1e3 * values)
+    others = cross_fitted_scores(make_score("lda"), wild, is_faulty, is_fit=is_fit)
+    np.testing.assert_array_equal(others[is_fit], scores[is_fit])
+
+
+def test_records_without_a_group_are_groups_by_themselves():
+    values, is_faulty = Population(seed=5).labelled(30, 30, 1.0)
+    expected = cross_fitted_scores(make_score("lda"), values, is_faulty, [f"{row:03}" for row in range(60)])
+    np.testing.assert_array_equal(
+        cross_fitted_scores(make_score("lda"), values, is_faulty, [""] * 60, n_fold=60),
+        cross_fitted_scores(make_score("lda"), values, is_faulty, n_fold=60),
+    )
+    np.testing.assert_array_equal(cross_fitted_scores(make_score("lda"), values, is_faulty), expected)
+
+
+def test_every_fold_has_records_of_both_kinds_where_there_are_enough():
+    values, is_faulty = Population(seed=7).labelled(95, 6, 5.0)
+    for seed in range(20):
+        scores = cross_fitted_scores(make_score("lda"), values, is_faulty, n_fold=6, seed=seed)
+        assert np.isfinite(scores).all()
+
+
+def test_records_that_are_no_fit_records_do_not_meet_a_model_of_their_group():
+    values, is_faulty = Population(seed=4).labelled(60, 60, 1.0)
+    is_fit, day = np.arange(120) % 7 > 0, np.arange(120) % 6
+    scores = cross_fitted_scores(
+        make_score("lda"), values, is_faulty, [f"day {number}" for number in day], is_fit=is_fit
+    )
+    taught = is_fit & (day != 2)
+    model = make_score("lda").fit(values[taught], is_faulty[taught])
+    np.testing.assert_array_equal(scores[day == 2], model.score(values[day == 2]))

@@ -3,11 +3,19 @@
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained.judging import Judge
+from hydrofdi.detectors.registry import make_chart
+from hydrofdi.detectors.trained.charting import ScoreChart
+from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig
+from hydrofdi.detectors.trained.file import ChartLimit, Made
+from hydrofdi.detectors.trained.judging import Judge, Verdict
+from hydrofdi.detectors.trained.measuring import channel_facts, learned_range
+from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators import indicator_names
 from hydrofdi.records import Channel
-from tests.detectors.trained.made import detector, window
+from tests.detectors.trained.healthy import Records
+from tests.detectors.trained.made import FREQUENCY, detector, signals, window
+from tests.records.streams.plain import make_windower, windows_of
 
 HEALTHY = [window(number, seed) for number, seed in enumerate(range(20))]
 P1 = Channel.CHAMBER_1_PRESSURE
@@ -111,3 +119,95 @@ def test_with_limits_on_both_sides_no_score_is_far_out_without_an_alarm():
 )  # fmt: skip
 def test_what_forbids_to_judge_has_its_kind_and_is_no_alarm(kind, changed):
     assert fault_of(window(**changed), limits=(None, -1e9)).kind == kind
+
+
+PS = Channel.SUPPLY_PRESSURE
+CHANNELS = tuple(sorted({PS, *detector("flow_balance", direction="both").channels}))
+
+
+def windows(seed, is_constant):
+    samples = signals(seed, 5000)
+    if is_constant:
+        samples[PS] = np.full(5000, 17e6)
+    windower = make_windower("time", 1000, channels=CHANNELS, sampling_frequency=FREQUENCY)
+    return windows_of(np.arange(5000) / FREQUENCY, samples, windower)
+
+
+def trained(is_constant):
+    healthy = windows(1, is_constant)
+    ranges = {
+        each: learned_range(each, channel_facts(np.stack([w.channels[each] for w in healthy])))
+        for each in CHANNELS
+    }
+    more = {"channels": CHANNELS, "ranges": ranges}
+    return Judge(detector("flow_balance", direction="both").model_copy(update=more))
+
+
+@pytest.mark.parametrize(("was_constant", "is_constant"), [(True, True), (False, False)])
+def test_it_is_judged_where_healthy_windows_were_alike(was_constant, is_constant):
+    faults = [verdict.fault for verdict in trained(was_constant).judge(windows(2, is_constant))]
+    assert not [fault for fault in faults if fault is not None and fault.kind != "no_number"]
+
+
+def test_it_is_stuck_where_healthy_windows_changed():
+    (fault,) = {verdict.fault for verdict in trained(False).judge(windows(2, True))}
+    assert (fault.kind, fault.message) == (
+        "stuck",
+        "supply_pressure is constant, but varies in healthy windows",
+    )
+
+
+SCORES = 10.0 + 2.0 * np.random.default_rng(5).standard_normal(60) + np.repeat([0.0, 3.0], 30)
+OPTIONS = {"direction": "rising"}
+
+
+def charted(direction="rising", limit=6.0, name="cusum"):
+    bound = {"rising": (None, 1e9), "falling": (-1e9, None)}[direction]
+    file = detector(limits=bound, scale=(10.0, 2.0), direction=direction)
+    chart = ChartConfig(chart=name, options=OPTIONS)
+    limits = ChartLimit(limit=limit, mean_time=None, interval=(0.0, None), hours=1.0)
+    config = file.config.model_copy(update={"chart": chart})
+    return file.model_copy(update={"config": config, "chart": limits})
+
+
+def readings(chart, verdicts):
+    state, found = chart.start(), []
+    for verdict in verdicts:
+        state, reading = chart.step(state, verdict)
+        found.append(reading)
+    return found
+
+
+def judged_charting(scores):
+    return [Verdict(score, False, 1.0) for score in scores.tolist()]
+
+
+@pytest.mark.parametrize(("direction", "scores"), [("rising", SCORES), ("falling", 20.0 - SCORES)])
+def test_it_is_the_chart_of_standardised_scores(direction, scores):
+    found = readings(ScoreChart(charted(direction)), judged_charting(scores))
+    expected = make_chart("cusum", OPTIONS).follow((SCORES - 10.0)[None] / 2.0, 6.0)[0]
+    np.testing.assert_array_equal([reading.statistic for reading in found], expected)
+    assert [reading.alarm for reading in found] == (expected >= 6.0).tolist()
+    assert any(reading.alarm for reading in found[30:])
+    assert not any(reading.alarm for reading in found[:30])
+
+
+def test_what_is_not_judged_passes_it_by():
+    novel = Verdict(1e6, None, None, Issue("is novel", kind="novel"))
+    lost = Verdict(None, None, None, Issue("is missing", kind="missing"))
+    mixed = [each for verdict in judged_charting(SCORES) for each in (novel, verdict, lost)]
+    found = readings(ScoreChart(charted()), mixed)
+    assert found[1::3] == readings(ScoreChart(charted()), judged_charting(SCORES))
+    assert all(reading.statistic is None and not reading.alarm for reading in found[::3] + found[2::3])
+
+
+def test_healthy_records_of_a_day_set_up_a_chart_unless_none_is_wanted():
+    means = np.random.default_rng(5).standard_normal((20, 5))
+    number = {"indicator": "pressure_statistics", "output": "mean", "direction": "both"}
+    for frequency, given, has_chart in ((0.004, {}, True), (0.004, {"chart": None}, False), (4.0, {}, False)):
+        window = {"window": {"duration": 4.0 / frequency}}
+        config = DetectorConfig.model_validate({**number, **window, "false_alarm_rate": 0.1, **given})
+        records = Records(means, sampling_frequency=frequency)
+        file = train(records, config, ["records"], Made(hydrofdi="1", time="now"))
+        assert (file.chart is not None) is has_chart
+        assert file.config.chart is None or file.config.chart.false_alarm_every == 86400.0

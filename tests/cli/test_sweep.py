@@ -200,6 +200,6 @@ def test_the_version_is_printed(hydrofdi):
 
 def test_the_edges_of_bands_matter_to_wavelets_alone():
     run = package.check({"name": "balance", "indicators": {"flow_balance": {}}}, duration="2 s")
-    assert not any("wavelet band" in warning for warning in run.warnings)
+    assert not any("wavelet levels" in warning for warning in run.warnings)
     followed = {"name": "followed", "indicators": {"sliding": {"of": "dwt"}}}
-    assert any("wavelet band" in warning for warning in package.check(followed, duration="4 s").warnings)
+    assert any("wavelet levels" in warning for warning in package.check(followed, duration="4 s").warnings)

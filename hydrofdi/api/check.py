@@ -30,8 +30,7 @@ from hydrofdi.indicators.contract import Information, Informative, Unknown
 from hydrofdi.indicators.measuring import seen_by
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import RecordBatch
-from hydrofdi.report.forms.numbers import plain
-from hydrofdi.report.table import Column, Table, quantity
+from hydrofdi.report.table import Column, Table, plain, quantity
 from hydrofdi.report.wording import labels_text, shown_modulus
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted

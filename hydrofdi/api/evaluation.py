@@ -24,8 +24,7 @@ from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources,
 from hydrofdi.records import RecordSource
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
-from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Column, Table, finite
 from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.readable import HOLE, number_text

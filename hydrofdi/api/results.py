@@ -13,7 +13,7 @@ from hydrofdi.api.arguments import path_of
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts
-from hydrofdi.report.table import Table, library
+from hydrofdi.report.table import ComposedReport, Table, library
 from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.store.layout.names import RUN, STATUS, VERDICT
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from hydrofdi.api.sweep import SweepSummary
     from hydrofdi.records import Channel, RecordSource
-    from hydrofdi.report.document import ComposedReport
     from hydrofdi.store.experiment_data import ExperimentData
 
 

@@ -25,8 +25,7 @@ from hydrofdi.config.study.detection import DetectionConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.table import Column, Table, library
+from hydrofdi.report.table import Column, Table, finite, library
 from hydrofdi.settings.messages import Guessable, nearest
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment

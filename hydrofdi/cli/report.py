@@ -12,7 +12,7 @@ from hydrofdi.cli.terminal import tell, write_out
 from hydrofdi.errors import ReportError
 
 if TYPE_CHECKING:
-    from hydrofdi.report.document import ComposedReport
+    from hydrofdi.report.table import ComposedReport
 
 
 def report(
@@ -79,13 +79,13 @@ def report(
             tell(f"drew {target}: {write_figure(made, target, figure.stem)}")
             out = out if figure.suffix else None
         if html:
-            from hydrofdi.report.publication import write_page
+            from hydrofdi.report.forms.page import write_page
 
             page = page or made.path.with_suffix(".html")
             write_page(made, page)
             tell(f"wrote {page}")
         if out is not None:
-            from hydrofdi.report.publication import write_all_forms
+            from hydrofdi.report.forms.page import write_all_forms
 
             tell(*write_all_forms(made, out))
         if json or form not in (None, "html") or not (html or out or check or figure):

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING
 
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.measure import Measurement
@@ -15,11 +14,8 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from hydrofdi.cli.terminal import terminal
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Column, Document, Table
 from hydrofdi.settings.messages import counted
-
-if TYPE_CHECKING:
-    from hydrofdi.report.document import Document
 
 _GAP, _HEADING, _SENTENCE = 2, 10, 24
 """Blanks between columns, and widths: of a line of a heading, and of folded words."""

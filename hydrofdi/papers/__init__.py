@@ -8,7 +8,7 @@ from functools import partial
 from hydrofdi.papers.maddahi2015.views import asked_views
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.composition import Report
-from hydrofdi.report.document import ComposedReport
+from hydrofdi.report.table import ComposedReport
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.store.shard import Columns

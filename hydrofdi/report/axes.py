@@ -14,7 +14,6 @@ from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.shown_values import shown_parameter
 from hydrofdi.config.sweeps.points import count_points
-from hydrofdi.errors import ConfigError
 from hydrofdi.report.runs import table_runs
 from hydrofdi.report.wording import litres_per_minute, plain, shown_modulus
 from hydrofdi.settings.readable import HOLE
@@ -96,10 +95,7 @@ def _count_swept(experiment: ExperimentConfig) -> int:
     n_point = prod(count_points(block) for block in blocks)
     if n_point > _MANY and not any(block.where or block.union for block in blocks):
         return n_point
-    try:
-        return expand_runs(experiment).n_swept
-    except ConfigError:  # stored by a version that allowed more
-        return n_point
+    return expand_runs(experiment).n_swept
 
 
 def varied_axes(data: ExperimentData, kept: NDArray[np.bool_]) -> tuple[Axis, ...]:

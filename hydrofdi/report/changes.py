@@ -12,10 +12,9 @@ from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubts_of, samples_per_period
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.axes import Axis
-from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.responses import QUANTILES, strongest_table
 from hydrofdi.report.runs import EXTERNAL, RunTable, normal_bulk_modulus
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, group_breaks
 from hydrofdi.report.wording import (
     band_sentence,
     delta_columns,
@@ -188,7 +187,14 @@ def changes_block(analysis: Analysis, title: str, key: str) -> Block:
     """The table of all runs for each baseline; the RMS alone if no run has another one as its baseline."""
     table = analysis.table
     if not analysis.baselines:
-        return Block(key, "RMS of the details", (band_sentence(table),), (_rms_table(table),))
+        title = "RMS of the details of the chamber-1 pressure"
+        levels = (
+            Column(f"d{k} [kPa]", own, text=kilopascal) for k, own in enumerate(table[names.DETAIL_RMS].T, 1)
+        )
+        sheet = replace(
+            _rows_table(table, *levels), title="RMS of the details of the chamber-1 pressure", key="rms"
+        )
+        return Block(key, "RMS of the details", (band_sentence(table),), (sheet,))
     legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell."
     if not table.is_sealed.all():
         sealed = "have no internal leakage" if table.varies_external else "are controls"
@@ -229,14 +235,6 @@ def _delta_table(analysis: Analysis, key: str, title: str, rms: str, baseline: s
         key=f"{key}-{baseline}",
         breaks=breaks if len(breaks) < len(table) - 1 else (),
     )
-
-
-def _rms_table(table: RunTable) -> Table:
-    levels = (
-        Column(f"d{k} [kPa]", own, text=kilopascal) for k, own in enumerate(table[names.DETAIL_RMS].T, 1)
-    )
-    title = "RMS of the details of the chamber-1 pressure"
-    return replace(_rows_table(table, *levels), title=title, key="rms")
 
 
 def _rows_table(table: RunTable, *columns: Column) -> Table:

@@ -17,14 +17,14 @@ from hydrofdi.report.changes import (
     summary_block,
     varied_block,
 )
-from hydrofdi.report.document import Block, Document
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.provenance import machine_block, provenance_block
 from hydrofdi.report.record import general_record, tidy_columns
 from hydrofdi.report.responses import responses_block, responses_record
+from hydrofdi.report.table import Block, Document
 
 if TYPE_CHECKING:
-    from hydrofdi.report.document import FigureKind
+    from hydrofdi.report.table import FigureKind
     from hydrofdi.store.experiment_data import ExperimentData
 
 FEW_AXES = 4

@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hydrofdi.evaluation.rates import Rate
-from hydrofdi.report.document import Block, group_breaks
-from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, finite, group_breaks
 from hydrofdi.report.wording import hole_or, joined
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.truth import EstimateJudgement, Estimates

@@ -14,11 +14,9 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import DWT
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
-from hydrofdi.report.document import Block, group_breaks
-from hydrofdi.report.forms.numbers import plain
 from hydrofdi.report.intervals import span_of
 from hydrofdi.report.runs import RunTable, table_runs
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, group_breaks, plain
 from hydrofdi.report.wording import joined, row_names, some, span_text
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, readable_unit

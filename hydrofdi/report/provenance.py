@@ -11,8 +11,7 @@ from hydrofdi.config.plausibility import seeds_of, shown_seeds
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.report.document import Block
-from hydrofdi.report.table import Table
+from hydrofdi.report.table import Block, Table
 from hydrofdi.store.experiment_data import ExperimentData
 
 _MACHINE = {
@@ -62,17 +61,13 @@ def _settings(data: ExperimentData) -> tuple[dict[str, Any], dict[str, Any]]:
     The configuration is as it is written in the file: parameters of later versions are not in it. Its values
     have the units that it states, which are left out.
     """
-    usual = _flat(_plain(ExperimentConfig(name=data.experiment.name))) | {"name": None}
+    usual = _flat(ExperimentConfig(name=data.experiment.name).model_dump(mode="json")) | {"name": None}
+    configuration = data.configuration or data.experiment.model_dump(mode="json")
     found: tuple[dict[str, Any], dict[str, Any]] = ({}, {})
-    for key, content in _flat(without_contents(data.configuration or _plain(data.experiment))).items():
+    for key, content in _flat(without_contents(configuration)).items():
         if content not in (None, "", [], {}):
             found[key in usual and usual[key] == content][key] = content
     return found
-
-
-def _plain(experiment: ExperimentConfig) -> dict[str, Any]:
-    plain: dict[str, Any] = json.loads(experiment.model_dump_json())
-    return plain
 
 
 def _flat(configuration: dict[str, Any]) -> dict[str, Any]:

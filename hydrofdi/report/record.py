@@ -11,10 +11,9 @@ import numpy as np
 
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.document import ComposedReport
-from hydrofdi.report.forms.numbers import plain, row_records
 from hydrofdi.report.indicators import indicator_record, output_columns
 from hydrofdi.report.runs import Array, RunTable, best_levels, level_names
+from hydrofdi.report.table import ComposedReport, plain, row_records
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 

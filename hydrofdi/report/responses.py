@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import DWT
 from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
-from hydrofdi.report.document import Block
-from hydrofdi.report.forms.numbers import finite
 from hydrofdi.report.indicators import MeasuredIndicator
 from hydrofdi.report.intervals import RankCorrelation, rank_correlation
 from hydrofdi.report.runs import baseline_changes
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, finite
 from hydrofdi.report.wording import signed, with_minus
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.store.experiment_data import ExperimentData
@@ -123,7 +121,15 @@ def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, .
     for axis in varied_axes(data, runs):
         wanted = ("matched", "fixed") if axis.name.startswith("leakage.") else ("fixed",)
         against = next((name for name in wanted if details[name]), "")
-        axes.append(_over(axis, against, (*details[against], *measured)))
+        responses = (
+            Response(
+                feature,
+                tuple(spread(feature.values[group.rows]) for group in axis.groups),
+                None if axis.drawn is None else rank_correlation(axis.drawn, feature.values),
+            )
+            for feature in (*details[against], *measured)
+        )
+        axes.append(AxisResponses(axis, against, tuple(responses)))
     return ResponseStudy(tuple(axes), runs)
 
 
@@ -147,21 +153,6 @@ def _indicator_features(indicators: tuple[MeasuredIndicator, ...]) -> Iterator[F
         known = output.means[np.isfinite(output.means)]
         if not output.output.name.endswith("_error") and known.size and np.ptp(known) > 0.0:
             yield Feature(output.title, output.unit, output.shown(output.means), output.output.unit)
-
-
-def _over(axis: Axis, against: str, features: tuple[Feature, ...]) -> AxisResponses:
-    return AxisResponses(
-        axis,
-        against,
-        tuple(
-            Response(
-                feature,
-                tuple(spread(feature.values[group.rows]) for group in axis.groups),
-                None if axis.drawn is None else rank_correlation(axis.drawn, feature.values),
-            )
-            for feature in features
-        ),
-    )
 
 
 def spread(values: Array) -> Spread:

@@ -10,9 +10,7 @@ from hydrofdi.detectors.run_lengths import AlarmLimit, Delay
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.wording import probability_in_words, severity_unit
-from hydrofdi.report.document import Block, group_breaks
-from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, finite, group_breaks
 from hydrofdi.report.wording import flow_text, joined
 from hydrofdi.settings.readable import HOLE, time_text, two_digits
 from hydrofdi.studies.charts import ChartJudgement, LeakDelay, RunLengths

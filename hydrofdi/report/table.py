@@ -1,7 +1,8 @@
-"""The one table: columns with names, units and headings, from which every form follows."""
+"""The one table, from which every form follows; sections of tables and figures, which make up a report."""
 
 from __future__ import annotations
 
+import csv
 import io
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -9,13 +10,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError, UnknownNameError
-from hydrofdi.report.forms.numbers import csv_lines, plain
 from hydrofdi.settings.messages import Guessable, nearest
 from hydrofdi.settings.readable import number_text, readable_unit, typeset
 from hydrofdi.units import convert
@@ -23,6 +23,9 @@ from hydrofdi.units import convert
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+    from hydrofdi.report.composition import Report
+    from hydrofdi.report.detection.report import DetectionReport
 
 _SHOWN = 30
 """Rows that a notebook shows."""
@@ -349,3 +352,93 @@ def library(name: str) -> Any:
 def escaped(text: str) -> str:
     """A text for Markdown."""
     return text.replace("|", r"\|").replace("*", r"\*")
+
+
+def finite(value: float) -> float | None:
+    """The value, or None if it is NaN or infinite."""
+    return value if math.isfinite(value) else None
+
+
+_BEGINNINGS_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
+
+
+def plain(value: Any) -> Any:
+    """Data with None in place of numbers that do not exist; arrays and tuples as lists."""
+    value = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(value, dict):
+        return {key: plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def row_records(columns: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Rows of columns for JSON."""
+    values = map(plain, columns.values())
+    return [dict(zip(columns, row, strict=True)) for row in zip(*values, strict=True)]
+
+
+def csv_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
+    """Rows as CSV; None is an empty field, and text that a spreadsheet would calculate gets an apostrophe."""
+    line = io.StringIO()
+    writer = csv.writer(line, lineterminator="\n")
+    for row in rows:
+        writer.writerow(_inert(cell) for cell in row)
+        yield line.getvalue()
+        line.seek(0)
+        line.truncate()
+
+
+def _inert(cell: Any) -> Any:
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(_BEGINNINGS_OF_FORMULAS) else cell
+
+
+@dataclass(frozen=True)
+class Block:
+    """A section of a report: a heading, what the numbers say, tables, and names of figures.
+
+    Answers are what a terminal shows of a report, and shows last.
+    """
+
+    key: str
+    title: str
+    paragraphs: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    figures: tuple[str, ...] = ()
+    is_answer: bool = False
+
+    @property
+    def shown_tables(self) -> tuple[Table, ...]:
+        """The tables that have rows."""
+        return tuple(table for table in self.tables if len(table))
+
+
+@dataclass(frozen=True)
+class Document:
+    """A report."""
+
+    title: str
+    lead: tuple[str, ...]
+    blocks: tuple[Block, ...]
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Names of all figures."""
+        return tuple(name for block in self.blocks for name in block.figures)
+
+
+def group_breaks(keys: Sequence[object]) -> tuple[int, ...]:
+    """Positions at which a key differs from the one before."""
+    return tuple(position for position in range(1, len(keys)) if keys[position] != keys[position - 1])
+
+
+@dataclass(frozen=True)
+class FigureKind:
+    """A figure of a report: its caption, and what draws it with matplotlib."""
+
+    caption: str
+    draw: Callable[[], Any]
+
+
+ComposedReport: TypeAlias = "Report | DetectionReport"
+"""The report of an experiment, general or of a paper's study; or of a study of detection."""

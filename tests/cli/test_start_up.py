@@ -11,7 +11,7 @@ from tests.commands import COMMAND, run_hydrofdi
 LOADING = """
 import sys
 from hydrofdi.cli.app import main
-TABLE = {f"hydrofdi.report{name}" for name in ("", ".table", ".forms", ".forms.numbers")}
+TABLE = {f"hydrofdi.report{name}" for name in ("", ".table")}
 try:
     main()
 except SystemExit as end:

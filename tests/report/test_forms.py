@@ -18,8 +18,7 @@ from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures import KINDS
-from hydrofdi.report.forms.page import render_page
-from hydrofdi.report.publication import write_all_forms
+from hydrofdi.report.forms.page import render_page, write_all_forms
 from hydrofdi.report.record import render_json, tidy_columns
 from hydrofdi.report.table import Table
 from hydrofdi.store.layout import names

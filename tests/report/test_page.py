@@ -6,7 +6,7 @@ import pytest
 
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015.report import StudyReport
-from hydrofdi.report.publication import write_page
+from hydrofdi.report.forms.page import write_page
 from tests.browser import needs_chromium, open_page, requests_of_the_page, serious_faults
 
 

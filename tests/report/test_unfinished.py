@@ -11,7 +11,7 @@ from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.figures import draw_all, write_figure
-from hydrofdi.report.publication import write_all_forms
+from hydrofdi.report.forms.page import write_all_forms
 from hydrofdi.report.record import render_json
 from hydrofdi.store.reading import write_request
 from tests.commands import run_hydrofdi

@@ -10,8 +10,7 @@ from hydrofdi.papers.maddahi2015.claims import ClaimResult
 from hydrofdi.papers.maddahi2015.standings import phases_table, points
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.quality.doubts import samples_per_period
-from hydrofdi.report.document import Block
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table
 from hydrofdi.report.wording import joined
 
 _WORDS = {True: "reproduced", False: "not reproduced", None: "open"}
@@ -24,12 +23,8 @@ _UNSETTLED = (
 )
 
 
-def claims_record(study: Study) -> list[dict[str, Any]]:
-    """Every claim with its checks, and how it stands over the start phases; an ensemble leaves out checks."""
-    return [_claim_record(study, result) for result in study.claims]
-
-
-def _claim_record(study: Study, result: ClaimResult) -> dict[str, Any]:
+def claim_record(study: Study, result: ClaimResult) -> dict[str, Any]:
+    """A claim with its checks, and how it stands over the start phases; an ensemble leaves out checks."""
     claim = result.claim
     configured, *settled = (standing.claim(claim.id, study.looked_at) for standing in study.standings)
     record = {

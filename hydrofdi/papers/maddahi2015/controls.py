@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from hydrofdi.papers.maddahi2015.claims import D3, alarms
 from hydrofdi.papers.maddahi2015.standings import Outcome, Standing
-from hydrofdi.report.document import Block
-from hydrofdi.report.forms.numbers import row_records
 from hydrofdi.report.runs import (
     Array,
     RunTable,
@@ -22,7 +20,7 @@ from hydrofdi.report.runs import (
     level_names,
     normal_bulk_modulus,
 )
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, row_records
 from hydrofdi.report.wording import (
     delta_columns,
     flow_text,

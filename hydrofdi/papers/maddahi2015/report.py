@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from hydrofdi.papers.maddahi2015.conclusions import (
+    claim_record,
     claims_block,
-    claims_record,
     guarded_block,
     standing_blocks,
 )
@@ -19,14 +19,13 @@ from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.papers.maddahi2015.tables import deviations, reference_block, table2_block, table3_blocks
 from hydrofdi.report.changes import doubts_block, holes_block, remarks_block, settled_block
 from hydrofdi.report.composition import Report, answers
-from hydrofdi.report.document import Block
-from hydrofdi.report.forms.numbers import plain
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.record import general_record
+from hydrofdi.report.table import Block, plain
 
 if TYPE_CHECKING:
-    from hydrofdi.report.document import FigureKind
+    from hydrofdi.report.table import FigureKind
 
 _LEAD = (
     "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with the"
@@ -53,7 +52,32 @@ class StudyReport(Report):
 
     def blocks(self) -> Iterator[Block | None]:
         """The sections of the report."""
-        return _blocks(self.analysis, [replace(block, is_answer=False) for block, _ in self.views])
+        study = self.analysis
+        yield remarks_block(study.data)
+        if study.scenarios is not None:
+            yield from answers(guarded_block(study))
+            yield doubts_block(study)
+            answer, controls = scenario_blocks(study.scenarios)
+            yield from answers(answer)
+            yield controls
+            yield indicators_block(study.indicators, study.table)
+            yield provenance_block(study.data)
+            return
+        yield holes_block(study)
+        yield doubts_block(study)
+        yield from (replace(block, is_answer=False) for block, _ in self.views)
+        yield from table3_blocks(study)
+        yield settled_block(study)
+        yield table2_block(study)
+        standing, phases = standing_blocks(study) if study.has_baseline else (None, None)
+        yield claims_block(study)
+        yield from answers(standing)
+        yield phases
+        yield controls_block(study.sealed, study.leaky) if study.has_baseline else None
+        yield reference_block(study)
+        yield indicators_block(study.indicators, study.table)
+        yield Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4"))
+        yield provenance_block(study.data)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON; numbers that do not exist are None.
@@ -62,12 +86,12 @@ class StudyReport(Report):
         to in each scenario stands under ``scenarios``.
         """
         study = self.analysis
-        record = general_record(study, with_rows=study.scenarios is None)
+        is_single = study.scenarios is None
+        record = general_record(study, with_rows=is_single)
         for _, data in self.views:
             record |= data
-        is_single = study.scenarios is None
         record |= {
-            "claims": claims_record(study),
+            "claims": [claim_record(study, each) for each in study.claims],
             "guarded_claims": list(study.data.experiment.claims),
             "controls": controls_record(study.sealed, study.leaky, study.standings)
             if is_single
@@ -83,7 +107,7 @@ class StudyReport(Report):
 
     def figures(self) -> Mapping[str, FigureKind]:
         """Name → figure."""
-        from hydrofdi.papers.maddahi2015.figures import study_figures
+        from hydrofdi.papers.maddahi2015.figures.signals import study_figures
 
         own = study_figures(self.analysis) if self.analysis.has_results else {}
         return {**super().figures(), **own}
@@ -96,31 +120,3 @@ class StudyReport(Report):
             f" (margin {result.margin:.2f} points)": result.reproduced
             for result in self.analysis.guarded
         }
-
-
-def _blocks(study: Study, views: list[Block]) -> Iterator[Block | None]:
-    yield remarks_block(study.data)
-    if study.scenarios is not None:
-        yield from answers(guarded_block(study))
-        yield doubts_block(study)
-        answer, controls = scenario_blocks(study.scenarios)
-        yield from answers(answer)
-        yield controls
-        yield indicators_block(study.indicators, study.table)
-        yield provenance_block(study.data)
-        return
-    yield holes_block(study)
-    yield doubts_block(study)
-    yield from views
-    yield from table3_blocks(study)
-    yield settled_block(study)
-    yield table2_block(study)
-    standing, phases = standing_blocks(study) if study.has_baseline else (None, None)
-    yield claims_block(study)
-    yield from answers(standing)
-    yield phases
-    yield controls_block(study.sealed, study.leaky) if study.has_baseline else None
-    yield reference_block(study)
-    yield indicators_block(study.indicators, study.table)
-    yield Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4"))
-    yield provenance_block(study.data)

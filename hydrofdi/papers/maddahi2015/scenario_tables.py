@@ -11,8 +11,7 @@ from hydrofdi.config.shown_values import shown_value
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.scenarios import CLAIM_SETS, CORE, ScenarioStudy, ValueShare
 from hydrofdi.papers.maddahi2015.standings import Mask
-from hydrofdi.report.document import Block, group_breaks
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, group_breaks
 from hydrofdi.report.wording import joined, modulus_text, share_text
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE

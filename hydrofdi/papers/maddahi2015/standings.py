@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.papers.maddahi2015.claims import alarms, claim_margins
 from hydrofdi.papers.maddahi2015.grid import ABSENT, ModeGrid
-from hydrofdi.report.document import group_breaks
 from hydrofdi.report.runs import Array, baseline_changes, best_levels
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Column, Table, group_breaks
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.store.experiment_data import ExperimentData

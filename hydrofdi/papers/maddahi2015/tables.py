@@ -12,9 +12,8 @@ from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015.standings import points
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.changes import changes_block
-from hydrofdi.report.document import Block, group_breaks
 from hydrofdi.report.runs import RunTable
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, group_breaks
 from hydrofdi.report.wording import kilopascal, leakage_texts, mode_name, modulus_column, signed
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE

@@ -22,11 +22,9 @@ from hydrofdi.papers.maddahi2015.claims import D2
 from hydrofdi.papers.maddahi2015.standings import Mask
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.composition import View
-from hydrofdi.report.document import Block
-from hydrofdi.report.forms.numbers import finite, row_records
 from hydrofdi.report.intervals import Share, clustered_share, span_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, finite, row_records
 from hydrofdi.report.wording import modulus_column, share_text, signed, span_text
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData

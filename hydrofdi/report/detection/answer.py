@@ -30,8 +30,7 @@ from hydrofdi.report.detection.wording import (
     symbol,
     symbols,
 )
-from hydrofdi.report.document import Block
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table
 from hydrofdi.report.wording import capitalized, joined
 from hydrofdi.settings.messages import counted
 from hydrofdi.studies.judgement import Detection, Judgement

@@ -13,9 +13,7 @@ from hydrofdi.errors import NotStatedError
 from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.selection import best_with_sensors, wavelet_rules
 from hydrofdi.report.detection.wording import sensors, severity_unit
-from hydrofdi.report.document import Block
-from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, finite
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.studies.designs import Detector, Gain, are_shown, gain
 from hydrofdi.studies.judgement import Detection, Judgement

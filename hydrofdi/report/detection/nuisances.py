@@ -11,9 +11,7 @@ from hydrofdi.evaluation.populations import NOTHING, Kind
 from hydrofdi.evaluation.sensitivity import EquivalentFault, Reach, Spread
 from hydrofdi.report.detection.selection import best_with_sensors, distinct, wavelet_rules
 from hydrofdi.report.detection.wording import SeverityUnit, severity_unit
-from hydrofdi.report.document import Block
-from hydrofdi.report.forms.numbers import finite
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table, finite
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.judgement import Detection

@@ -17,8 +17,7 @@ from hydrofdi.records import Channel
 from hydrofdi.report.changes import doubt_text
 from hydrofdi.report.detection.selection import best_with_sensors
 from hydrofdi.report.detection.wording import false_alarms_in_words, probability_in_words, severity_unit
-from hydrofdi.report.document import Block, group_breaks
-from hydrofdi.report.table import Table
+from hydrofdi.report.table import Block, Table, group_breaks
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT

@@ -10,7 +10,7 @@ from hydrofdi.evaluation.rates import Rate
 from hydrofdi.report.detection.nuisances import nuisance_records
 from hydrofdi.report.detection.selection import level_of
 from hydrofdi.report.detection.wording import severity_unit
-from hydrofdi.report.forms.numbers import finite
+from hydrofdi.report.table import finite
 from hydrofdi.studies.charts import RunLengths
 from hydrofdi.studies.judgement import Detection, Judgement
 

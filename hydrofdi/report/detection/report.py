@@ -30,10 +30,10 @@ from hydrofdi.report.detection.record import detection_lines, detection_records,
 from hydrofdi.report.detection.selection import answers as answers_of
 from hydrofdi.report.detection.tables import false_alarms_block, levels_block, ranking_block
 from hydrofdi.report.detection.wording import severity_unit
-from hydrofdi.report.document import Block, Document, FigureKind
 from hydrofdi.report.estimates import estimate_records, estimates_block
 from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.run_lengths import run_length_lines, run_length_records, run_lengths_block
+from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
 from hydrofdi.store.shard import Columns
@@ -165,10 +165,9 @@ class DetectionReport:
         """Name → figure; none without results."""
         if not self.has_results:
             return {}
-        from hydrofdi.report.figures.delays import run_length_figures
         from hydrofdi.report.figures.detection import detection_figures
 
-        figures = detection_figures(self.detections[0]) | run_length_figures(self.run_lengths)
+        figures = detection_figures(self.detections[0], self.run_lengths)
         if self._signals is not None:
             caption = "The nominal actuator, healthy and with the leak: same motion, same noise"
             figures["signals"] = FigureKind(caption, self._draw_signals)

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Sequence
 from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.report.detection.selection import chosen_levels, foremost, level_of, tested
 from hydrofdi.report.detection.wording import FROM_LEVELS, percent, rate_text, sensors, severity_unit
-from hydrofdi.report.document import Block
-from hydrofdi.report.table import Column, Table
+from hydrofdi.report.table import Block, Column, Table
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.studies.judgement import Detection, Judgement

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from hydrofdi.errors import HydrofdiError, ReportError, StoreError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.changes import MOST_DRAWN
-from hydrofdi.report.document import ComposedReport, FigureKind
 from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes, shown
+from hydrofdi.report.table import ComposedReport, FigureKind
 from hydrofdi.settings.messages import similar
 from hydrofdi.store.files import whole_file
 

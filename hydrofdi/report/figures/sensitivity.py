@@ -12,10 +12,9 @@ from matplotlib.figure import Figure
 from hydrofdi.errors import ReportError
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.changes import baseline_title
-from hydrofdi.report.document import group_breaks
 from hydrofdi.report.figures.style import INK
 from hydrofdi.report.runs import Array, RunTable
-from hydrofdi.report.table import Column
+from hydrofdi.report.table import Column, group_breaks
 from hydrofdi.report.wording import delta_columns, lead_columns
 
 _COLORS, _MISSING = "PuOr_r", "#e4e4e8"

@@ -44,8 +44,10 @@ _MOVING_PANELS = (
 """Shown if an option of the model makes them vary."""
 
 _READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "V": "V"}
-_DETAIL_UNIT = {"Pa": "kPa", "m": "mm", "m/s": "mm/s", "V": "V"}
+_DETAIL_UNIT = _READABLE | {"Pa": "kPa"}
 _MOST_LEVELS, _TAPS = 5, 16
+"""Most db8 levels of a record, and taps, which limit those of a short one."""
+
 _MOST_TITLE = 60
 
 
@@ -89,6 +91,7 @@ def draw_beside(
     return figure
 
 
+@matplotlib.rc_context(SETTINGS)
 def draw_record(record: RecordBatch) -> Figure:
     """Channels, power spectra and details of the first record of a batch.
 
@@ -100,11 +103,7 @@ def draw_record(record: RecordBatch) -> Figure:
     whole = [channel for channel, samples in record.channels.items() if np.isfinite(samples[0]).all()]
     if not whole or record.n_time < 2:
         raise ReportError("the record has no channel that can be drawn")
-    with matplotlib.rc_context(SETTINGS):
-        return shown(_drawn(record, whole, _panels(record), _levels(record.n_time)))
-
-
-def _drawn(record: RecordBatch, whole: list[Channel], panels: list[list[Channel]], levels: int) -> Figure:
+    panels, levels = _panels(record), max(0, min(_MOST_LEVELS, int(np.log2(record.n_time / (_TAPS - 1)))))
     figure = Figure(figsize=(10.0, 3.4 + 1.25 * max(len(panels), levels)), layout="constrained")
     figure.suptitle(_title(record), x=0.01, ha="left", fontsize=10)
     halves: Any = figure.subfigures(2, 1, height_ratios=[1.25 * max(len(panels), levels), 2.8])
@@ -114,7 +113,7 @@ def _drawn(record: RecordBatch, whole: list[Channel], panels: list[list[Channel]
     if levels:
         _draw_details(right, record, whole[0], levels)
     _draw_spectra(lower, record, whole, levels)
-    return figure
+    return shown(figure)
 
 
 def _title(record: RecordBatch) -> str:
@@ -131,11 +130,6 @@ def _panels(record: RecordBatch) -> list[list[Channel]]:
     counts = [channel for channel in pressures if channel in record.relative]
     others = [[channel] for channel in record.channels if not channel.is_pressure]
     return [panel for panel in (scaled, counts) if panel] + others
-
-
-def _levels(n_time: int) -> int:
-    """Number of db8 levels that the length of the record allows, at most five."""
-    return max(0, min(_MOST_LEVELS, int(np.log2(n_time / (_TAPS - 1)))))
 
 
 def _unit(record: RecordBatch, channel: Channel, readable: dict[str, str]) -> str:

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
-from hydrofdi.report.forms.numbers import plain
 from hydrofdi.report.table import Column as TableColumn
-from hydrofdi.report.table import Table, library, quantity
+from hydrofdi.report.table import Table, library, plain, quantity
 
 _LEADING, _LAST = ("record_id", "source", "group", "label", "status"), "reasons"
 OWN = {

@@ -10,10 +10,10 @@ from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.detection.wording import score_title
 from hydrofdi.report.figures import draw_all, draw_figure, write_figure
+from hydrofdi.report.figures.detection.curves import bound_line, draw_pod
 from hydrofdi.report.figures.detection.marks import sensor_marks
-from hydrofdi.report.figures.detection.pod import bound_line, draw_pod
 from hydrofdi.report.figures.style import figure_bytes
-from hydrofdi.report.publication import write_page
+from hydrofdi.report.forms.page import write_page
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.rules import Rules

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,11 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from hydrofdi.errors import ReportError
+from hydrofdi.papers.maddahi2015.figures.conclusions import draw_phases, draw_scenarios
 from hydrofdi.papers.maddahi2015.grid import ABSENT
 from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.signals import PANELS, draw_beside
 from hydrofdi.report.figures.style import INK, MARKERS, RULE, log_axis, mark_bands, series, time_axis
 from hydrofdi.report.runs import ROUNDING
+from hydrofdi.report.table import FigureKind
 from hydrofdi.report.wording import kilopascal, litres_per_minute, mode_name, modulus_text, shown_modulus
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.spectrum import power_spectrum
@@ -173,3 +177,23 @@ def _name_bulk_moduli(axis: Any, study: Study, frequency: Any, damping: Any) -> 
             text = shown_modulus().text(beta)
             axis.annotate(text, at, (0, 8), textcoords="offset points", ha="center", fontsize=8)
     axis.margins(0.12, 0.15)
+
+
+def study_figures(study: Study) -> dict[str, FigureKind]:
+    """Name → figure."""
+    figures: dict[str, tuple[str, Callable[..., Any]]] = {
+        "figure2": ("Figure 2: signals and d2 of P_1, normal and with the small leakage", draw_figure_2),
+        "figure3": ("Figure 3: d2 of P_1 over the EBM, small leakage", partial(draw_details, level=2)),
+        "figure4": ("Figure 4: d3 of P_1 over the EBM, small leakage", partial(draw_details, level=3)),
+        "spectrum": (
+            "Spectrum of P_1 with the bands of the levels and the hydraulic mode",
+            draw_spectrum,
+        ),
+        "mode_plane": ("The hydraulic mode: EBM moves its frequency, leakage its damping", draw_mode_plane),
+        "phases": (
+            "Claims and the sealed alarm at every start phase, and settled",
+            draw_phases,
+        ),
+        "scenarios": ("Scenarios that reproduce the claims, and the values that carry it", draw_scenarios),
+    }
+    return {name: FigureKind(caption, partial(draw, study)) for name, (caption, draw) in figures.items()}

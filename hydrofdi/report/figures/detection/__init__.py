@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 from hydrofdi.evaluation.populations import Kind
 from hydrofdi.report.detection.selection import answers
 from hydrofdi.report.detection.wording import false_alarms_in_words, probability_in_words, severity_unit
-from hydrofdi.report.document import FigureKind
-from hydrofdi.report.figures.detection.pod import draw_pod
+from hydrofdi.report.figures.detection.curves import draw_det, draw_pod, draw_roc
+from hydrofdi.report.figures.detection.delays import draw_delays
 from hydrofdi.report.figures.detection.populations import draw_densities, draw_false_alarms
 from hydrofdi.report.figures.detection.ranking import draw_answer, draw_ranking
-from hydrofdi.report.figures.detection.roc import draw_det, draw_roc
 from hydrofdi.report.figures.detection.tornado import draw_tornado
+from hydrofdi.report.table import FigureKind
+from hydrofdi.studies.charts import RunLengths
 from hydrofdi.studies.judgement import Detection
 
 _DRAWN: dict[str, Callable[[Detection], Any]] = {
@@ -29,14 +30,23 @@ _DRAWN: dict[str, Callable[[Detection], Any]] = {
 }
 
 
-def detection_figures(detection: Detection) -> dict[str, FigureKind]:
-    """The figures of a judged study."""
-    return {
+def detection_figures(detection: Detection, charts: Sequence[RunLengths]) -> dict[str, FigureKind]:
+    """The figures of a judged study, and of the first design of its charts."""
+    figures = {
         name: FigureKind(caption, partial(_DRAWN[name], detection))
         for name, caption in _captions(detection).items()
         if (name != "tornado" or detection.records.chosen(Kind.ALONE, is_fit=False))
         and (name != "answer" or answers(detection))
     }
+    if charts:
+        confidence = f"{100.0 * charts[0].confidence:g} %"
+        caption = (
+            "Median delay from the onset of a leak to the alarm, over the mean time between false alarms"
+            f" that limits are set for, with {confidence} intervals; a panel for each leak."
+            " Lines end where half of the leaks are not found before their records end"
+        )
+        figures["delays"] = FigureKind(caption, partial(draw_delays, charts[0]))
+    return figures
 
 
 def _captions(detection: Detection) -> dict[str, str]:

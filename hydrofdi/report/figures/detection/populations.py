@@ -66,7 +66,8 @@ def _populations(detection: Detection) -> tuple[Population, ...]:
 def _draw_one(
     axis: Any, detection: Detection, judgement: Judgement, populations: tuple[Population, ...]
 ) -> None:
-    scores = [_finite(judgement.scored.values[detection.records.rows(each)]) for each in populations]
+    scores = [judgement.scored.values[detection.records.rows(each)] for each in populations]
+    scores = [own[np.isfinite(own)] for own in scores]
     healthy = [own for own, each in zip(scores, populations, strict=True) if each.kind is Kind.HEALTHY]
     edges = _edges(_limits(judgement), healthy, scores)
     unit = readable_unit(judgement.scored.unit, float(np.abs(edges).max()))
@@ -102,10 +103,6 @@ def _draw_beyond(axis: Any, row: int, own: Array, edges: Array) -> None:
 def _label(population: Population) -> str:
     is_named = not population.is_fit or "fit" in population.name
     return population.name if is_named else f"{population.name} (fit)"
-
-
-def _finite(values: Array) -> Array:
-    return np.asarray(values[np.isfinite(values)])
 
 
 def _limits(judgement: Judgement) -> list[float]:

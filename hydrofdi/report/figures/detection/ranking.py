@@ -54,9 +54,10 @@ def draw_answer(detection: Detection) -> Any:
     low, high = axis.get_xlim()
     axis.set_xlim(low / 1.3, high * 1.6)
     log_axis(axis.xaxis)
-    asked, name = detection.rules, f" [{unit.name}]" if unit.name else ""
+    asked = detection.rules
     axis.set_xlabel(
-        f"smallest {unit.quantity}{name}: estimate to {100.0 * asked.confidence:g} % confidence", fontsize=10
+        f"smallest {unit.quantity}{unit.bracket}: estimate to {100.0 * asked.confidence:g} % confidence",
+        fontsize=10,
     )
     title = f"{probability_in_words(asked.probability)}, at {false_alarms_in_words(asked.false_alarm_rate)}"
     figure.suptitle(f"The smallest {unit.quantity} that is found {title}", x=0.01, ha="left", fontsize=12)
@@ -132,7 +133,8 @@ def draw_ranking(detection: Detection) -> Any:
     log_axis(axis.xaxis)
     axis.set_yticks(range(len(shown)), [_label(each) for each in shown], fontsize=8)
     axis.set_ylim(len(shown) - 0.4, -0.6)
-    axis.set_xlabel(_axis_label(detection, unit))
+    share = f"{100.0 * detection.rules.probability:g} %"
+    axis.set_xlabel(f"{unit.quantity} found with {share} probability{unit.bracket}")
     _legend(figure, marks)
     figure.supxlabel(_note(detection, shown), x=0.01, ha="left", fontsize=8)
     if len(shown) < len(detection.judgements):
@@ -155,11 +157,6 @@ def _note(detection: Detection, shown: list[Judgement]) -> str:
 
 def _label(judgement: Judgement) -> str:
     return judgement.scored.name if judgement.keeps_its_rate is not False else f"({judgement.scored.name})"
-
-
-def _axis_label(detection: Detection, unit: SeverityUnit) -> str:
-    share = f"{100.0 * detection.rules.probability:g} %"
-    return f"{unit.quantity} found with {share} probability" + (f" [{unit.name}]" if unit.name else "")
 
 
 def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit, mark: dict[str, Any]) -> None:

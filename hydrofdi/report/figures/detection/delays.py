@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,23 +11,10 @@ from matplotlib.lines import Line2D
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.populations import Population
 from hydrofdi.report.detection.wording import severity_unit
-from hydrofdi.report.document import FigureKind
 from hydrofdi.report.figures.detection.marks import panels
 from hydrofdi.report.figures.style import MARKERS, log_axis, series
 from hydrofdi.report.run_lengths import hours
 from hydrofdi.studies.charts import ChartJudgement, RunLengths
-
-
-def run_length_figures(judged: Sequence[RunLengths]) -> dict[str, FigureKind]:
-    """The figure of the first design; none without charts."""
-    if not judged:
-        return {}
-    caption = (
-        "Median delay from the onset of a leak to the alarm, over the mean time between false alarms"
-        f" that limits are set for, with {100.0 * judged[0].confidence:g} % intervals; a panel for each leak."
-        " Lines end where half of the leaks are not found before their records end"
-    )
-    return {"delays": FigureKind(caption, partial(draw_delays, judged[0]))}
 
 
 def draw_delays(lengths: RunLengths) -> Any:

@@ -12,8 +12,7 @@ from hydrofdi.errors import Issue, ReportError
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.records import Channel
 from hydrofdi.records.overview import Finding, Overview, Range, look_at
-from hydrofdi.report.forms.numbers import plain
-from hydrofdi.report.table import Table
+from hydrofdi.report.table import Table, plain
 from hydrofdi.settings.messages import Guessable, counted
 
 if TYPE_CHECKING:

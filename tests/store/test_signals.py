@@ -36,7 +36,7 @@ def collected(folder, experiment, batches):
     write_request(folder, experiment)
     for rows, store in batches:
         compute_shard(Batch(tuple(jobs[row] for row in rows), folder, store))
-    return collect(folder)
+    return collect(folder).file
 
 
 @pytest.mark.parametrize("compression", ["none", "lzf", "gzip"])

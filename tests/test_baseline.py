@@ -1,11 +1,13 @@
-"""The healthy actuator that an experiment is compared with: its own, unless the file says otherwise."""
+"""Baselines of runs, shares of nominal values, and the conditions of calibration."""
 
 import json
 
+import h5py
 import pytest
 
 from hydrofdi.config import ExperimentConfig, expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
+from tests import commands
 
 STIFF = "fluid.bulk_modulus=1.2 GPa"
 EBM = "sweep.grid.fluid.bulk_modulus=[0.8 GPa, 1.2 GPa, 1.4 GPa]"
@@ -62,3 +64,163 @@ def test_a_stored_request_keeps_the_baseline_that_it_names():
     stored = json.loads(load_experiment(None, [STIFF]).model_dump_json())
     stored["baseline"] = {"fluid.bulk_modulus": 551e6} | SEALED
     assert ExperimentConfig.model_validate(stored).baseline == stored["baseline"]
+
+
+SAMPLE = "name: s\n{more}\nsweep:\n  sample:\n    count: {count}\n    over:\n      {over}\n"
+
+
+def over(tmp_path, entry, *settings, more="", count=64):
+    file = tmp_path / "s.yaml"
+    file.write_text(SAMPLE.format(over=entry, more=more, count=count))
+    return load_experiment(file, settings)
+
+
+@pytest.mark.parametrize(
+    ("entry", "arguments"),
+    [
+        ("supply.pressure: {uniform: ±5 %}", {"uniform": [0.95 * 17.2e6, 1.05 * 17.2e6]}),
+        ("supply.pressure: {uniform: +/-0.2 MPa}", {"uniform": [17.0e6, 17.4e6]}),
+        ("valve.lap: {uniform: ±1 µm}", {"uniform": [-1e-6, 1e-6]}),
+        ("actuator.mass: {normal: ±2.4 %}", {"normal": [12.3, 0.024 * 12.3]}),
+        ("friction.scale: {triangular: ±30 %}", {"triangular": [0.7, 1.0, 1.3]}),
+        ("pressure_1_sensor.bias: {normal: ± 25 kPa}", {"normal": [0.0, 25e3]}),
+    ],
+)
+def test_plus_or_minus_is_taken_about_the_nominal_value(tmp_path, entry, arguments):
+    name = entry.partition(":")[0]
+    ((kind, values),) = over(tmp_path, entry).sweep.sample.over[name].items()
+    ((wanted_kind, wanted),) = arguments.items()
+    if name == "actuator.mass":
+        nominal = load_experiment().actuator.mass
+        wanted = [nominal, 0.024 * nominal]
+    assert (kind, values) == (wanted_kind, pytest.approx(wanted))
+
+
+def test_the_nominal_value_is_that_of_the_file_and_of_settings(tmp_path):
+    entry = "fluid.bulk_modulus: {uniform: ±10 %}"
+    in_file = over(tmp_path, entry, more="fluid: {bulk_modulus: 600 MPa}")
+    set_later = over(tmp_path, entry, "fluid.bulk_modulus=1 GPa", more="fluid: {bulk_modulus: 600 MPa}")
+    ends = [each.sweep.sample.over["fluid.bulk_modulus"]["uniform"] for each in (in_file, set_later)]
+    assert ends == [pytest.approx([540e6, 660e6]), pytest.approx([0.9e9, 1.1e9])]
+
+
+def test_replicates_vary_about_the_nominal_value_too(tmp_path):
+    experiment = load_experiment(
+        settings=["replicates={count: 2, over: {friction.viscous: {uniform: ±10 %}}}"]
+    )
+    assert experiment.replicates.over["friction.viscous"] == {"uniform": pytest.approx([45.0, 55.0])}
+
+
+def test_whole_numbers_are_drawn_with_both_ends(tmp_path):
+    runs = expand_runs(over(tmp_path, "input.seed: {integers: [3, 6]}", more="input: {shape: steps}")).runs
+    values = runs.values("input.seed")
+    assert set(values) == {3, 4, 5, 6}
+    assert all(type(value) is int for value in values)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        "valve.lap: {uniform: ±20 %}", "supply.pressure: {uniform: ±0.2 mm}",
+        "supply.pressure: {uniform: ±0 MPa}", "supply.pressure: {loguniform: ±5 %}",
+        "friction.law: {uniform: ±5 %}",
+        "leakage.internal_flow: {uniform: ±5 %}", "input.seed: {uniform: [0, 9]}",
+        "supply.pressure: {integers: [1, 9]}", "input.seed: {integers: [9, 1]}",
+        "supply.presure: {uniform: ±5 %}",
+    ],
+)  # fmt: skip
+def test_a_mistake_is_one_line_with_its_place(tmp_path, entry):
+    with pytest.raises(ConfigError) as error:
+        over(tmp_path, entry)
+    (mistake,) = error.value.mistakes
+    assert mistake.origin == f"{tmp_path / 's.yaml'}:7"
+
+
+# ruff: noqa: E501
+
+
+FLOWS = "sweep.grid.leakage.internal_flow=[0 L/min, 0.12 L/min, 0.5 L/min]"
+DRAWN = "sweep.sample={count: 16, over: {friction.viscous: {uniform: [40, 60]}, actuator.mass: {uniform: [9, 15]}}}"
+NOMINAL = "calibration.at=nominal"
+
+
+def runs_of(*settings):
+    return expand_runs(load_experiment(None, settings)).runs
+
+
+def test_each_run_is_solved_for_its_own_actuator_by_default():
+    runs = runs_of(FLOWS, DRAWN)
+    assert vars(runs.solutions()) == {"flows": 2, "conditions": 16, "total": 32}
+    for run in runs:
+        if run.calibration:
+            assert run.calibration.friction == run.parameters.friction
+
+
+def test_at_the_nominal_actuator_each_flow_is_solved_once():
+    experiment = load_experiment(None, [FLOWS, DRAWN, NOMINAL, "baseline.supply.pressure=17 MPa"])
+    runs = expand_runs(experiment).runs
+    assert vars(runs.solutions()) == {"flows": 2, "conditions": 1, "total": 2}
+    nominal = experiment.nominal_parameters
+    leaky = [run for run in runs if run.calibration]
+    assert len(leaky) == 32
+    for run in leaky:
+        assert run.calibration.leakage.internal_flow == run.parameters.leakage.internal_flow
+        assert run.calibration.friction == nominal.friction
+        assert run.calibration.actuator == nominal.actuator
+        assert run.calibration.supply.pressure == 17e6
+
+
+def test_nominal_calibrations_leave_all_but_the_flow_at_the_nominal_actuator():
+    laws = "sweep.zip.leakage.law=[orifice, laminar]"
+    for run in runs_of(FLOWS, laws, NOMINAL):
+        if run.calibration:
+            assert run.calibration.leakage.law == "orifice"
+
+
+def test_every_scenario_has_its_own_nominal_actuator():
+    runs = runs_of(FLOWS, DRAWN, NOMINAL, "ensemble.grid.supply.pressure=[16 MPa, 18 MPa]")
+    assert vars(runs.solutions()) == {"flows": 2, "conditions": 2, "total": 4}
+    for run in runs:
+        if run.calibration:
+            assert run.calibration.supply == run.parameters.supply
+
+
+def test_a_leaky_baseline_is_solved_under_the_same_conditions():
+    """Files refuse such a baseline; results of earlier versions may have it."""
+    experiment = load_experiment(None, [DRAWN, NOMINAL])
+    leaky = experiment.baseline | {"leakage.internal_flow": 1e-6}
+    table = expand_runs(experiment.model_copy(update={"baseline": leaky}))
+    assert vars(table.runs.solutions()) == {"flows": 1, "conditions": 1, "total": 1}
+    healthy = table.runs[int(table.matched_baseline[3])]
+    assert healthy.parameters.friction == table.runs[3].parameters.friction
+    assert healthy.calibration.friction != healthy.parameters.friction
+
+
+def test_conditions_that_do_not_multiply_are_counted_all_the_same():
+    union = "sweep.union=[{grid: {leakage.internal_flow: [1e-6], friction.viscous: [50, 60]}}, {grid: {leakage.internal_flow: [2e-6]}}]"
+    assert vars(runs_of(union).solutions()) == {"flows": 2, "conditions": 2, "total": 3}
+
+
+def test_a_nominal_coefficient_is_shared_and_flows_differ(tmp_path, experiment_file):
+    file = experiment_file(
+        "name: drawn\nrecord: {duration: 2 s}\ncalibration: {at: nominal}\nstore: {signals: none}\n"
+        "sweep: {grid: {leakage.internal_flow: [0.5 L/min], supply.pressure: [10 MPa, 17.2 MPa]}}\n"
+    )
+    commands.run("sweep", file, "--workers", "1", check=0, cwd=tmp_path)
+    rows = [
+        row
+        for row in commands.run_json("report", cwd=tmp_path)["rows"]
+        if row["internal_leakage_coefficient"]
+    ]
+    assert len({row["internal_leakage_coefficient"] for row in rows}) == 1
+    with h5py.File(tmp_path / "results" / "drawn" / "drawn.h5") as stored:
+        flows = stored["mean_internal_leakage_flow"][:2] * 60e3
+    assert flows[1] == pytest.approx(0.5, rel=1e-3)
+    assert flows[0] < 0.45
+
+
+@pytest.mark.parametrize(("at", "total"), [("run", 32), ("nominal", 2)])
+def test_a_plan_counts_the_solutions(tmp_path, experiment_file, at, total):
+    file = experiment_file("name: drawn\nrecord: {duration: 2 s}\n")
+    settings = [part for setting in (FLOWS, DRAWN, f"calibration.at={at}") for part in ("--set", setting)]
+    assert commands.run_json("plan", file, *settings, cwd=tmp_path)["solutions"]["total"] == total

@@ -1,7 +1,11 @@
-"""What a file may say of a study, and the sentences where it is mistaken."""
+"""What a file may say of a study, what it inherits, and the mistakes in it, each at its place."""
+
+from pathlib import Path
 
 import pytest
+import yaml
 
+import hydrofdi
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
 from tests.commands import run_json
@@ -79,3 +83,174 @@ def test_an_impossible_draw_names_its_population_and_what_makes_it_impossible(lo
         expand_runs(loaded(STUDY + varied + more))
     assert where in str(error.value)
     assert "\n" not in str(error.value)
+
+
+MISTAKES = {
+    "study.faults": [
+        ("{leakage.internal_flow: [0 L/min], each: 5}", ""),
+        ("{friction.viscous: [60], each: 5}", ""),
+        ("{each: 5}", ""),
+        ("{leakage.internal_flow: [1], leakage.internal_coefficient: [1e-9], each: 5}", ""),
+        ("{leakage.internal_flow: [1 mm], each: 5}", ".over.leakage.internal_flow[0]"),
+        ("{leakage.internal_flow: [1, -1 L/min], each: 5}", ".over.leakage.internal_flow[1]"),
+        ("{leakage.internal_flow: [1, null], each: 5}", ".over.leakage.internal_flow[1]"),
+        ("{leakage.internal_flow: [1, [1]], each: 5}", ".over.leakage.internal_flow[1]"),
+    ],
+    "study.shifts.own": [
+        ("3", ""),
+        ("{fluid.bulk_moduls: 1}", ".fluid.bulk_moduls"),
+        ("{fluid.bulk_modulus: +x %}", ".fluid.bulk_modulus"),
+        ("{fluid.bulk_modulus: +0 %}", ".fluid.bulk_modulus"),
+        ("{fluid.bulk_modulus: -100 %}", ".fluid.bulk_modulus"),
+        ("{supply.return_pressure: +5 %}", ".supply.return_pressure"),
+        ("{control.law: +5 %}", ".control.law"),
+    ],
+    "study.population": [
+        ("{methode: random}", ".methode"),
+        ("{over: {fluid.bulk_modulus: {uniform: ±20}}}", ".over.fluid.bulk_modulus.uniform"),
+        ("{over: {fluid.bulk_modulus: {uniform: ±1e400 %}}}", ".over.fluid.bulk_modulus.uniform"),
+        ("{over: {fluid.bulk_modulus: {triangular: ±150 %}}}", ".over.fluid.bulk_modulus.triangular"),
+        ("{over: {friction.scale: {integerx: [1, 2]}}}", ".over.friction.scale.integerx"),
+        ("{over: {friction.scale: ±20 %}}", ".over.friction.scale"),
+        ("{over: {friction.scale: {uniform: null}}}", ".over.friction.scale.uniform"),
+    ],
+    "study.sensitivity": [("{alone: 10}", "")],
+    "extends": [("nope.yaml", "")],
+    "sweep": [("{grid: {study.population.seed: [1, 2]}}", ".grid.study.population.seed")],
+    "baseline": [("{leakage.internal_coefficient: 1e-9}", ".leakage.internal_coefficient")],
+    "detection.indicators": [("[modwt]", "[0]")],
+    "detection.scores.dwt": [("{kind: lda, of: [dwt]}", "")],
+    "detection.scores.s": [
+        ("{kind: lda, of: [dwt.d9]}", ".of[0]"),
+        ("{kind: ldaa, of: [dwt]}", ".kind"),
+        ("{kind: compensated, of: [dwt.d1]}", ""),
+        ("{kind: compensated, of: [dwt], by: [modwt.d1]}", ".by[0]"),
+        ("{kind: lda, of: [dwt], by: [dwt.d1]}", ""),
+        ("{kind: mahalanobis, of: [dwt], shrinkag: 0.1}", ".shrinkag"),
+        ("{kind: mahalanobis, of: [dwt], shrinkage: 2}", ".shrinkage"),
+    ],
+    "detection.online.charts.own": [
+        ("{of: weak_rls.leakage, chart: cusm}", ".chart"),
+        ("{of: weak_rls.leakage, chart: cusum, shft: 2}", ".shft"),
+        ("{of: weak_rls.leakage, chart: cusum, shift: -2}", ".shift"),
+        ("{of: weak_rls.leakge, chart: cusum}", ".of"),
+        ("{chart: cusum}", ".of"),
+        ("{of: weak_rls.leakage}", ".chart"),
+    ],
+}
+
+
+def study(key, text):
+    """A study with a text under a key, at the end of the file."""
+    lines = ["name: small", "indicators: {dwt: {}, weak_rls: {trace_duration: 20 s}}", "study:"]
+    lines.append("  healthy: {fit: 20, test: 10}")
+    room, *inner = key.split(".")
+    if room == "study":
+        room, inner = f"  {inner[0]}", inner[1:]
+    for part in reversed(inner):
+        text = f"{{{part}: {text}}}"
+    return "\n".join([*lines, f"{room}: {text}"]) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "inside"), [(key, *each) for key, own in MISTAKES.items() for each in own]
+)
+def test_a_mistake_is_one_line_with_its_place(tmp_path, key, text, inside):
+    file = tmp_path / "study.yaml"
+    file.write_text(study(key, text))
+    with pytest.raises(ConfigError) as error:
+        load_experiment(file)
+    (mistake,) = error.value.mistakes
+    assert (mistake.where, mistake.origin) == (f"{key}{inside}", f"{file}:5")
+    assert "\n" not in str(mistake)
+
+
+@pytest.mark.parametrize("every", ["0 h", "[1 h, 2 m]", "[]", "1 furlong"])
+def test_mistaken_times_between_false_alarms_are_told(tmp_path, every):
+    file = tmp_path / "study.yaml"
+    charts = "charts: {a: {of: weak_rls.leakage, chart: cusum}}"
+    file.write_text(study("detection.online", f"{{false_alarm_every: {every}, {charts}}}"))
+    with pytest.raises(ConfigError, match=r":5: detection\.online\.false_alarm_every"):
+        load_experiment(file)
+
+
+def test_options_may_stand_beside_the_rule_and_one_time_is_a_list(tmp_path):
+    file = tmp_path / "study.yaml"
+    charts = "charts: {a: {of: weak_rls.leakage, chart: cusum, shift: 3}}"
+    file.write_text(study("detection.online", f"{{false_alarm_every: 2 h, {charts}}}"))
+    online = load_experiment(file).detection.online
+    assert online.false_alarm_every == [7200.0]
+    assert online.charts["a"].options == {"shift": 3}
+
+
+PARENT = """\
+name: parent
+study:
+  population:
+    over: {friction.scale: {uniform: ±20 %}, supply.pressure: {uniform: ±5 %}}
+    per_record: {load.random_force: {uniform: [0 N, 100 N]}}
+  healthy: {fit: 20, test: 10}
+  faults: {leakage.internal_flow: {logspace: [0.1 L/min, 1 L/min, 3]}, each: 5}
+  shifts: {rough: {friction.scale: {uniform: [1.5, 2]}}}
+"""
+
+NORMAL = pytest.approx([1.0, 0.05])
+
+
+@pytest.fixture
+def child(tmp_path):
+    (tmp_path / "parent.yaml").write_text(PARENT)
+
+    def load(study="{}", *settings):
+        file = tmp_path / "child.yaml"
+        file.write_text(f"name: child\nextends: parent.yaml\nstudy: {study}\n")
+        return load_experiment(file, settings).study
+
+    return load
+
+
+def test_a_distribution_replaces_the_inherited_one(child):
+    in_file = child("{population: {over: {friction.scale: {normal: ±5 %}}}}")
+    set_later = child("{}", "study.population.over.friction.scale={normal: ±5 %}")
+    for study in (in_file, set_later):
+        assert study.population.over["friction.scale"] == {"normal": NORMAL}
+        assert "supply.pressure" in study.population.over
+
+
+def test_null_leaves_out_what_was_inherited(child):
+    study = child("{shifts: null, population: {over: null}}")
+    assert study.shifts == {}
+    assert study.population.over == {}
+
+
+TEMPLATES = Path(__file__).parents[2] / "configs" / "templates"
+
+
+def _shift(fluid, value, name="fluid.bulk_modulus"):
+    study = {"healthy": {"fit": 1, "test": 1}, "shifts": {"other": {name: value}}}
+    loaded = hydrofdi.load_experiment({"fluid": fluid, "study": study})
+    return loaded.study.shifts["other"][name]
+
+
+@pytest.mark.parametrize("template", ["actuator.yaml", "online.yaml"])
+@pytest.mark.parametrize("own", ["551 MPa", "900 MPa", "1.4 GPa"])
+def test_the_stiffer_oil_of_a_template_is_stiffer_than_any_of_its_population(template, own, tmp_path):
+    text = (TEMPLATES / template).read_text().replace("&bulk_modulus 551 MPa", f"&bulk_modulus {own}")
+    assert own in yaml.safe_load(text)["fluid"]["bulk_modulus"]
+    file = tmp_path / template
+    file.write_text(text)
+    study = hydrofdi.load_experiment(file).study
+    _, highest = study.population.over["fluid.bulk_modulus"]["uniform"]
+    assert study.shifts["stiffer"]["fluid.bulk_modulus"] > highest
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("fluid.bulk_modulus", "+25 %", 1.125e9), ("fluid.bulk_modulus", "-10%", 0.81e9),
+        ("fluid.bulk_modulus", "−10 %", 0.81e9), ("fluid.bulk_modulus", "1 GPa", 1e9),
+        ("friction.scale", "+25 %", 1.25),
+    ],
+)  # fmt: skip
+def test_a_share_is_taken_of_the_own_value(name, value, expected):
+    assert _shift({"bulk_modulus": "900 MPa"}, value, name) == pytest.approx(expected, rel=1e-12)

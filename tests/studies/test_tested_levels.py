@@ -1,9 +1,11 @@
 """Bounds where hits and misses leave the slope open, and faulty records without a score."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import ndtr, ndtri
 
 from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.pod.tally import Tally, interpolated_level
@@ -76,3 +78,59 @@ def test_faulty_records_without_a_score_are_missed():
     assert (level.count, level.total, level.not_measurable) == (70, 100, 30)
     assert judgement.smallest["q90_95"].value is None
     assert any("30 of 100 at '1'" in remark for remark in judgement.remarks)
+
+
+def rows(n_repeat, n_record=40, n_group=None):
+    """What is found of curves of many places and slopes, at seven levels."""
+    draw = np.random.default_rng(7)
+    groups = None if n_group is None else [f"unit {k % n_group}" for k in range(n_record)]
+    for _ in range(n_repeat):
+        half, slope = draw.uniform(-5.0, -1.5), draw.uniform(0.02, 0.9)
+        true = SEVERITIES[:, None] * np.exp(draw.normal(0.0, 0.015, (SEVERITIES.size, n_record)))
+        chance = 0.01 + 0.99 * ndtr((np.log(true) - half) / slope)
+        outcomes = (draw.random(chance.shape) < chance).astype(float)
+        levels = [Part(2.0 * own, severity, groups) for own, severity in zip(outcomes, true, strict=True)]
+        yield detectability(levels, THRESHOLD, 0.01, Rules(n_tried=20), Notes()).smallest
+
+
+@pytest.mark.parametrize("n_group", [None, 40])
+def test_no_bound_is_below_the_estimates_beside_it(n_group):
+    sources = set()
+    for found in rows(150, n_group=n_group):
+        names = [name for name in ("q50", "q90", "q90_95", "q90_95_of_all") if name in found]
+        severities = [math.inf if found[name].value is None else found[name].value for name in names]
+        assert severities == sorted(severities), found
+        sources |= {(found["q90"].source, found["q90_95"].source)} if "q90_95" in found else set()
+    assert len(sources) > 1
+
+
+MISS_SEVERITIES = np.geomspace(0.001, 1.0, 7)
+STEP = np.log(MISS_SEVERITIES[1] / MISS_SEVERITIES[0])
+
+
+def miss_found(outcomes, true):
+    """What is found, and the remarks."""
+    levels, notes = [Part(2.0 * own, at, None) for own, at in zip(outcomes, true, strict=True)], Notes()
+    return detectability(levels, THRESHOLD, 0.01, Rules(), notes).smallest, " ".join(notes.remarks)
+
+
+def drawn(draw, spread, n_record=60):
+    """Hits of a steep curve at seven levels, their true severities, and the true q90."""
+    half = np.log(MISS_SEVERITIES[3]) + draw.uniform(-0.5, 0.5) * STEP
+    true = MISS_SEVERITIES[:, None] * np.exp(draw.normal(0.0, 0.02, (MISS_SEVERITIES.size, n_record)))
+    chance = 0.01 + 0.99 * ndtr((np.log(true) - half) / (spread * STEP))
+    truth = np.exp(half + spread * STEP * ndtri(0.89 / 0.99))
+    return (draw.random(chance.shape) < chance).astype(float), true, truth
+
+
+@pytest.mark.parametrize("spread", [0.1, 0.2])
+def test_their_bound_covers_the_truth_as_often_as_promised(spread):
+    draw, covered, repeats = np.random.default_rng(11), 0, 0
+    while repeats < 40:
+        outcomes, true, truth = drawn(draw, spread)
+        smallest, remarks = miss_found(outcomes, true)
+        bound = smallest["q90_95"]
+        if bound.source == "curve" and "fewer than two tested levels" in remarks:
+            repeats += 1
+            covered += bound.value is None or bound.value >= truth
+    assert holds_at_least(covered, repeats, 0.95)

@@ -19,8 +19,7 @@ import numpy as np
 
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import DetectorFile, Made
-from hydrofdi.detectors.trained.judging import Judge
-from hydrofdi.detectors.trained.measuring import records_of
+from hydrofdi.detectors.trained.measuring import Judge, records_of
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure

@@ -24,7 +24,7 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.loading import PARAMETER_MAPPINGS
 from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.study.study import ChartConfig
-from hydrofdi.detectors.charts.contract import ChartOptions
+from hydrofdi.detectors.charts import ChartOptions
 from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN

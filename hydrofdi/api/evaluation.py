@@ -16,9 +16,9 @@ from hydrofdi.api.measuring import Counted, Indicators, assumed_plants, indicato
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError
-from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.rates import HealthyPair, Rate, healthy_against_healthy
 from hydrofdi.evaluation.roc import Area
+from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
 from hydrofdi.records import RecordSource
@@ -29,13 +29,11 @@ from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.readable import HOLE, number_text
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.judgement import Detection, Judgement, found_from
-from hydrofdi.studies.made_scores import made_scores
-from hydrofdi.studies.made_scores import usual_scores as usual_of
 from hydrofdi.studies.measured import Labels, measured_study, require_known_severities
 from hydrofdi.studies.parts import part, records_without_number
-from hydrofdi.studies.records import StudyRecords
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.reading import made_scores
+from hydrofdi.studies.reading import usual_scores as usual_of
+from hydrofdi.studies.records import Detection, Judgement, Rules, StudyRecords, found_from
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:

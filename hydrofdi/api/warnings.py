@@ -17,9 +17,9 @@ from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.config.sweeps.distributions import quantiles
-from hydrofdi.detectors.run_lengths.false_alarms import time_needed
+from hydrofdi.detectors.run_lengths import time_needed
 from hydrofdi.detectors.scores.features import EXTRA, has_extra
-from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import RecordBatch

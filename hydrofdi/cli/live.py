@@ -87,7 +87,7 @@ def detect(
     Exit code 1 if no window of a record could be judged, and on an alarm with --fail-on-alarm.
     """
     from hydrofdi.api.detectors.detector import Detector
-    from hydrofdi.api.detectors.judged import csv_lines, json_parts
+    from hydrofdi.api.detectors.windows import csv_lines, json_parts
 
     tally = Detector.load(detector).windows(sources, **settings)
     if json or form != "table":
@@ -101,7 +101,7 @@ def detect(
 
 def _windows(tally: Tally) -> Iterator[Any]:
     """The first windows, in order; of many, alarms first, then other scores beyond a limit."""
-    from hydrofdi.api.detectors.judged import windows_table
+    from hydrofdi.api.detectors.windows import windows_table
 
     def place(row: tuple[int, JudgedWindow]) -> tuple[bool, bool, int]:
         return not row[1].alarm, not row[1].is_beyond, row[0]

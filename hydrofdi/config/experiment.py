@@ -13,8 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, fie
 
 from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_unit
 from hydrofdi.config.sections.machine import FluidConfig
-from hydrofdi.config.study.detection import DetectionConfig
-from hydrofdi.config.study.study import StudyConfig
+from hydrofdi.config.study.study import DetectionConfig, StudyConfig
 from hydrofdi.config.sweeps.sweep import ReplicatesConfig, SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator

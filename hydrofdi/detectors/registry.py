@@ -1,16 +1,13 @@
-"""Scores and charts, found by the names of their modules."""
+"""Scores and charts, found by the names of their classes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from importlib import import_module
-from pkgutil import iter_modules
-from types import ModuleType
 from typing import Any, Generic, TypeVar
 
-from hydrofdi.detectors.charts import catalogue as charts
-from hydrofdi.detectors.charts.contract import Chart
-from hydrofdi.detectors.scores import catalogue as scores
+from hydrofdi.detectors.charts import Chart
 from hydrofdi.detectors.scores.contract import Score
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import nearest
@@ -19,14 +16,21 @@ Made = TypeVar("Made")
 
 
 class Registry(Generic[Made]):
-    """Classes with a ``name`` and ``Options`` in a package whose modules have these names."""
+    """Classes of a module with a ``name`` and ``Options``."""
 
-    def __init__(self, package: ModuleType, noun: str) -> None:
-        self._package, self._noun = package, noun
+    def __init__(self, module: str, noun: str) -> None:
+        self._module, self._noun = module, noun
+
+    @cached_property
+    def _kinds(self) -> dict[str, Any]:
+        """Name → class; the module is loaded when it is needed, as kernels take time to load."""
+        module = import_module(f"hydrofdi.detectors.{self._module}")
+        classes: list[Any] = [each for each in vars(module).values() if isinstance(each, type)]
+        return {each.name: each for each in classes if "name" in vars(each)}
 
     def names(self) -> list[str]:
         """All names, sorted."""
-        return sorted(module.name for module in iter_modules(self._package.__path__))
+        return sorted(self._kinds)
 
     def kind(self, name: str) -> Any:
         """The class of a name.
@@ -36,11 +40,9 @@ class Registry(Generic[Made]):
         ConfigError
             There is none.
         """
-        if name not in self.names():
+        if name not in self._kinds:
             raise ConfigError(f"there is no {self._noun} {name!r}{nearest(name, self.names())}")
-        module = import_module(f"{self._package.__name__}.{name}")
-        (kind,) = (kind for kind in vars(module).values() if getattr(kind, "name", None) == name)
-        return kind
+        return self._kinds[name]
 
     def make(self, name: str, options: Mapping[str, Any] | None = None) -> Made:
         """An instance with options.
@@ -57,8 +59,8 @@ class Registry(Generic[Made]):
         return made
 
 
-_SCORES: Registry[Score[Any]] = Registry(scores, "score")
+_SCORES: Registry[Score[Any]] = Registry("scores.catalogue", "score")
 score_names, score_kind, make_score = _SCORES.names, _SCORES.kind, _SCORES.make
 
-_CHARTS: Registry[Chart[Any]] = Registry(charts, "chart")
+_CHARTS: Registry[Chart[Any]] = Registry("chart_catalogue", "chart")
 chart_names, chart_kind, make_chart = _CHARTS.names, _CHARTS.kind, _CHARTS.make

@@ -1,4 +1,9 @@
-"""Scores of records. NaN means that a record cannot be measured; infinite scores are valid."""
+"""Scores of records, their populations and directions. NaN means that a record cannot be measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,3 +39,81 @@ def share_between_0_and_1(name: str, value: float) -> None:
     """
     if not 0.0 < value < 1.0:
         raise ValueError(f"{name} must be between 0 and 1; found {value}")
+
+
+class Kind(StrEnum):
+    """Purpose of a population.
+
+    The threshold is set only on healthy fit records. ``shift`` and ``confusion`` have healthy seals but
+    conditions that are not in the fit records: another operating condition, or another fault. ``alone`` are
+    healthy records in which one nuisance varies; thresholds and rates do not use them. ``before``: earlier
+    healthy records of the same actuators, as the reference for changes.
+    """
+
+    HEALTHY = "healthy"
+    FAULT = "fault"
+    SHIFT = "shift"
+    CONFUSION = "confusion"
+    ALONE = "alone"
+    BEFORE = "before"
+
+
+NOTHING = "nothing"
+"""Name of the population of kind ``alone`` without nuisances; the others are named after their nuisance."""
+
+
+@dataclass(frozen=True)
+class Population:
+    """Records drawn from the same distribution.
+
+    Attributes
+    ----------
+    name : str
+        Name, such as ``healthy``, ``0.1 L/min``, ``stiffer``.
+    kind : Kind
+    is_fit : bool
+        Whether its records may be used to fit thresholds, directions and models; they are then never tested.
+    severity : float
+        Nominal severity of the fault [unit of the severity]; 0 without a fault.
+    """
+
+    name: str
+    kind: Kind
+    is_fit: bool = False
+    severity: float = 0.0
+
+    @property
+    def title(self) -> str:
+        """Unique title, such as ``shift stiffer``."""
+        return self.name if self.name == self.kind else f"{self.kind} {self.name}"
+
+
+class Direction(StrEnum):
+    """Direction of change that raises an alarm; it is fixed before any test record is used."""
+
+    RISING = "rising"
+    FALLING = "falling"
+    BOTH = "both"
+
+    @property
+    def n_side(self) -> int:
+        """Number of limits of a threshold."""
+        return 2 if self is Direction.BOTH else 1
+
+
+def suspicion(scores: ArrayLike, direction: Direction, centre: float = 0.0) -> Array:
+    """Transform scores so that larger values are more suspicious, as ROC curves require.
+
+    Parameters
+    ----------
+    scores : array_like, shape (n_record,)
+    direction : Direction
+    centre : float
+        Healthy reference value for both directions, such as the median of the fit records.
+    """
+    values = np.asarray(scores, dtype=float)
+    if direction is Direction.BOTH:
+        if not np.isfinite(centre):
+            raise ValueError("the healthy reference value is not finite")
+        return np.abs(values - centre)
+    return values if direction is Direction.RISING else -values

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.scores import Array, measurable, share_between_0_and_1
+from hydrofdi.evaluation.scores import Array, Direction, measurable, share_between_0_and_1
 
 
 def records_needed(false_alarm_rate: float, confidence: float, rank: int = 1) -> int:
@@ -205,3 +206,202 @@ def quantile_threshold(
     return Threshold(
         *limits, false_alarm_rate, (float(low), float(high)), confidence, known.size, missing, "quantile"
     )
+
+
+@dataclass(frozen=True, eq=False)
+class GeneralisedPareto:
+    """Distributions P(Y > y) = (1 + ξ y/σ)^(-1/ξ) of excesses: Pickands, Annals of Statistics 3 (1975) 119.
+
+    Attributes
+    ----------
+    shape : ndarray, shape (...,)
+        ξ.
+    scale : ndarray, shape (...,)
+        σ, in the unit of the scores.
+    """
+
+    shape: Array
+    scale: Array
+
+    def survival(self, excess: Array) -> Array:
+        """P(Y > excess), shape (..., n)."""
+        shape, scale = self.shape[..., None], self.scale[..., None]
+        safe = _away_from_zero(shape)
+        growth = np.maximum(1.0 + safe * excess / scale, 0.0)
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.exp(-np.log(growth) / safe))
+
+    def excess(self, survival: Array) -> Array:
+        """Excess that is exceeded with probability `survival`, shape (..., n)."""
+        shape, scale = self.shape[..., None], self.scale[..., None]
+        safe = _away_from_zero(shape)
+        return np.asarray(scale * np.expm1(-safe * np.log(survival)) / safe)
+
+
+def fit_generalised_pareto(excesses: Array) -> GeneralisedPareto:
+    """Fit distributions to rows of excesses.
+
+    Method of Zhang and Stephens, Technometrics 51 (2009) 316.
+
+    A likelihood-weighted mean over a grid of ξ/σ: as efficient as maximum likelihood, and always defined.
+
+    Parameters
+    ----------
+    excesses : ndarray, shape (..., n)
+        Ascending along the last axis, with a positive lower quartile.
+    """
+    n = excesses.shape[-1]
+    n_grid = 20 + int(np.sqrt(n))
+    quartile = excesses[..., int(n / 4.0 + 0.5) - 1]
+    places = 1.0 - np.sqrt(n_grid / (np.arange(1, n_grid + 1) - 0.5))
+    ratios = 1.0 / excesses[..., -1, None] + places / (3.0 * quartile[..., None])
+    shapes = np.stack([_shape_at(ratio, excesses) for ratio in np.moveaxis(ratios, -1, 0)], axis=-1)
+    likelihood = n * (np.log(-ratios / shapes) - shapes - 1.0)
+    weights = np.exp(likelihood - likelihood.max(axis=-1, keepdims=True))
+    ratio = np.sum(ratios * weights, axis=-1) / weights.sum(axis=-1)
+    shape = _shape_at(ratio, excesses)
+    return GeneralisedPareto(shape, -shape / ratio)
+
+
+def anderson_darling(distribution: GeneralisedPareto, excesses: Array) -> Array:
+    """Anderson-Darling statistic A², which emphasises the tails.
+
+    Annals of Mathematical Statistics 23 (1952) 193.
+
+    Parameters
+    ----------
+    distribution : GeneralisedPareto
+    excesses : ndarray, shape (..., n)
+        Ascending along the last axis.
+    """
+    n = excesses.shape[-1]
+    above = np.clip(distribution.survival(excesses), 1e-300, 1.0 - 1e-16)
+    terms = np.log1p(-above) + np.log(above[..., ::-1])
+    return np.asarray(-n - np.sum((2.0 * np.arange(1, n + 1) - 1.0) * terms, axis=-1) / n)
+
+
+def _shape_at(ratio: Array, excesses: Array) -> Array:
+    return np.asarray(np.mean(np.log1p(-ratio[..., None] * excesses), axis=-1))
+
+
+def _away_from_zero(shape: Array) -> Array:
+    """Replace ξ = 0 by ±1e-9, which is accurate to nine digits."""
+    return np.where(np.abs(shape) < 1e-9, 1e-9, shape)
+
+
+TAIL_SHARE = 0.1
+"""Largest fraction of the records in the tail: DuMouchel, Annals of Statistics 11 (1983) 1019."""
+
+FEWEST, MOST = 50, 500
+"""Minimum and maximum number of records in the tail."""
+
+EXTRAPOLATION = 10.0
+"""Largest factor by which a rate may be below 1/n."""
+
+N_BOOTSTRAP = 400
+
+
+def tail_threshold(
+    healthy: ArrayLike,
+    false_alarm_rate: float,
+    *,
+    direction: Direction = Direction.RISING,
+    confidence: float = 0.95,
+    significance: float = 0.05,
+    seed: int = 0,
+) -> Threshold:
+    """Threshold that a generalised Pareto tail exceeds at rate α.
+
+    u + σ/ξ ((α/ζ)^(-ξ) - 1), with ζ the fraction of scores above u: Coles, An Introduction to Statistical
+    Modeling of Extreme Values (2001), section 4.3. A parametric bootstrap of the fitted tail gives the
+    interval of the true rate and the distribution of the Anderson-Darling statistic A²: Stute, Gonzáles
+    Manteiga and Presedo Quindimil, Metrika 40 (1993) 243.
+
+    Parameters
+    ----------
+    healthy : array_like, shape (n_record,)
+        Scores of independent fit records.
+    false_alarm_rate : float
+        α.
+    direction : Direction
+        Both directions take α/2 from each tail.
+    confidence : float
+        Confidence level of the two-sided interval of the true rate. Nominal 95 % intervals covered the rate
+        in 90 to 96 of 100 repeats with exponential, normal and t₃ scores; coverage is lower for bounded
+        tails, such as uniform ones.
+    significance : float
+        The model is rejected if A² exceeds its (1 − significance) quantile in the bootstrap.
+    seed : int
+        Seed of the bootstrap.
+
+    Raises
+    ------
+    NotStatedError
+        There are too few records, the rate is not in the tail, or the model does not fit the tail.
+    """
+    share_between_0_and_1("the false-alarm rate", false_alarm_rate)
+    known, missing = measurable(healthy)
+    rate = false_alarm_rate / direction.n_side
+    n_tail = _tail_size(known.size, rate)
+    draw = np.random.default_rng(seed)
+    low, high, rates = -math.inf, math.inf, np.zeros(N_BOOTSTRAP)
+    if direction is not Direction.FALLING:
+        high, drawn = _one_tail(known, n_tail, rate, significance, draw)
+        rates = rates + drawn
+    if direction is not Direction.RISING:
+        limit, drawn = _one_tail(-known, n_tail, rate, significance, draw)
+        low, rates = -limit, rates + drawn
+    least, most = np.quantile(rates, [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
+    interval = (float(least), float(most))
+    return Threshold(low, high, false_alarm_rate, interval, confidence, known.size, missing, "tail model")
+
+
+def _tail_size(n: int, rate: float) -> int:
+    needed = max(math.ceil(FEWEST / TAIL_SHARE), math.ceil(1.0 / (EXTRAPOLATION * rate) - 1e-9))
+    if n < needed:
+        raise NotStatedError(
+            f"a tail model at a rate of {100.0 * rate:.3g} % needs {needed} healthy records, not {n}", needed
+        )
+    n_tail = min(int(n * TAIL_SHARE), MOST)
+    if rate >= n_tail / n:
+        raise NotStatedError(
+            f"a rate of {rate:.3g} is not rare enough for a tail model of {n} records: use a tolerance limit"
+        )
+    return n_tail
+
+
+def _one_tail(
+    scores: Array, n_tail: int, rate: float, significance: float, draw: np.random.Generator
+) -> tuple[float, Array]:
+    """Limit of a tail, and true rates of the limits of bootstrapped tails, shape (n_bootstrap,)."""
+    ordered = np.sort(scores)
+    start, tail = ordered[-n_tail - 1], ordered[-n_tail:]
+    excesses = tail - start
+    if not np.all(np.isfinite(excesses)) or excesses[n_tail // 5] <= 0.0:
+        raise NotStatedError(
+            "the tail of the healthy scores is infinite or made of equal scores: no model fits"
+        )
+    model = fit_generalised_pareto(excesses)
+    counts = draw.binomial(scores.size, n_tail / scores.size, N_BOOTSTRAP)
+    drawn = np.sort(model.excess(1.0 - draw.random((N_BOOTSTRAP, n_tail))), axis=-1)
+    again = fit_generalised_pareto(drawn)
+    beyond = np.mean(anderson_darling(again, drawn) >= anderson_darling(model, excesses))
+    if beyond < significance:
+        raise NotStatedError(
+            f"the tail of the {scores.size} healthy scores is not generalised Pareto (Anderson–Darling, "
+            f"p = {beyond:.3f}): no rate of {rate:.3g} can be stated"
+        )
+    share = n_tail / scores.size
+    limit = float(start + model.excess(np.array([rate / share]))[0])
+    limits = again.excess(np.minimum(rate * scores.size / np.maximum(counts, 1), 1.0)[:, None])[:, 0]
+    return limit, share * model.survival(limits)
+
+
+ThresholdKind = Literal["quantile", "tolerance", "tail"]
+
+THRESHOLDS: Mapping[ThresholdKind, Callable[..., Threshold]] = {
+    "quantile": quantile_threshold,
+    "tolerance": tolerance_threshold,
+    "tail": tail_threshold,
+}
+"""Method that sets a threshold from healthy scores."""

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.detectors.trained.charting import ChartReading
-from hydrofdi.detectors.trained.judging import Verdict
+from hydrofdi.detectors.trained.following import ChartReading
+from hydrofdi.detectors.trained.measuring import Verdict
 from hydrofdi.monitor.lines import Condition, Event, EventKind
 from hydrofdi.records import Array
 from hydrofdi.records.streams import Chunk, Finding, State

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Protocol, TextIO
 
-from hydrofdi.detectors.trained.charting import ChartReading
-from hydrofdi.detectors.trained.judging import Verdict
+from hydrofdi.detectors.trained.following import ChartReading
+from hydrofdi.detectors.trained.measuring import Verdict
 from hydrofdi.records.streams import Chunk
 
 

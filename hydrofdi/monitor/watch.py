@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.trained.charting import ChartReading, ScoreChart
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.following import Follower
-from hydrofdi.detectors.trained.judging import Judge
+from hydrofdi.detectors.trained.following import ChartReading, Follower, ScoreChart
+from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.monitor.conditions import Conditions, Defects, Episodes
 from hydrofdi.monitor.lines import Event, Line, WindowLine
 from hydrofdi.records.streams import Chunk, EvenStream, Finding, State, Windower

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from hydrofdi.detectors.run_lengths import AlarmLimit, Delay
-from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.wording import probability_in_words, severity_unit
 from hydrofdi.report.table import Block, Column, Table, finite, group_breaks

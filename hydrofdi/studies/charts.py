@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,22 +12,18 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.request import RunRequest
 from hydrofdi.config.study.study import ChartConfig, OnlineConfig
-from hydrofdi.detectors.charts.contract import Chart
+from hydrofdi.detectors.charts import Chart
 from hydrofdi.detectors.registry import make_chart
-from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, FalseAlarms, delays
-from hydrofdi.detectors.run_lengths.false_alarms import time_needed
+from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, FalseAlarms, delays, time_needed
 from hydrofdi.detectors.scores.features import healthy_scale
 from hydrofdi.errors import NotStatedError, ReportError
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind, Population
-from hydrofdi.evaluation.scores import Array
+from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import MEAN_LEAKAGE_FLOW
 from hydrofdi.studies.detecting import rules_of
 from hydrofdi.studies.reading import needed_channels, study_designs
-from hydrofdi.studies.records import StudyRecords
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Rules, StudyRecords
 
 
 @dataclass(frozen=True)
@@ -253,13 +248,16 @@ def judge_chart(
     blank = [
         ChartJudgement(label, asked.of, asked.chart, traces.unit, every) for every in online.false_alarm_every
     ]
+    (fit,) = traces.records.chosen(Kind.HEALTHY, is_fit=True)
     try:
-        case = _Case.fitted(traces, chart, rules)
+        centre, spread = healthy_scale(traces.values[traces.records.rows(fit)])
     except NotStatedError as refusal:
         yield from (replace(each, refusals=(str(refusal),)) for each in blank)
         return
+    case = _Case(traces, (traces.values - centre) / spread, chart, rules)
+    fitted = case.false_alarms(fit)
     for each in blank:
-        yield case.judged(each)
+        yield case.judged(replace(each, centre=centre, spread=spread), fitted)
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,32 +266,20 @@ class _Case:
 
     traces: Traces
     scores: Array
-    scale: tuple[float, float]
     chart: Chart[Any]
     rules: Rules
 
-    @classmethod
-    def fitted(cls, traces: Traces, chart: Chart[Any], rules: Rules) -> _Case:
-        (fit,) = traces.records.chosen(Kind.HEALTHY, is_fit=True)
-        centre, spread = healthy_scale(traces.values[traces.records.rows(fit)])
-        return cls(traces, (traces.values - centre) / spread, (centre, spread), chart, rules)
-
-    def judged(self, blank: ChartJudgement) -> ChartJudgement:
+    def judged(self, scaled: ChartJudgement, fit: FalseAlarms) -> ChartJudgement:
         """Evaluate the chart at one limit."""
         try:
-            limit = self._fit.limit(blank.false_alarm_every, confidence=self.rules.confidence)
+            limit = fit.limit(scaled.false_alarm_every, confidence=self.rules.confidence)
         except NotStatedError as refusal:
-            return replace(blank, refusals=(str(refusal),))
-        judged = replace(blank, centre=self.scale[0], spread=self.scale[1], limit=limit)
+            return replace(scaled, centre=math.nan, spread=math.nan, refusals=(str(refusal),))
         sound, refusals = self._sound(limit)
-        return replace(judged, false_alarms=sound, delays=tuple(self._delays(limit)), refusals=refusals)
+        delayed = tuple(self._delays(limit))
+        return replace(scaled, limit=limit, false_alarms=sound, delays=delayed, refusals=refusals)
 
-    @cached_property
-    def _fit(self) -> FalseAlarms:
-        (fit,) = self.traces.records.chosen(Kind.HEALTHY, is_fit=True)
-        return self._false_alarms(fit)
-
-    def _false_alarms(self, population: Population) -> FalseAlarms:
+    def false_alarms(self, population: Population) -> FalseAlarms:
         """False alarms of a population; its records are from different machines and therefore independent."""
         return FalseAlarms(
             self.chart, self.scores[self.traces.records.rows(population)], self.traces.interval
@@ -304,7 +290,7 @@ class _Case:
         records, found, refusals = self.traces.records, {}, []
         for population in (each for kind in _SOUND for each in records.chosen(kind, is_fit=False)):
             try:
-                at = self._false_alarms(population).at(limit.value, confidence=self.rules.confidence)
+                at = self.false_alarms(population).at(limit.value, confidence=self.rules.confidence)
             except NotStatedError as refusal:
                 refusals.append(f"no false alarms are stated for {population.title} alone: {refusal}")
             else:
@@ -346,9 +332,9 @@ def judge_run_lengths(data: ExperimentData) -> tuple[RunLengths, ...]:
     """
     if data.experiment.detection.online is None:
         return ()
-    rules = rules_of(data.experiment.detection)
+    asked = data.experiment.detection
     return tuple(
-        RunLengths(records, tuple(_judged(data, records, rows)), rules.confidence, rules.probability)
+        RunLengths(records, tuple(_judged(data, records, rows)), asked.confidence, asked.probability)
         for records, rows in study_designs(data)
     )
 
@@ -357,12 +343,7 @@ def _judged(data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp])
     detection = data.experiment.detection
     assert detection.online is not None
     for label, asked in detection.online.charts.items():
-        if _has_its_sensors(data, asked):
+        indicator = data.experiment.indicator_choice.made(data.experiment.wavelet)[asked.of.partition(".")[0]]
+        if not detection.sensors or set(needed_channels(indicator)) <= set(detection.sensors):
             traces = read_traces(data, records, rows, asked.of)
             yield from judge_chart(traces, label, asked, detection.online, rules_of(detection))
-
-
-def _has_its_sensors(data: ExperimentData, asked: ChartConfig) -> bool:
-    experiment, sensors = data.experiment, data.experiment.detection.sensors
-    indicator = experiment.indicator_choice.made(experiment.wavelet)[asked.of.partition(".")[0]]
-    return not sensors or set(needed_channels(indicator)) <= set(sensors)

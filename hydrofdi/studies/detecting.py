@@ -1,24 +1,29 @@
-"""Evaluation and ranking of all scores of a study."""
+"""Evaluation and ranking of all scores of a study, and comparison of its designs."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.study.detection import DetectionConfig
+from hydrofdi.config.study.study import DetectionConfig
 from hydrofdi.detectors.scores.configuration import CHANGE
 from hydrofdi.detectors.trained.configuration import stated_indicators
-from hydrofdi.evaluation.multiplicity import confidence_text, simultaneous_confidence
-from hydrofdi.evaluation.populations import Kind
+from hydrofdi.errors import NotStatedError
+from hydrofdi.evaluation.rates import confidence_text, holm, simultaneous_confidence
+from hydrofdi.evaluation.scores import Array, Kind, Population
+from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.studies.judgement import Detection, Judgement, pareto_set, ranked
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.reading import read_study, within
-from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Detection, Judgement, Rules, Scored, StudyRecords, pareto_set, ranked
 
 
 def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Detection:
@@ -89,14 +94,13 @@ def winner(detection: Detection, sensors: Collection[str] = ()) -> Judgement | N
 
     Changes since an earlier record cannot be trained: a detector judges each record by itself.
     """
-    return next((each for each in detection.judgements if _can_win(each, sensors)), None)
-
-
-def _can_win(judgement: Judgement, sensors: Collection[str]) -> bool:
-    scored = judgement.scored
-    names = [scored.name] if scored.made_by is None else [*scored.made_by.of, *scored.made_by.by]
-    is_change = any(name.endswith(CHANGE) for name in names)
-    return judgement.keeps_its_rate is True and within(scored, sensors) and not is_change
+    for judgement in detection.judgements:
+        scored = judgement.scored
+        names = [scored.name] if scored.made_by is None else [*scored.made_by.of, *scored.made_by.by]
+        is_change = any(name.endswith(CHANGE) for name in names)
+        if judgement.keeps_its_rate and within(scored, sensors) and not is_change:
+            return judgement
+    return None
 
 
 def detector_settings(experiment: ExperimentConfig, judgement: Judgement, rules: Rules) -> dict[str, Any]:
@@ -117,3 +121,174 @@ def detector_settings(experiment: ExperimentConfig, judgement: Judgement, rules:
     used = dict.fromkeys(name.partition(".")[0] for name in names)
     indicators = stated_indicators({label: made[label] for label in used}, in_full=True)
     return settings | {"indicators": indicators, "score": scored.made_by.model_dump(mode="json")}
+
+
+N_DRAW = 400
+
+
+@dataclass(frozen=True, eq=False)
+class Redrawn:
+    """Number of times that each record is drawn, with replacement.
+
+    Attributes
+    ----------
+    healthy : ndarray of int, shape (n_draw, n_healthy)
+        Counts of fit records.
+    faulty : ndarray of int, shape (n_draw, n_faulty)
+        Counts of test records, stratified by severity.
+    """
+
+    healthy: NDArray[np.int64]
+    faulty: NDArray[np.int64]
+
+    def detected(self, threshold: Threshold, healthy: ArrayLike, faulty: ArrayLike) -> Array:
+        """Fraction of faulty records detected in each resample, with a threshold of the same rank.
+
+        Parameters
+        ----------
+        threshold : Threshold
+            Threshold that is an order statistic of the healthy records.
+        healthy, faulty : array_like, shape (n_record,)
+            Scores of fit and of test records; NaN if there is none, which raises no alarm.
+
+        Returns
+        -------
+        ndarray, shape (n_draw,)
+
+        Raises
+        ------
+        NotStatedError
+            The threshold comes from a tail model, or no faulty record has a score.
+        """
+        fit, tested = np.asarray(healthy, dtype=float), np.asarray(faulty, dtype=float)
+        if np.isnan(tested).all():
+            raise NotStatedError("no faulty record has a score")
+        high = self._limit(fit, threshold.high)
+        low = -self._limit(-fit, -threshold.low)
+        is_alarm = (tested > high[:, None]) | (tested < low[:, None])
+        return np.asarray(np.sum(self.faulty * is_alarm, axis=1) / self.faulty.sum(axis=1))
+
+    def _limit(self, healthy: Array, limit: float) -> Array:
+        """Upper limits of the same rank, shape (n_draw,)."""
+        if np.isinf(limit):
+            return np.full(len(self.healthy), limit)
+        rank = int(np.sum(healthy >= limit))
+        if not np.any(healthy == limit):
+            raise NotStatedError("thresholds of a tail model cannot be resampled")
+        order = np.argsort(-healthy)[: int(np.sum(~np.isnan(healthy)))]
+        reached = np.cumsum(self.healthy[:, order], axis=1) >= rank
+        return np.asarray(healthy[order][reached.argmax(axis=1)])
+
+
+@lru_cache(maxsize=4)
+def redrawn(n_healthy: int, n_faulty: tuple[int, ...], seed: int = 0) -> Redrawn:
+    """Resample fit records, and test records of each severity; reproducible for the same numbers."""
+    draw = np.random.default_rng(seed)
+    parts = [draw.multinomial(n, np.full(n, 1.0 / n), size=N_DRAW) for n in (n_healthy, *n_faulty)]
+    return Redrawn(parts[0], np.hstack(parts[1:]))
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Difference in detection between two designs with the same actuators.
+
+    Attributes
+    ----------
+    value, low, high : float
+        Difference of the detection rates over all faulty test records, and its interval.
+    p_value : float
+        p-value of the null hypothesis of no difference.
+    confidence : float
+    """
+
+    value: float
+    low: float
+    high: float
+    p_value: float
+    confidence: float
+
+
+@dataclass(frozen=True)
+class EvaluatedScore:
+    """An evaluated score of a design."""
+
+    records: StudyRecords
+    judgement: Judgement
+
+    @cached_property
+    def healthy(self) -> Array:
+        """Scores of the healthy fit records."""
+        return self.records.values(self.judgement.scored, self.records.chosen(Kind.HEALTHY, is_fit=True))
+
+    @cached_property
+    def faulty(self) -> Array:
+        """Scores of the faulty test records."""
+        return self.records.values(self.judgement.scored, self._faults)
+
+    @cached_property
+    def n_record(self) -> dict[Population, int]:
+        """Number of faulty test records of each severity."""
+        return {each: self.records.rows(each).size for each in self._faults}
+
+    @cached_property
+    def detected(self) -> tuple[float, Array]:
+        """Detection rate, and its values for resampled records, shape (n_draw,).
+
+        Raises
+        ------
+        NotStatedError
+            There is no threshold, or there are no faulty records.
+        """
+        threshold = self.judgement.threshold
+        if threshold is None or not self.n_record:
+            raise NotStatedError(f"{self.judgement.scored.name} has no threshold, or there are no faults")
+        draws = redrawn(self.healthy.size, tuple(self.n_record.values()))
+        drawn = draws.detected(threshold, self.healthy, self.faulty)
+        hits = np.nan_to_num(threshold.outcomes(self.faulty), nan=0.0)
+        return float(hits.mean()), drawn
+
+    @property
+    def _faults(self) -> tuple[Population, ...]:
+        return self.records.chosen(Kind.FAULT, is_fit=False)
+
+
+def gain(reference: EvaluatedScore, other: EvaluatedScore, *, confidence: float = 0.95) -> Gain:
+    """Paired difference of the detection rates of two designs, second minus first.
+
+    Fit and test records are resampled, the same ones in both designs, and thresholds are set again, so that
+    the interval includes the uncertainty of the thresholds. It is normal, with the standard deviation of the
+    resamples.
+
+    Parameters
+    ----------
+    reference, other : EvaluatedScore
+        Detectors of two designs with the same populations and draws.
+    confidence : float
+
+    Raises
+    ------
+    NotStatedError
+        The designs do not have the same records, or one has no threshold.
+    """
+    from scipy.special import ndtr, ndtri
+
+    if reference.n_record != other.n_record or reference.healthy.size != other.healthy.size:
+        raise NotStatedError("designs must be compared on the same actuators, but their records differ")
+    (before, drawn_before), (after, drawn_after) = reference.detected, other.detected
+    value, deviation = after - before, float(np.std(drawn_after - drawn_before, ddof=1))
+    p_value = 2.0 * float(ndtr(-abs(value) / deviation)) if deviation else math.nan
+    spread = float(ndtri((1.0 + confidence) / 2.0)) * deviation
+    return Gain(value, max(value - spread, -1.0), min(value + spread, 1.0), p_value, confidence)
+
+
+def are_shown(compared: Sequence[Gain | None]) -> tuple[bool, ...]:
+    """Whether each of several differences is significant after Holm's correction.
+
+    Parameters
+    ----------
+    compared : sequence of Gain or None
+        None if there is no result.
+    """
+    stated = [each for each in compared if each is not None]
+    corrected = iter(holm([each.p_value for each in stated]).tolist())
+    return tuple(each is not None and next(corrected) <= 1.0 - each.confidence for each in compared)

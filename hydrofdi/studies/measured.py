@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
 from hydrofdi.settings.messages import similar
-from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.records import Scored, StudyDesign, StudyRecords
 
 SEED = 0
 """Seed of the random split of healthy records without groups."""
@@ -34,24 +34,9 @@ class Labels:
     severity: Mapping[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredStudy:
-    """Labelled records with their scores.
-
-    Attributes
-    ----------
-    records : StudyRecords
-    scores : tuple of Scored
-        Scores that at least one record has.
-    """
-
-    records: StudyRecords
-    scores: tuple[Scored, ...]
-
-
 def measured_study(
     columns: Sequence[Column], measured: Iterable[RecordMeasures], labels: Labels
-) -> MeasuredStudy:
+) -> StudyDesign:
     """Build a study of healthy and faulty records from their labels.
 
     With groups, all healthy records are fit records, and each healthy group is tested at the threshold of the
@@ -91,7 +76,7 @@ def measured_study(
     severity = np.array([_severity(record.label, labels) for record in labelled])
     remarks = [*([] if has_groups else [_split_remark(groups)]), *_confounded(groups, is_healthy)]
     records = StudyRecords(populations, of_record, severity, groups=groups, remarks=tuple(remarks))
-    return MeasuredStudy(records, tuple(_scores(columns, labelled)))
+    return StudyDesign(records, tuple(_scores(columns, labelled)))
 
 
 def _require_healthy(labels: Labels, found: Sequence[str]) -> None:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.multiplicity import confidence_text
 from hydrofdi.evaluation.pod.curve import PodCurve
 from hydrofdi.evaluation.pod.tally import DetectableSeverity, Tally, last_shown
-from hydrofdi.evaluation.populations import Population
-from hydrofdi.evaluation.rates import Rate, alarm_rate
-from hydrofdi.evaluation.scores import Array
+from hydrofdi.evaluation.rates import Rate, alarm_rate, confidence_text
+from hydrofdi.evaluation.scores import NOTHING, Array, Kind, Population
+from hydrofdi.evaluation.sensitivity import Reach, Response, Spread, relative_spread
 from hydrofdi.evaluation.threshold import Threshold, records_needed
 from hydrofdi.studies.records import Scored, StudyRecords
 
@@ -180,3 +179,78 @@ class Notes:
 def quantile_name(probability: float, confidence: float) -> str:
     """Name such as ``q90/95``: detected with 90 % probability at 95 % confidence."""
     return f"q{100.0 * probability:.5g}/{confidence_text(confidence)}"
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """Effect of one nuisance alone on a healthy score; None if there is no result.
+
+    Attributes
+    ----------
+    parameter : str
+        Dotted name; ``nothing`` for the variation between records of one actuator.
+    alone : Spread or None
+        Inner 90 % range of the score if only this nuisance varies, relative to the range if all vary.
+    reach : Reach or None
+        Faults that the nuisance imitates and hides.
+    """
+
+    parameter: str
+    alone: Spread | None
+    reach: Reach | None
+
+
+@dataclass(frozen=True)
+class Nuisances:
+    """All nuisances of a score, the variation between records last; what all together imitate and hide."""
+
+    each: tuple[Nuisance, ...]
+    together: Reach | None
+    refusals: tuple[str, ...]
+
+
+def nuisances_of(records: StudyRecords, scored: Scored, *, confidence: float = 0.95) -> Nuisances | None:
+    """Sensitivity of a score to the nuisances; None if the study has no records for it.
+
+    Parameters
+    ----------
+    records : StudyRecords
+    scored : Scored
+    confidence : float
+        Confidence level of all intervals.
+    """
+    notes = Notes()
+    alone = sorted(records.chosen(Kind.ALONE, is_fit=False), key=lambda each: each.name == NOTHING)
+    own = {each.name: records.values(scored, [each]) for each in alone}
+    if not own:
+        return None
+    of_kind = [each for each in records.populations if each.kind is Kind.HEALTHY]
+    healthy = records.values(scored, of_kind)
+    faults = sorted(
+        (_severity(records, each), place, records.values(scored, [each]))
+        for place, each in enumerate(records.chosen(Kind.FAULT, is_fit=False))
+    )
+    response = None
+    if faults:
+        severity, _, scores = zip(*faults, strict=True)
+        response = notes.unless_refused(lambda: Response(healthy, scores, severity, confidence=confidence))
+
+    def reach(scores: Array, centre: Array) -> Reach | None:
+        return notes.unless_refused(lambda: response.reach(scores, centre)) if response else None
+
+    each = tuple(
+        Nuisance(
+            name,
+            notes.unless_refused(partial(relative_spread, scores, healthy, confidence=confidence)),
+            reach(scores, own[NOTHING]),
+        )
+        for name, scores in own.items()
+    )
+    return Nuisances(each, reach(healthy, healthy), tuple(dict.fromkeys(notes.refusals)))
+
+
+def _severity(records: StudyRecords, population: Population) -> float:
+    """Mean of the true severities; the nominal one if they are unknown."""
+    known = records.severity[records.rows(population)]
+    known = known[np.isfinite(known)]
+    return float(known.mean()) if known.size else population.severity

@@ -1,22 +1,24 @@
-"""Reading of stored studies: records and scores of each design, and what is left out."""
+"""Reading of stored studies: records, scores and combined scores of each design, and what is left out."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.run_table.expansion import study_roles
-from hydrofdi.config.study.detection import DetectionConfig
+from hydrofdi.config.study.study import DetectionConfig
 from hydrofdi.config.study.table import StudyTable
-from hydrofdi.detectors.registry import score_kind
-from hydrofdi.detectors.scores.configuration import ScoreConfig, belongs
-from hydrofdi.detectors.scores.features import EXTRA, has_extra
-from hydrofdi.errors import ReportError
+from hydrofdi.detectors.registry import make_score, score_kind
+from hydrofdi.detectors.scores.configuration import CHANGE, ScoreConfig, belongs, combined_numbers
+from hydrofdi.detectors.scores.contract import Score
+from hydrofdi.detectors.scores.features import EXTRA, cross_fitted_scores, has_extra, known_numbers
+from hydrofdi.errors import NotStatedError, ReportError
+from hydrofdi.evaluation.scores import Kind
 from hydrofdi.indicators import Indicator
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
@@ -25,9 +27,7 @@ from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.folder.provenance import read_costs
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, OBSTACLE, STATUS
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
-from hydrofdi.studies.made_scores import made_scores, usual_scores
-from hydrofdi.studies.paired import changes_since_before
-from hydrofdi.studies.records import Scored, StudyRecords
+from hydrofdi.studies.records import Scored, StudyDesign, StudyRecords
 
 
 def within(scored: Scored, sensors: Collection[str]) -> bool:
@@ -42,26 +42,11 @@ def makeable_within(score: ScoreConfig, numbers: Sequence[Scored], kept: Sequenc
     return not any(belongs(number, name) for name in (*score.of, *score.by) for number in lacking)
 
 
-def sensor_remark(label: str, scored: Scored, sensors: Collection[str]) -> str:
-    """Message why an indicator is omitted."""
-    lacking = ", ".join(Channel(name).symbol for name in scored.channels if name not in sensors)
-    return f"{label} is left out: it needs {lacking}, not among detection.sensors"
-
-
 def asks_for_extra(detection: DetectionConfig) -> bool:
     """Whether any score of a study needs scikit-learn."""
     return detection.usual_scores or any(
         score_kind(score.kind).needs_extra for score in detection.scores.values()
     )
-
-
-def makeable(wanted: Mapping[str, ScoreConfig]) -> tuple[dict[str, ScoreConfig], tuple[str, ...]]:
-    """Scores that can be made, and a remark on those that cannot, if any."""
-    lacking = [label for label, score in wanted.items() if score_kind(score.kind).needs_extra]
-    if not lacking or has_extra():
-        return dict(wanted), ()
-    remark = f"omitted because they need the extra ({EXTRA}): {', '.join(lacking)}"
-    return {label: score for label, score in wanted.items() if label not in lacking}, (remark,)
 
 
 _SEVERITIES = {
@@ -74,22 +59,6 @@ _DEPENDENT_DRAWS = (
     "Actuators are points of a {method}, so they are not independent: binomial limits do not apply to rates."
 )
 _METHODS = {"sobol": "Sobol sequence", "lhs": "Latin hypercube"}
-
-
-@dataclass(frozen=True, eq=False)
-class StudyDesign:
-    """A design of a study with its measured scores.
-
-    Attributes
-    ----------
-    records : StudyRecords
-    scores : tuple of Scored
-        All outputs of the evaluated indicators; with common actuators also their changes since the earlier
-        record; and the scores made of these.
-    """
-
-    records: StudyRecords
-    scores: tuple[Scored, ...]
 
 
 def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
@@ -131,9 +100,12 @@ def _design(data: ExperimentData, roles: StudyTable, measured: Sequence[Scored],
     judged = [each for each in numbers if not detection.indicators or _label(each) in detection.indicators]
     usual = usual_scores(records, owned) if detection.usual_scores else {}
     asked = {label: score for label, score in detection.scores.items() if makeable_within(score, raw, owned)}
-    wanted, remarks = makeable(usual | asked)
-    remarks = (*_sensor_remarks(data, raw), *remarks)
-    records = replace(records, remarks=(*records.remarks, *remarks))
+    wanted, remarks = usual | asked, [*records.remarks, *_sensor_remarks(data, raw)]
+    lacking = [label for label, score in wanted.items() if score_kind(score.kind).needs_extra]
+    if lacking and not has_extra():
+        wanted = {label: score for label, score in wanted.items() if label not in lacking}
+        remarks.append(f"omitted because they need the extra ({EXTRA}): {', '.join(lacking)}")
+    records = replace(records, remarks=tuple(remarks))
     return StudyDesign(records, (*judged, *made_scores(records, numbers, wanted)))
 
 
@@ -143,7 +115,8 @@ def _sensor_remarks(data: ExperimentData, numbers: Sequence[Scored]) -> Iterator
     owned = [each for each in numbers if within(each, sensors)]
     without = {_label(each): each for each in numbers if not within(each, sensors)}
     for label, scored in without.items():
-        yield sensor_remark(label, scored, sensors)
+        lacking = ", ".join(Channel(name).symbol for name in scored.channels if name not in sensors)
+        yield f"{label} is left out: it needs {lacking}, not among detection.sensors"
     for label, score in experiment.detection.scores.items():
         if not makeable_within(score, numbers, owned):
             yield f"the score {label} is left out: it uses numbers that detection.sensors do not allow"
@@ -258,3 +231,180 @@ def _why_not_measured(data: ExperimentData, label: str) -> str:
         return ""
     ((reason, count),) = told.most_common(1)
     return f"not measured in {count} of {counted(data.n_run, 'record')}: {reason}"
+
+
+_DETAILS = tuple(f"dwt.d{level}" for level in range(1, 6))
+
+
+def usual_scores(
+    records: StudyRecords, scores: Sequence[Scored], *, tested_teach: bool = False
+) -> dict[str, ScoreConfig]:
+    """Default scores: for every set of sensors, a score of all numbers that these sensors give.
+
+    ``mahalanobis`` from healthy fit records, and ``lda`` if there are faulty fit records; in addition the
+    rule of the paper, the largest fall of d1 … d5.
+
+    Parameters
+    ----------
+    records : StudyRecords
+    scores : sequence of Scored
+    tested_teach : bool
+        Whether faulty test records may be used for training, as in `made_scores`.
+    """
+    teachers = records.chosen(Kind.FAULT, is_fit=True)
+    if tested_teach:
+        teachers += records.chosen(Kind.FAULT, is_fit=False)
+    kinds = ["mahalanobis", *(["lda"] if teachers else [])]
+    made: dict[str, ScoreConfig] = {}
+    for sensors in dict.fromkeys(each.channels for each in scores if each.channels):
+        names = [each.name for each in scores if each.channels and set(each.channels) <= set(sensors)]
+        if len(names) > 1:
+            title = " ".join(Channel(channel).symbol for channel in sensors)
+            made |= {
+                f"{kind}({title})": ScoreConfig.model_validate({"kind": kind, "of": names}) for kind in kinds
+            }
+    details = [each.name for each in scores if each.name in _DETAILS]
+    if len(details) == len(_DETAILS):
+        made["largest_change(d1 … d5)"] = ScoreConfig(kind="largest_change", of=details)
+    return made
+
+
+_TRAINING = (Kind.HEALTHY, Kind.FAULT)
+
+
+def made_scores(
+    records: StudyRecords,
+    measured: Sequence[Scored],
+    wanted: Mapping[str, ScoreConfig],
+    *,
+    tested_teach: bool = False,
+) -> Iterator[Scored]:
+    """Make the scores of a study, cross-fitted over its fit records.
+
+    Fit records are scored by models that were not trained on their group, the others by the model of all fit
+    records. ``compensated`` gives one score for each of its numbers. If the fit records do not support a
+    score, it has no values, and its note says why.
+
+    Parameters
+    ----------
+    records : StudyRecords
+    measured : sequence of Scored
+        Numbers that the scores combine.
+    wanted : mapping of str to ScoreConfig
+        Label → configuration of the score.
+    tested_teach : bool
+        Whether faulty test records are used to train scores that need faulty records, because there are no
+        others. Each is then scored by a model that was not trained on its group, so groups are required.
+
+    Raises
+    ------
+    ConfigError
+        A number is not measured, or the extra of a score is not installed.
+    """
+    for label, config in wanted.items():
+        score, known = make_score(config.kind, config.options), {each.name: each for each in measured}
+        combined = combined_numbers(config, [*known], label)
+        for names in combined:
+            numbers = [known[name] for name in names]
+            name = label if len(combined) == 1 else f"{label}.{names[0]}"
+            found = _made(records, name, score, numbers, tested_teach)
+            if config.kind == "compensated":
+                found = replace(found, unit=numbers[0].unit, direction=numbers[0].direction)
+            yield replace(found, made_by=config.model_copy(update={"of": names[:1]}) if config.by else config)
+
+
+def _made(
+    records: StudyRecords, name: str, score: Score[Any], numbers: Sequence[Scored], tested_teach: bool
+) -> Scored:
+    population = [records.populations[each] for each in records.of_record]
+    is_faulty = np.array([each.kind is Kind.FAULT for each in population])
+    is_fit = np.array([each.is_fit and each.kind in _TRAINING for each in population])
+    is_shared = tested_teach and score.needs_faulty
+    is_fit |= is_shared & is_faulty
+    learning = is_fit & (score.needs_faulty | ~is_faulty)
+    values = np.stack([each.values for each in numbers], axis=1)
+    kept = [numbers[place] for place in known_numbers(values[learning])]
+    left_out = [
+        f"{each.name} is left out: too many fit records lack it." for each in numbers if each not in kept
+    ]
+    notes = [score.caution, *left_out]
+    try:
+        if is_shared:
+            _refuse_few_groups(score.name, records.groups, is_faulty, is_fit)
+        if not kept:
+            raise NotStatedError("no number is measured in at least 90 % of the fit records")
+        values = np.stack([each.values for each in kept], axis=1)
+        scores = cross_fitted_scores(score, values, is_faulty, records.groups, is_fit=is_fit)
+    except NotStatedError as refusal:
+        scores, notes = np.full(is_fit.size, np.nan), [f"{refusal}.", *left_out]
+    used = {channel for each in kept for channel in each.channels}
+    return Scored(
+        name,
+        scores,
+        tuple(channel.value for channel in Channel if channel.value in used),
+        long_name=score.summary,
+        direction=score.direction,
+        cost=_cost(kept),
+        note=" ".join(notes),
+    )
+
+
+def _refuse_few_groups(
+    name: str, groups: Sequence[str] | None, is_faulty: NDArray[np.bool_], is_fit: NDArray[np.bool_]
+) -> None:
+    """Refuse to train on test records if groups do not allow cross-fitting."""
+    why = f"the score {name} is cross-fitted on test records"
+    if groups is None:
+        raise NotStatedError(f"{why}: it needs groups, and no record has one")
+    for kind, own in (("healthy", ~is_faulty), ("faulty", is_faulty)):
+        n_group = len({groups[row] for row in np.flatnonzero(is_fit & own).tolist()})
+        if n_group < 2:
+            raise NotStatedError(f"{why}: it needs at least two groups with {kind} records, not {n_group}", 2)
+
+
+def _cost(numbers: Sequence[Scored]) -> float | None:
+    """Total cost of the indicators, each once; None if one was not measured."""
+    costs = {each.name.partition(".")[0]: each.cost for each in numbers}
+    known = [cost for cost in costs.values() if cost is not None]
+    return sum(known) if len(known) == len(costs) else None
+
+
+NONE = -1
+
+NOTE = "minus its value in an earlier healthy record of the same actuator"
+
+
+def changes_since_before(records: StudyRecords, scores: Sequence[Scored]) -> Iterator[Scored]:
+    """Change of each score since the earlier record of the same group.
+
+    This removes constants of an actuator, such as the null leakage of its valve or the bias of a sensor.
+    There are no changes if there are no earlier records; they are NaN for records of a group without one.
+
+    Parameters
+    ----------
+    records : StudyRecords
+        Records with groups: one group per actuator.
+    scores : sequence of Scored
+    """
+    before = _before(records)
+    if before is None:
+        return
+    for scored in scores:
+        earlier = np.where(before == NONE, np.nan, scored.values[before])
+        yield replace(
+            scored,
+            name=f"{scored.name}{CHANGE}",
+            values=scored.values - earlier,
+            long_name=f"change of: {scored.long_name}",
+            note="; ".join(filter(None, (scored.note, NOTE))),
+        )
+
+
+def _before(records: StudyRecords) -> NDArray[np.intp] | None:
+    """Row of the earlier record of each record, or ``NONE``; None if there are no earlier records."""
+    populations = [each for each in records.populations if each.kind is Kind.BEFORE]
+    if records.groups is None or not populations:
+        return None
+    rows = np.concatenate([records.rows(each) for each in populations]).tolist()
+    row_of_group = {records.groups[row]: row for row in rows}
+    return np.array([row_of_group.get(group, NONE) for group in records.groups], dtype=np.intp)

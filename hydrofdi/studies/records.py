@@ -1,17 +1,22 @@
-"""Records of a study: population, severity of the fault, and scores."""
+"""Records of a study, rules of their evaluation, and what is stated of each score."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.scores.configuration import ScoreConfig
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind, Population
-from hydrofdi.evaluation.scores import Array
+from hydrofdi.errors import NotStatedError
+from hydrofdi.evaluation.pod.curve import LackOfFit, Link, PodCurve
+from hydrofdi.evaluation.pod.tally import DetectableSeverity
+from hydrofdi.evaluation.rates import Rate
+from hydrofdi.evaluation.roc import Area
+from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
+from hydrofdi.evaluation.threshold import THRESHOLDS, Threshold, ThresholdKind, records_needed
 
 
 @dataclass(frozen=True)
@@ -90,7 +95,270 @@ class StudyRecords:
         """Rows of the records of a population."""
         return np.flatnonzero(self.of_record == self.populations.index(population))
 
+    def values(self, scored: Scored, populations: Sequence[Population]) -> Array:
+        """Scores of the records of some populations, one population after another."""
+        rows = [self.rows(population) for population in populations]
+        return scored.values[np.concatenate(rows)] if rows else np.empty(0)
+
     def chosen(self, kind: Kind, *, is_fit: bool) -> tuple[Population, ...]:
         """Populations of a kind, ascending in severity."""
         own = (each for each in self.populations if each.kind is kind and each.is_fit is is_fit)
         return tuple(sorted(own, key=lambda each: each.severity))
+
+
+@dataclass(frozen=True, eq=False)
+class StudyDesign:
+    """A design of a study with its scores; that of a measured study is its only one.
+
+    Attributes
+    ----------
+    records : StudyRecords
+    scores : tuple of Scored
+        All outputs of the evaluated indicators; with common actuators also their changes since the earlier
+        record; and the scores made of these.
+    """
+
+    records: StudyRecords
+    scores: tuple[Scored, ...]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """Requirements on a detector, and confidence levels.
+
+    Attributes
+    ----------
+    false_alarm_rate : float
+        Design false-alarm rate α of thresholds.
+    confidence : float
+        Confidence level γ of all intervals and bounds.
+    probability : float
+        Probability of detection at the stated severity.
+    threshold : str
+        ``quantile``, ``tolerance`` or ``tail``.
+    link : str
+        Link of the detection curve, ``probit`` or ``logit``; normally distributed scores give a probit curve.
+    n_tried : int
+        Number of scores among which this one was chosen.
+    """
+
+    false_alarm_rate: float = 0.01
+    confidence: float = 0.95
+    probability: float = 0.9
+    threshold: ThresholdKind = "quantile"
+    link: Link = "probit"
+    n_tried: int = 1
+
+    def set_threshold(self, healthy: ArrayLike, direction: Direction) -> Threshold:
+        """Set a threshold from healthy fit scores, shape (n_record,).
+
+        Raises
+        ------
+        NotStatedError
+            There are too few scores, or the tail model is rejected.
+        """
+        method = THRESHOLDS[self.threshold]
+        return method(healthy, self.false_alarm_rate, direction=direction, confidence=self.confidence)
+
+    def records_for_threshold(self, direction: Direction) -> int:
+        """Number of healthy fit records that a threshold in this direction needs; 0 if one is enough."""
+        try:
+            self.set_threshold(np.zeros(1), direction)
+        except NotStatedError as refusal:
+            return refusal.records_needed or 0
+        return 0
+
+    @property
+    def records_for_false_alarms(self) -> int:
+        """Minimum number of records for a rate: without any alarm they demonstrate the false-alarm rate."""
+        return records_needed(self.false_alarm_rate, self.confidence)
+
+    @property
+    def records_for_detection(self) -> int:
+        """Number of records that demonstrate the probability if all are detected: 29 for 90/95."""
+        return records_needed(1.0 - self.probability, self.confidence)
+
+
+@dataclass(frozen=True)
+class Level:
+    """Faulty test records of one nominal severity.
+
+    Attributes
+    ----------
+    population : Population
+    severity : float
+        Mean true severity of its records [unit of the severity]; NaN if unknown.
+    detected : Rate or None
+        Detection rate; None without a threshold or a measured false-alarm rate.
+    area : Area or None
+        Area under the ROC curve against the healthy test records; None if undefined.
+    """
+
+    population: Population
+    severity: float
+    detected: Rate | None
+    area: Area | None
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Evaluation of a score as a detector, at the threshold set by healthy fit records.
+
+    Attributes
+    ----------
+    scored : Scored
+    direction : Direction
+        Direction, declared or learned from fit records.
+    threshold : Threshold or None
+        None if the fit records do not carry one.
+    false_alarms : mapping of Population to Rate
+        False-alarm rates of healthy test records, each shift and each confusion; empty without a threshold.
+    levels : tuple of Level
+        Ascending.
+    curve : PodCurve or None
+    lack_of_fit : LackOfFit or None
+    smallest : mapping of str to DetectableSeverity
+        ``q50``, ``q90`` (estimates at 50 % and at the required probability), ``q90_95`` (bound with the
+        required confidence) and, for scores selected among many, ``q90_95_of_all`` (simultaneous bound);
+        refused values are absent.
+    partial_area : float
+        Partial area up to the false-alarm rate over all faulty test records, scaled so that 0.5 is chance;
+        NaN if undefined.
+    counted : mapping of Population to int
+        Population with too few records for a rate (only its alarms are counted) → number of records that a
+        rate needs.
+    refusals : tuple of str
+        Results that are refused, and why.
+    remarks : tuple of str
+        Remarks on the results.
+    bounding : tuple of PodCurve
+        Curves for the bounds, the most likely first; all are compared with its likelihood.
+    """
+
+    scored: Scored
+    direction: Direction
+    threshold: Threshold | None
+    false_alarms: Mapping[Population, Rate]
+    levels: tuple[Level, ...]
+    curve: PodCurve | None
+    lack_of_fit: LackOfFit | None
+    smallest: Mapping[str, DetectableSeverity]
+    partial_area: float
+    counted: Mapping[Population, int] = field(default_factory=dict)
+    refusals: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    bounding: tuple[PodCurve, ...] = ()
+
+    @property
+    def keeps_its_rate(self) -> bool | None:
+        """Whether healthy test records and shifts are compatible with the false-alarm rate of the threshold.
+
+        They are if no lower limit of their rates exceeds the upper limit from the fit records. None if
+        unknown: without a threshold or healthy test records, or if any of these populations has too few
+        records for a rate. Confusions are not included: they have another fault, so their alarms are
+        justified.
+        """
+        if self.threshold is None:
+            return None
+        tested = {each for each in self.false_alarms if each.kind is not Kind.CONFUSION}
+        if tested & set(self.exceeded):
+            return False
+        is_known = any(each.kind is Kind.HEALTHY for each in tested) and not tested & self.counted.keys()
+        return True if is_known else None
+
+    @property
+    def exceeded(self) -> tuple[Population, ...]:
+        """Populations without the fault in which more alarm than the threshold allows."""
+        if self.threshold is None:
+            return ()
+        allowed = self.threshold.interval[1]
+        return tuple(each for each, rate in self.false_alarms.items() if rate.low > allowed)
+
+    @property
+    def middle_area(self) -> float:
+        """Area under the ROC curve at the middle level; NaN if undefined."""
+        areas = [level.area.value for level in self.levels if level.area is not None]
+        return areas[(len(areas) - 1) // 2] if areas else math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """Evaluation of all scores of one design of a study.
+
+    Attributes
+    ----------
+    records : StudyRecords
+    judgements : tuple of Judgement
+        Best first, as from `ranked`.
+    rules : Rules
+        Rules of the evaluation.
+    pareto : frozenset of str
+        Names of Pareto-optimal scores: no other score needs fewer channels and detects smaller faults at its
+        false-alarm rate.
+    remarks : tuple of str
+        Remarks on all results, such as that the draws are not independent.
+    """
+
+    records: StudyRecords
+    judgements: tuple[Judgement, ...]
+    rules: Rules
+    pareto: frozenset[str] = frozenset()
+    remarks: tuple[str, ...] = ()
+
+
+_RANK_BY_RATE = {True: 0, None: 1, False: 2}
+
+
+def ranked(judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
+    """Rank scores by q90/95, best first; scores that exceed their false-alarm rate come last.
+
+    Ties are resolved by fewer channels. Scores without a q90/95 are ranked by the detection rate at the
+    largest level, then by the area at the middle level.
+
+    A score that always alarms detects every leak, so scores that exceed their rate come last, after those for
+    which this is unknown.
+    """
+    return tuple(sorted(judgements, key=_place))
+
+
+def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
+    area, found = judgement.middle_area, found_from(judgement)
+    suspicion = 0.0 if math.isnan(area) else area
+    second = float(len(judgement.scored.channels)) if math.isfinite(found) else -_largest_rate(judgement)
+    kept = _RANK_BY_RATE[judgement.keeps_its_rate]
+    return kept, found, second, -suspicion, judgement.scored.name
+
+
+def _largest_rate(judgement: Judgement) -> float:
+    """Detection rate at the largest level; 0 if there is none."""
+    rates = [level.detected.value for level in judgement.levels[-1:] if level.detected is not None]
+    return rates[0] if rates and math.isfinite(rates[0]) else 0.0
+
+
+def found_from(judgement: Judgement) -> float:
+    """q90/95 [unit of the severity]; infinite if no tested severity is detected or it is refused."""
+    bound = judgement.smallest.get("q90_95")
+    value = None if bound is None else bound.value
+    return math.inf if value is None else value
+
+
+def pareto_set(judgements: Sequence[Judgement]) -> frozenset[str]:
+    """Names of the Pareto-optimal scores in channels and q90/95.
+
+    A score dominates another if its channels are a subset, its q90/95 is not larger, and one of the two is
+    strictly better. Only scores that meet their false-alarm rate, have a q90/95 and declare their channels
+    are included.
+    """
+    able = [
+        (judgement.scored.name, frozenset(judgement.scored.channels), found_from(judgement))
+        for judgement in judgements
+        if judgement.keeps_its_rate and judgement.scored.channels and math.isfinite(found_from(judgement))
+    ]
+    return frozenset(
+        name
+        for name, channels, found in able
+        if not any(
+            others <= channels and other <= found and (others < channels or other < found)
+            for _, others, other in able
+        )
+    )

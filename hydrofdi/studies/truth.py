@@ -9,9 +9,8 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.evaluation.populations import Kind
 from hydrofdi.evaluation.rates import Rate, alarm_rate
-from hydrofdi.evaluation.scores import Array
+from hydrofdi.evaluation.scores import Array, Kind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import BULK_MODULUS, LEAKAGE_COEFFICIENT
 from hydrofdi.studies.reading import study_designs

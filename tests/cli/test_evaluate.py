@@ -10,14 +10,12 @@ from scipy.signal import lfilter
 
 from hydrofdi.api.evaluation import ranked_by_control
 from hydrofdi.detectors.registry import make_score
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind, Population
 from hydrofdi.evaluation.rates import healthy_against_healthy
 from hydrofdi.evaluation.roc import area_under_curve
+from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Rules, Scored, StudyRecords
 from tests.commands import run, run_json
 from tests.conftest import REPOSITORY
 

@@ -5,8 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from hydrofdi.detectors.registry import make_chart
-from hydrofdi.detectors.run_lengths import Delays, FalseAlarms, delays
-from hydrofdi.detectors.run_lengths.false_alarms import members, operations
+from hydrofdi.detectors.run_lengths import Delays, FalseAlarms, delays, members, operations
 from hydrofdi.errors import NotStatedError
 
 INTERVAL = 0.1

@@ -8,8 +8,13 @@ from scipy.optimize import minimize
 from scipy.special import expit, logit, ndtr, ndtri
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.pod.curve import lack_of_fit, log_likelihood, probability_of_detection
-from hydrofdi.evaluation.pod.smallest import lower_bound, smallest_detectable
+from hydrofdi.evaluation.pod.curve import (
+    lack_of_fit,
+    log_likelihood,
+    lower_bound,
+    probability_of_detection,
+    smallest_detectable,
+)
 from hydrofdi.evaluation.pod.tally import detected_level, isotonic, tally
 from tests.evaluation.repeats import holds_at_least, holds_in
 

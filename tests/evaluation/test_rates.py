@@ -9,9 +9,8 @@ from scipy.special import ndtr
 from scipy.stats import binomtest, t
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.grouped_area import clustered_area, grouped_area
 from hydrofdi.evaluation.rates import alarm_rate, clopper_pearson, healthy_against_healthy, left_out_outcomes
-from hydrofdi.evaluation.roc import area_under_curve
+from hydrofdi.evaluation.roc import area_under_curve, clustered_area, grouped_area
 from hydrofdi.evaluation.threshold import quantile_threshold, tolerance_threshold
 from tests.evaluation.repeats import holds_at_least, holds_in
 

@@ -6,8 +6,8 @@ from scipy.special import ndtr
 from scipy.stats import genpareto
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.tail import (
+from hydrofdi.evaluation.scores import Direction
+from hydrofdi.evaluation.threshold import (
     GeneralisedPareto,
     anderson_darling,
     fit_generalised_pareto,

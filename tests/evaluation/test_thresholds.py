@@ -10,8 +10,9 @@ from scipy.special import ndtr
 from scipy.stats import beta, binom
 
 from hydrofdi.errors import HydrofdiError, NotStatedError
-from hydrofdi.evaluation.direction import Direction, learned_direction, suspicion
 from hydrofdi.evaluation.rates import alarm_rate
+from hydrofdi.evaluation.roc import learned_direction
+from hydrofdi.evaluation.scores import Direction, suspicion
 from hydrofdi.evaluation.threshold import quantile_threshold, records_needed, tolerance_threshold
 from tests.evaluation.repeats import holds_in
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from hydrofdi.detectors.trained.configuration import ChartConfig
 from hydrofdi.detectors.trained.file import ChartLimit
-from hydrofdi.detectors.trained.judging import Judge
+from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import monitor

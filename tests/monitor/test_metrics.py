@@ -9,7 +9,7 @@ import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.detectors.trained.file import ChartLimit
-from hydrofdi.detectors.trained.judging import Verdict
+from hydrofdi.detectors.trained.measuring import Verdict
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.monitor import metrics
 from hydrofdi.monitor.lines import ChartReading, Condition, Event, EventKind, WindowLine

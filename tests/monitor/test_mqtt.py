@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained.judging import Verdict
+from hydrofdi.detectors.trained.measuring import Verdict
 from hydrofdi.monitor.configuration import MqttAddress, MqttConfig
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
 from hydrofdi.monitor.mqtt import source as mqtt_source

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from hydrofdi.cli.live_view import LiveView
-from hydrofdi.detectors.trained.judging import Judge
+from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
 from hydrofdi.monitor.watch import Watch, windower_of
 from hydrofdi.records import Channel

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hydrofdi.evaluation.populations import NOTHING, Kind, Population
+from hydrofdi.evaluation.scores import NOTHING, Kind, Population
 from hydrofdi.studies.records import Scored, StudyRecords
 
 BULK, FRICTION, IDLE = NAMES = ("fluid.bulk_modulus", "friction.scale", "supply.pressure")

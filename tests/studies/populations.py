@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.studies.records import Scored, StudyRecords
 
 FIT = Population("healthy (fit)", Kind.HEALTHY, is_fit=True)

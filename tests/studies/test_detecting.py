@@ -6,15 +6,11 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.scores.configuration import ScoreConfig
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.evaluation.threshold import quantile_threshold
-from hydrofdi.studies.designs import Detector, are_shown, gain
-from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.judgement import Judgement
-from hydrofdi.studies.made_scores import made_scores
-from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.detecting import EvaluatedScore, are_shown, detect, gain
+from hydrofdi.studies.reading import made_scores
+from hydrofdi.studies.records import Judgement, Rules, Scored, StudyRecords
 from tests.studies.populations import FIT, LEVELS, TEST, rising, usual
 
 RULES = Rules()
@@ -101,7 +97,7 @@ def design(noise, *, seed, n=100, n_fit=500, actuators=0, direction=Direction.RI
     scores = -scores if direction is Direction.FALLING else scores
     limit = quantile_threshold(scores[:n_fit], 0.02, direction=direction) if has_threshold else None
     judgement = Judgement(Scored("score", scores), direction, limit, {}, (), None, None, {}, np.nan)
-    return Detector(StudyRecords(populations, np.repeat(np.arange(4), sizes), severity), judgement)
+    return EvaluatedScore(StudyRecords(populations, np.repeat(np.arange(4), sizes), severity), judgement)
 
 
 def rate(detector):

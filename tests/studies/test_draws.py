@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.evaluation.populations import NOTHING, Kind
+from hydrofdi.evaluation.scores import NOTHING, Kind
 
 POPULATION = "{seed: 3, over: {fluid.bulk_modulus: {uniform: ±20 %}, friction.viscous: {uniform: ±30 %}}}"
 STUDY = [

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Rules, Scored, StudyRecords
 from tests.evaluation.repeats import holds_at_least, holds_in
 from tests.studies.populations import FIT, LEVELS, PILOT, STIFFER, TEST, WORN, rising, study, usual
 

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.scores.configuration import ScoreConfig
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind
+from hydrofdi.evaluation.scores import Direction, Kind
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.made_scores import made_scores
-from hydrofdi.studies.records import Scored
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.reading import made_scores
+from hydrofdi.studies.records import Rules, Scored
 from tests.studies.populations import FIT, TEST, usual
 
 KINDS = ("mahalanobis", "one_class", "lda", "logistic", "compensated")

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind
+from hydrofdi.evaluation.scores import Direction, Kind
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
 from hydrofdi.records import Channel

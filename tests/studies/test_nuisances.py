@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hydrofdi.evaluation.populations import NOTHING, Kind, Population
-from hydrofdi.studies.nuisances import nuisances_of
+from hydrofdi.evaluation.scores import NOTHING, Kind, Population
+from hydrofdi.studies.parts import nuisances_of
 from tests.studies.made_up_nuisances import BULK, FRICTION, IDLE, LITRES_PER_MINUTE, NOISE, study
 
 

@@ -5,12 +5,10 @@ import pytest
 
 from hydrofdi.config import load_experiment
 from hydrofdi.config.run_table.expansion import expand_runs
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.paired import changes_since_before
-from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.reading import changes_since_before
+from hydrofdi.studies.records import Rules, Scored, StudyRecords
 
 STUDY = """
 name: paired

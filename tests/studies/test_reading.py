@@ -6,7 +6,7 @@ import pytest
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
-from hydrofdi.evaluation.populations import Kind
+from hydrofdi.evaluation.scores import Kind
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.studies.reading import read_study
 

@@ -7,9 +7,9 @@ import pytest
 from scipy.special import ndtri
 
 from hydrofdi.config.study.study import ChartConfig, OnlineConfig
-from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.studies.charts import Traces, judge_chart
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Rules
 from tests.studies.populations import FIT, LEVELS, STIFFER, TEST, study
 
 SMALL, LARGE = LEVELS[0], LEVELS[-1]

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
-from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.pod.tally import Tally, interpolated_level
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import quantile_threshold
-from hydrofdi.studies.detectability import detectability
-from hydrofdi.studies.judging import judge
+from hydrofdi.studies.judging import detectability, judge
 from hydrofdi.studies.parts import Notes, Part
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Rules
 from tests.evaluation.repeats import holds_at_least
 from tests.studies.populations import LEVELS, rising, usual
 

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from hydrofdi.api.arguments import Names, names_of, path_of, refusal
 from hydrofdi.api.detectors.healthy_records import LeftOut
-from hydrofdi.api.detectors.judged import windows_table
 from hydrofdi.api.detectors.promise import alarms_per_hour, sentences
-from hydrofdi.api.detectors.windows import Tally, channels_read, judged_windows, watched
+from hydrofdi.api.detectors.windows import Tally, channels_read, judged_windows, watched, windows_table
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.errors import ConfigError, StoreError

@@ -13,7 +13,7 @@ from hydrofdi.config import ExperimentConfig, expand_runs
 from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.config.run_table.runs import record_identities
 from hydrofdi.errors import ConfigError
-from hydrofdi.evaluation.populations import Kind
+from hydrofdi.evaluation.scores import Kind
 from hydrofdi.indicators.record_measures import samples_digest
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource

@@ -1,14 +1,17 @@
-"""The ``study`` section: populations of healthy and leaking actuators."""
+"""The ``study`` section: populations of actuators; and ``detection``: how their records are judged."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
 from hydrofdi.config.sweeps.distributions import argument_values
 from hydrofdi.config.sweeps.sweep import Axes, CorrelationConfig, Distribution
+from hydrofdi.detectors.scores.configuration import ScoreConfig
+from hydrofdi.evaluation.threshold import ThresholdKind
+from hydrofdi.records import Channel
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
 
@@ -204,10 +207,6 @@ def study_values(study: StudyConfig) -> Iterator[tuple[str, Any]]:
             yield from ((name, each) for each in stated)
 
 
-def _listed(given: Any) -> Any:
-    return given if isinstance(given, list) else [given]
-
-
 class ChartConfig(Section):
     """A control chart: the watched output and the rule."""
 
@@ -227,7 +226,7 @@ class OnlineConfig(Section):
 
     false_alarm_every: Annotated[
         list[Annotated[float, SI("s", above=0, usual=("1 min", "1 year"))]],
-        BeforeValidator(_listed),
+        BeforeValidator(lambda given: given if isinstance(given, list) else [given]),
         Field(min_length=1),
     ] = [24.0 * 3600.0]  # noqa: RUF012 (pydantic copies it)
     """Mean times between false alarms for which limits are set on healthy fit records [s]; one, or several
@@ -235,3 +234,47 @@ class OnlineConfig(Section):
 
     charts: dict[str, ChartConfig] = Field(min_length=1)
     """Label → chart."""
+
+
+class DetectionConfig(Section):
+    """Requirements on detectors, and the detectors that are judged."""
+
+    false_alarm_rate: Annotated[float, SI("1", above=0, most=0.5)] = 0.01
+    """False-alarm rate for which thresholds are set on healthy fit records [-]."""
+
+    confidence: Annotated[float, SI("1", least=0.5, most=0.9999)] = 0.95
+    """Confidence of intervals and bounds [-]."""
+
+    probability: Annotated[float, SI("1", least=0.5, most=0.9999)] = 0.9
+    """Probability with which a leak should be found: 90 % gives q90 and, with the confidence, q90/95 [-]."""
+
+    threshold: ThresholdKind = "quantile"
+    """``quantile``: the rate on average over fit sets. ``tolerance``: at most the rate, with ``confidence``.
+    ``tail``: a generalised Pareto model of the largest scores, for rates of 0.1 % and less."""
+
+    indicators: list[str] = Field(default_factory=list)
+    """Labels of the indicators to judge; by default all that are measured. If the file has no ``indicators``,
+    these are also the ones measured, in any form that ``indicators`` accepts; ``all`` then means all cheap
+    ones."""
+
+    sensors: list[Channel] = Field(default_factory=list)
+    """Channels of the machine, by symbol or name, such as ``[P1, P2, x, u]``; scores that need others are
+    left out. By default every channel may be used."""
+
+    scores: dict[str, ScoreConfig] = Field(default_factory=dict)
+    """Label → score computed from several numbers, or one compensated number. A label has letters, digits,
+    ``_`` and ``-``, begins with a letter, has at most 64 characters, and is not the label of an indicator."""
+
+    usual_scores: bool = False
+    """Whether to add, for each set of sensors that an indicator needs, a score of all numbers from these
+    sensors: ``mahalanobis``, and ``lda`` if there are leaking fit records; also ``largest_change`` of
+    ``dwt.d1`` … ``dwt.d5`` if they are measured."""
+
+    online: OnlineConfig | None = None
+    """Control charts on the traces of the records: false alarms over time, and the delay after the onset of a
+    leak."""
+
+    @field_validator("sensors")
+    @classmethod
+    def _each_once(cls, given: list[Channel]) -> list[Channel]:
+        return list(dict.fromkeys(given))

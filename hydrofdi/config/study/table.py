@@ -15,7 +15,7 @@ from hydrofdi.config.study.study import PopulationConfig, StudyConfig
 from hydrofdi.config.sweeps.points import Column, Points, drawn, one_after_the_other
 from hydrofdi.config.sweeps.sweep import correlated, unit_cube
 from hydrofdi.config.sweeps.values import nominal_value, parameter_value
-from hydrofdi.evaluation.populations import NOTHING, Kind, Population
+from hydrofdi.evaluation.scores import NOTHING, Kind, Population
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import convert, parse_quantity
 

@@ -13,8 +13,8 @@ from pydantic import Field, ValidationError
 from hydrofdi.detectors.registry import chart_kind, make_chart, make_score, score_kind
 from hydrofdi.detectors.scores.configuration import ScoreConfig, combined_numbers, normalize_score
 from hydrofdi.errors import ConfigError
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.tail import ThresholdKind
+from hydrofdi.evaluation.scores import Direction
+from hydrofdi.evaluation.threshold import ThresholdKind
 from hydrofdi.indicators import Indicator, Output
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators

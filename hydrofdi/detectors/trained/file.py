@@ -14,11 +14,10 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from hydrofdi.detectors.registry import score_kind
-from hydrofdi.detectors.scores.contract import Fitted
-from hydrofdi.detectors.scores.data import from_data
+from hydrofdi.detectors.scores.contract import Fitted, from_data
 from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of, unmakable
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import Array
 from hydrofdi.records.batch import Channel

@@ -1,4 +1,4 @@
-"""Estimates of a recursive indicator along a stream, with restarts after faults, and the verdicts on them."""
+"""Estimates of a recursive indicator along a stream, the verdicts on them, and the chart of verdicts."""
 
 from __future__ import annotations
 
@@ -9,12 +9,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.detectors.trained.configuration import Feature, feature_of
-from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.detectors.trained.judging import Verdict, findings, verdict_of
+from hydrofdi.detectors.registry import make_chart
+from hydrofdi.detectors.trained.configuration import Feature, direction_of, feature_of
+from hydrofdi.detectors.trained.file import DetectorFile, Scale
+from hydrofdi.detectors.trained.measuring import Verdict, findings, verdict_of
 from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.indicators.recursive import RecursiveIndicator, instants
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -276,3 +278,48 @@ def samples_looked_at(indicator: RecursiveIndicator[Any], sampling_frequency: fl
     """Number of samples before an estimate that are checked: a transient, but at least one second."""
     seconds: float = max(indicator.options.transient, _LEAST_CHECKED_TIME)
     return max(2, round(seconds * sampling_frequency))
+
+
+@dataclass(frozen=True)
+class ChartReading:
+    """Reading of the control chart: statistic and limit [healthy spreads], and whether it alarms."""
+
+    statistic: float | None
+    limit: float
+    alarm: bool
+
+
+class ScoreChart:
+    """Chart of a trained detector that has one. Windows that are not judged do not change it.
+
+    Parameters
+    ----------
+    file : DetectorFile
+    """
+
+    def __init__(self, file: DetectorFile) -> None:
+        assert file.chart is not None
+        assert file.config.chart is not None
+        self._chart = make_chart(file.config.chart.chart, file.config.chart.options)
+        self._limit, self._healthy = file.chart.limit, file.healthy
+        self._direction = direction_of(file.config)
+
+    def start(self) -> State:
+        """State before the first window: only arrays."""
+        return self._chart.start(1)
+
+    def step(self, state: State, verdict: Verdict) -> tuple[State, ChartReading]:
+        """State and reading after a window."""
+        judged = math.nan if verdict.alarm is None or verdict.score is None else verdict.score
+        score = standardised(judged, self._healthy, self._direction)
+        after, statistic = self._chart.step(state, score.reshape(1, 1), self._limit)
+        reached = float(statistic[0, 0])
+        if math.isnan(reached):
+            return after, ChartReading(None, self._limit, False)
+        return after, ChartReading(reached, self._limit, reached >= self._limit)
+
+
+def standardised(scores: ArrayLike, healthy: Scale, direction: Direction) -> Array:
+    """Scores in healthy spreads from the healthy median; the sign changes if a leak lowers the score."""
+    values = (np.asarray(scores, dtype=float) - healthy.centre) / healthy.spread
+    return np.asarray(-values if direction is Direction.FALLING else values)

@@ -1,20 +1,22 @@
-"""Scores of windows and statistics of their channels, computed identically for training, judging, streams."""
+"""Numbers of windows, computed identically for training, judging, streams; healthy ranges; verdicts."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, fields
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from itertools import chain
 
 import numpy as np
 
 from hydrofdi.detectors.trained.configuration import Feature
-from hydrofdi.detectors.trained.file import ChannelRange
+from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile
 from hydrofdi.errors import Issue
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Window
+from hydrofdi.settings.readable import shown_quantity
 
 
 def records_of(
@@ -193,3 +195,192 @@ def _widened(values: Array, span: float, wider: float) -> tuple[float, float]:
     low, high = float(values.min()), float(values.max())
     margin = wider * (_MARGIN * (high - low) + _OF_SPAN * span)
     return low - margin, high + margin
+
+
+_FAR = 10.0
+"""Healthy spreads in the distance from which a score on the side without an alarm is novel."""
+
+_QUANTITIES = {
+    "low": "1 % quantile",
+    "high": "99 % quantile",
+    "activity": "RMS difference between adjacent samples",
+}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Verdict of a trained detector on one window.
+
+    Attributes
+    ----------
+    score : float or None
+        Output of the indicator, in its unit; None if it has none. Novel windows have a score too.
+    alarm : bool or None
+        Whether the window raises an alarm; None if it is not judged.
+    margin : float or None
+        Distance to the nearest limit in healthy spreads, negative beyond it; None if there is no score.
+    fault : Issue or None
+        Why the window is not judged.
+    doubt : str
+        Why the verdict is doubtful, which it remains all the same; empty if it is not.
+    """
+
+    score: float | None
+    alarm: bool | None
+    margin: float | None
+    fault: Issue | None = None
+    doubt: str = ""
+
+    @property
+    def is_beyond(self) -> bool | None:
+        """Whether the score is beyond a limit, even if that is not an alarm; None if there is no score."""
+        return None if self.margin is None else self.margin < 0.0
+
+
+class Judge:
+    """Judges windows with a trained detector. The verdict on a window does not depend on other windows.
+
+    Parameters
+    ----------
+    file : DetectorFile
+
+    Raises
+    ------
+    ConfigError
+        The indicator cannot be made.
+    """
+
+    def __init__(self, file: DetectorFile) -> None:
+        self.file, self._feature = file, file.feature
+
+    def judge(self, windows: Sequence[Window]) -> list[Verdict]:
+        """A verdict on each window, in order."""
+        verdicts = [Verdict(None, None, None, window.fault) for window in windows]
+        sound = [place for place, window in enumerate(windows) if window.fault is None]
+        if not sound:
+            return verdicts
+        records = records_of([windows[at] for at in sound], self.file.channels, self.file.sampling_frequency)
+        found = measured_numbers(records, self._feature, self.file.fits)
+        scores = self.file.scores(found.numbers)
+        for row, fault in enumerate(findings(records, self.file.ranges)):
+            verdicts[sound[row]] = verdict_of(
+                self.file, float(scores[row]), fault, found.obstacles[row], found.doubts[row]
+            )
+        return verdicts
+
+
+def verdict_of(
+    file: DetectorFile,
+    score: float,
+    fault: Issue | None = None,
+    obstacle: str | None = None,
+    doubts: Sequence[Issue] = (),
+) -> Verdict:
+    """Verdict on a score.
+
+    Parameters
+    ----------
+    file : DetectorFile
+    score : float
+        NaN if there is none.
+    fault : Issue, optional
+        Why the window is not judged. For novel windows, score and margin are still given, and the fault
+        states whether the score is beyond a limit.
+    obstacle : str, optional
+        Why there is no score.
+    doubts : sequence of Issue
+        About the numbers of the window. If a quantity can only be positive, and is not, a window without an
+        alarm is novel.
+    """
+    if fault is not None and fault.kind != "novel":
+        return Verdict(None, None, None, fault)
+    if math.isnan(score):
+        reason = Issue(obstacle or "the indicator has no value", kind="no_number")
+        return Verdict(None, None, None, fault or reason)
+    limits = [(score - file.limits.low)] if file.limits.low is not None else []
+    limits += [file.limits.high - score] if file.limits.high is not None else []
+    distance = min(limits, default=math.inf)
+    margin = distance / file.healthy.spread
+    if distance >= 0.0:
+        fault = fault or _not_positive(file, doubts) or _wrong_side(file, score)
+    if fault is None:
+        return Verdict(score, distance < 0.0, margin, doubt="; ".join(doubt.message for doubt in doubts))
+    if distance < 0.0:
+        fault = replace(fault, message=f"{fault.message}; the score is also beyond its limit")
+    return Verdict(score, None, margin, fault)
+
+
+def _not_positive(file: DetectorFile, doubts: Sequence[Issue]) -> Issue | None:
+    """Why a window is novel: a quantity is not positive, but is so in all healthy windows."""
+    found = (each for each in doubts if each.kind == "not_positive" and each.where in file.positive)
+    return next((Issue(each.message, kind="novel") for each in found), None)
+
+
+def _wrong_side(file: DetectorFile, score: float) -> Issue | None:
+    """Why a score is novel: a leak moves it to one side, and it is far out on the other.
+
+    Far is twice as far from the healthy median as all healthy scores, and ten healthy spreads more.
+    """
+    limits, healthy = file.limits, file.healthy
+    if healthy.range is None or (limits.low is None) == (limits.high is None):
+        return None
+    lowest, highest = healthy.range
+    width, distance, side = highest - healthy.centre, score - healthy.centre, "above"
+    if limits.low is None:
+        width, distance, side = healthy.centre - lowest, -distance, "below"
+    if distance <= 2.0 * width + _FAR * healthy.spread:
+        return None
+    return Issue(
+        f"the score, {file.score_text(score)}, is far {side} all healthy scores"
+        f" ({file.score_text(lowest)} to {file.score_text(highest)}):"
+        " are two channels swapped, or is a sign wrong?",
+        kind="novel",
+    )
+
+
+def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> list[Issue | None]:
+    """Fault of each window: stuck, clipped, novel, or None.
+
+    Parameters
+    ----------
+    records : RecordBatch
+        Windows as records.
+    ranges : mapping of Channel to ChannelRange
+        Healthy ranges.
+    """
+    facts = {channel: channel_facts(records[channel]) for channel in ranges if channel in records.channels}
+    return [_finding(row, facts, ranges) for row in range(records.n_record)]
+
+
+def _finding(
+    row: int, facts: Mapping[Channel, ChannelFacts], ranges: Mapping[Channel, ChannelRange]
+) -> Issue | None:
+    for kind, found in (("stuck", _stuck), ("clipped", _clipped), ("novel", _novel)):
+        texts = [text for channel in facts for text in found(row, channel, facts[channel], ranges[channel])]
+        if texts:
+            more = f" (and {len(texts) - 1} more)" if len(texts) > 1 else ""
+            return Issue(texts[0] + more, kind=kind)
+    return None
+
+
+def _stuck(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
+    if facts.lowest[row] == facts.highest[row] and healthy.at_end < 1.0:
+        yield f"{channel} is constant, but varies in healthy windows"
+
+
+def _clipped(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
+    share = float(facts.at_end[row])
+    if share > healthy.at_end:
+        end, value = ("highest", facts.highest) if facts.is_at_high[row] else ("lowest", facts.lowest)
+        yield (
+            f"{share:.1%} of {channel} are at its {end} value,"
+            f" {shown_quantity(float(value[row]), channel.unit)}; healthy windows allow {healthy.at_end:.1%}"
+        )
+
+
+def _novel(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
+    for name, quantity in _QUANTITIES.items():
+        value, bounds = float(getattr(facts, name)[row]), getattr(healthy, name)
+        if not bounds[0] <= value <= bounds[1]:
+            shown, low, high = (shown_quantity(each, channel.unit) for each in (value, *bounds))
+            yield f"the {quantity} of {channel} is {shown}; healthy windows allow {low} to {high}"

@@ -10,11 +10,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hydrofdi.detectors.registry import make_score
-from hydrofdi.detectors.scores.cross_fitting import cross_fitted_scores, known_numbers
-from hydrofdi.detectors.scores.data import plain_data
-from hydrofdi.detectors.scores.features import healthy_scale
-from hydrofdi.detectors.trained.charting import chart_in_full, chart_limit, finite
+from hydrofdi.detectors.registry import make_chart, make_score
+from hydrofdi.detectors.run_lengths import FalseAlarms
+from hydrofdi.detectors.scores.contract import plain_data
+from hydrofdi.detectors.scores.features import cross_fitted_scores, healthy_scale, known_numbers
 from hydrofdi.detectors.trained.configuration import (
     ChartConfig,
     DetectorConfig,
@@ -24,15 +23,15 @@ from hydrofdi.detectors.trained.configuration import (
     feature_of,
     stated_indicators,
 )
-from hydrofdi.detectors.trained.file import Basis, DetectorFile, Limits, Made, Scale, TrainedScore
-from hydrofdi.detectors.trained.following import Estimator
+from hydrofdi.detectors.trained.file import Basis, ChartLimit, DetectorFile, Limits, Made, Scale, TrainedScore
+from hydrofdi.detectors.trained.following import Estimator, standardised
 from hydrofdi.detectors.trained.measuring import joined, learned_range, without_scale
 from hydrofdi.detectors.trained.scoring import EstimateScores, HealthyScores, WindowScores
 from hydrofdi.errors import ConfigError, DataError, NotStatedError
-from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.rates import Rule, alarm_rate, left_out_outcomes
-from hydrofdi.evaluation.tail import THRESHOLDS
-from hydrofdi.evaluation.threshold import Threshold
+from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.evaluation.scores import Direction
+from hydrofdi.evaluation.threshold import THRESHOLDS, Threshold
 from hydrofdi.indicators.faults import CAUSES
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
@@ -46,7 +45,6 @@ _MOST_FOLDS = 25
 """Maximum number of cross-validation folds; with more groups, several are left out at a time."""
 
 Drive = tuple[float, float]
-RestsOn = Literal["windows", "records", "groups"]
 
 
 def train(
@@ -115,7 +113,7 @@ def train(
         basis=_basis(found, sources, found_period(first)),
         healthy=own,
         limits=limits,
-        chart=None if chart is None else chart_limit(found, chart, own, direction, config.confidence),
+        chart=None if chart is None else _chart_limit(found, chart, own, direction, config.confidence),
         ranges={channel: learned_range(channel, joined(facts)) for channel, facts in found.facts.items()},
         positive=tuple(
             name for name, each in used.outputs if each.is_positive and not found.n_not_positive[name]
@@ -239,7 +237,7 @@ def _teachers(
 
 
 _N_PIECE = 20
-"""Pieces of a single record, by which a score is cross-fitted."""
+"""Pieces of a single record by which a score is cross-fitted, and of few records for the limit of a chart."""
 
 
 def _learn(
@@ -288,7 +286,63 @@ def _chart(config: DetectorConfig, found: HealthyScores, direction: Direction) -
     chart, usual = config.chart, ChartConfig()
     if "chart" not in config.model_fields_set and found.hours * 3600.0 >= usual.false_alarm_every:
         chart = usual
-    return None if chart is None else chart_in_full(chart, direction)
+    return None if chart is None else _chart_in_full(chart, direction)
+
+
+def _chart_in_full(chart: ChartConfig, direction: Direction) -> ChartConfig:
+    """Chart configuration with all options; the direction refers to scores that rise with leakage."""
+    turned = Direction.BOTH if direction is Direction.BOTH else Direction.RISING
+    made = make_chart(chart.chart, {"direction": turned, **chart.options})
+    return chart.model_copy(update={"options": made.options.model_dump(mode="json")})
+
+
+def _chart_limit(
+    found: HealthyScores, chart: ChartConfig, healthy: Scale, direction: Direction, confidence: float
+) -> ChartLimit:
+    """Limit that healthy scores, in time order, reach once within the required time on average.
+
+    Parameters
+    ----------
+    found : HealthyScores
+    chart : ChartConfig
+        Chart configuration with all options.
+    healthy : Scale
+    direction : Direction
+        Direction of the score.
+    confidence : float
+
+    Raises
+    ------
+    NotStatedError
+        The healthy records are shorter in total than the required time; the message states the required
+        length.
+    """
+    lines = [standardised(each.scores, healthy, direction) for each in found.lines]
+    groups: list[str] | None = None
+    rests_on: Literal["pieces", "records", "groups"] = "pieces"
+    if len(set(found.groups)) >= FEWEST_GROUPS:
+        groups, rests_on = found.groups, "groups" if found.has_groups else "records"
+    else:
+        length = max(1, sum(line.size for line in lines) // _N_PIECE)
+        lines = [line[first : first + length] for line in lines for first in range(0, line.size, length)]
+    streams = np.full((len(lines), max(line.size for line in lines)), np.nan)
+    for row, line in enumerate(lines):
+        streams[row, : line.size] = line
+    alarms = FalseAlarms(
+        make_chart(chart.chart, chart.options), streams, found.interval, groups=groups
+    ).limit(chart.false_alarm_every, confidence=confidence)
+    return ChartLimit(
+        limit=alarms.value,
+        mean_time=_finite(alarms.mean_time),
+        interval=(alarms.low, _finite(alarms.high)),
+        hours=alarms.duration / 3600.0,
+        rests_on=rests_on,
+    )
+
+
+def _finite(value: float) -> float | None:
+    """The value; None if it is infinite."""
+    return value if np.isfinite(value) else None
 
 
 def _unit(feature: Feature, records: RecordBatch) -> str:
@@ -392,8 +446,8 @@ def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction
     threshold = _set(rule, found.scores, found, "there are")
     rests_on, interval = _interval(rule, found, threshold)
     return Limits(
-        low=finite(threshold.low),
-        high=finite(threshold.high),
+        low=_finite(threshold.low),
+        high=_finite(threshold.high),
         false_alarm_rate=config.false_alarm_rate,
         interval=interval,
         confidence=config.confidence,
@@ -402,7 +456,9 @@ def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction
     )
 
 
-def _interval(rule: Rule, found: HealthyScores, threshold: Threshold) -> tuple[RestsOn, tuple[float, float]]:
+def _interval(
+    rule: Rule, found: HealthyScores, threshold: Threshold
+) -> tuple[Literal["windows", "records", "groups"], tuple[float, float]]:
     groups: Any = found.of_scores
     n_group = np.unique(groups).size
     if n_group < 2 or n_group == groups.size:

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.single_channel import SingleChannelIndicator
 from hydrofdi.indicators.stepping import (

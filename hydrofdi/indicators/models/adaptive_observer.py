@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator
 
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import balance_outputs
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.faults import FLUID

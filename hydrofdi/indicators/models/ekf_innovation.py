@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import model_validator
 
-from hydrofdi.evaluation.direction import Direction
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.kalman_filter import (
     LITRE_PER_MINUTE,

@@ -15,20 +15,31 @@ import numpy as np
 from hydrofdi.detectors.scores.features import has_extra
 from hydrofdi.report.changes import remarks_block as runs_remarks_block
 from hydrofdi.report.composition import answers, document_of
-from hydrofdi.report.detection.answer import answer_block, remarks_block
-from hydrofdi.report.detection.designs import design_records, designs_block
-from hydrofdi.report.detection.nuisances import tested_range, why_block
+from hydrofdi.report.detection.answer import (
+    answer_block,
+    false_alarms_block,
+    levels_block,
+    ranking_block,
+    remarks_block,
+)
 from hydrofdi.report.detection.populations import (
     doubts_block,
     holes_block,
     n_computed_of,
     populations_block,
     progress_block,
+    tested_range,
+    why_block,
     without_noise,
 )
-from hydrofdi.report.detection.record import detection_lines, detection_records, study_record
-from hydrofdi.report.detection.selection import answers as answers_of
-from hydrofdi.report.detection.tables import false_alarms_block, levels_block, ranking_block
+from hydrofdi.report.detection.record import (
+    design_records,
+    designs_block,
+    detection_lines,
+    detection_records,
+    study_record,
+)
+from hydrofdi.report.detection.wording import answers as answers_of
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.estimates import estimate_records, estimates_block
 from hydrofdi.report.provenance import provenance_block
@@ -39,8 +50,8 @@ from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, 
 from hydrofdi.store.shard import Columns
 from hydrofdi.studies.charts import RunLengths, judge_run_lengths
 from hydrofdi.studies.detecting import judge_study, winner
-from hydrofdi.studies.judgement import Detection
 from hydrofdi.studies.reading import asks_for_extra
+from hydrofdi.studies.records import Detection
 from hydrofdi.studies.truth import Estimates, judge_estimates
 
 _LEAD = "Which leak is found, with which sensors and which score, at a stated rate of false alarms."

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.registry import make_score, score_kind, score_names
-from hydrofdi.detectors.scores.data import from_data, plain_data
+from hydrofdi.detectors.scores.contract import from_data, plain_data
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.direction import learned_direction, suspicion
-from hydrofdi.evaluation.roc import area_under_curve
+from hydrofdi.evaluation.roc import area_under_curve, learned_direction
+from hydrofdi.evaluation.scores import suspicion
 from tests.detectors.scores.populations import Population
 
 every_score = pytest.mark.parametrize("name", score_names())

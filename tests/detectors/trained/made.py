@@ -4,8 +4,7 @@ import numpy as np
 
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.detectors.trained.file import Basis, DetectorFile, Limits, Made, Scale, detector_text
-from hydrofdi.detectors.trained.judging import Judge
-from hydrofdi.detectors.trained.measuring import channel_facts, learned_range
+from hydrofdi.detectors.trained.measuring import Judge, channel_facts, learned_range
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
 

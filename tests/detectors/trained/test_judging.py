@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.registry import make_chart
-from hydrofdi.detectors.trained.charting import ScoreChart
 from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig
 from hydrofdi.detectors.trained.file import ChartLimit, Made
-from hydrofdi.detectors.trained.judging import Judge, Verdict
-from hydrofdi.detectors.trained.measuring import channel_facts, learned_range
+from hydrofdi.detectors.trained.following import ScoreChart
+from hydrofdi.detectors.trained.measuring import Judge, Verdict, channel_facts, learned_range
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators import indicator_names

@@ -9,11 +9,11 @@ from scipy.stats import norm
 
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import Made
-from hydrofdi.detectors.trained.judging import Judge
+from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import ConfigError, NotStatedError
-from hydrofdi.evaluation.direction import Direction
 from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window

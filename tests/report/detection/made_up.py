@@ -4,12 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Rules, Scored, StudyRecords
 
 LITRES_PER_MINUTE = 1e-3 / 60.0
 

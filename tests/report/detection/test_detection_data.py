@@ -8,14 +8,12 @@ import math
 import numpy as np
 import pytest
 
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.populations import Kind, Population
-from hydrofdi.report.detection.designs import design_records, designs_block
+from hydrofdi.evaluation.scores import Direction, Kind, Population
+from hydrofdi.report.detection.record import design_records, designs_block
 from hydrofdi.report.record import render_json
 from hydrofdi.report.table import Table
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Scored, StudyRecords
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Rules, Scored, StudyRecords
 from tests.report.detection.made_up import LITRES_PER_MINUTE, P1, U, judged, made_up_score, report_of
 from tests.report.rows import rows
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.populations import Kind
+from hydrofdi.evaluation.scores import Kind
 from hydrofdi.report.detection.wording import score_title
 from hydrofdi.report.figures import draw_all, draw_figure, write_figure
 from hydrofdi.report.figures.detection.curves import bound_line, draw_pod
@@ -16,7 +16,7 @@ from hydrofdi.report.figures.style import figure_bytes
 from hydrofdi.report.forms.page import write_page
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Rules
 from tests.report.detection.made_up import P1, P2, U, X, judged, made_up_records, made_up_score, report_of
 from tests.studies.populations import rising, usual
 

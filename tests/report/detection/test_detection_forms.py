@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from hydrofdi.cli.tables import print_document
-from hydrofdi.evaluation.populations import Kind
+from hydrofdi.evaluation.scores import Kind
 from hydrofdi.report.detection.answer import answer_block, answer_sentence, remarks_with_counts
-from hydrofdi.report.detection.selection import best_with_sensors
-from hydrofdi.report.detection.wording import sensors
+from hydrofdi.report.detection.wording import best_with_sensors, sensors
 from hydrofdi.report.forms.page import render_markdown, render_page
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Rules
 from tests.report.detection.made_up import P1, P2, U, judged, made_up_records, made_up_score, report_of
 from tests.report.rows import rows
 

@@ -6,13 +6,12 @@ import re
 import pytest
 
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.report.detection.nuisances import why_block
+from hydrofdi.evaluation.scores import Direction
+from hydrofdi.report.detection.populations import why_block
 from hydrofdi.report.detection.record import detection_records
 from hydrofdi.report.figures.detection.tornado import draw_tornado
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Scored
-from hydrofdi.studies.rules import Rules
+from hydrofdi.studies.records import Rules, Scored
 from tests.report.rows import rows
 from tests.studies.made_up_nuisances import BULK, FRICTION, IDLE, study
 

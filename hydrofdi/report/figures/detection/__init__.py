@@ -6,9 +6,13 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from hydrofdi.evaluation.populations import Kind
-from hydrofdi.report.detection.selection import answers
-from hydrofdi.report.detection.wording import false_alarms_in_words, probability_in_words, severity_unit
+from hydrofdi.evaluation.scores import Kind
+from hydrofdi.report.detection.wording import (
+    answers,
+    false_alarms_in_words,
+    probability_in_words,
+    severity_unit,
+)
 from hydrofdi.report.figures.detection.curves import draw_det, draw_pod, draw_roc
 from hydrofdi.report.figures.detection.delays import draw_delays
 from hydrofdi.report.figures.detection.populations import draw_densities, draw_false_alarms
@@ -16,7 +20,7 @@ from hydrofdi.report.figures.detection.ranking import draw_answer, draw_ranking
 from hydrofdi.report.figures.detection.tornado import draw_tornado
 from hydrofdi.report.table import FigureKind
 from hydrofdi.studies.charts import RunLengths
-from hydrofdi.studies.judgement import Detection
+from hydrofdi.studies.records import Detection
 
 _DRAWN: dict[str, Callable[[Detection], Any]] = {
     "ranking": draw_ranking,

@@ -9,13 +9,10 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from hydrofdi.errors import NotStatedError, ReportError
-from hydrofdi.evaluation.pod.curve import PodCurve
-from hydrofdi.evaluation.pod.smallest import lower_bound
-from hydrofdi.evaluation.populations import Kind, Population
+from hydrofdi.evaluation.pod.curve import PodCurve, lower_bound
 from hydrofdi.evaluation.roc import RocCurve, roc_curve
-from hydrofdi.evaluation.scores import Array
-from hydrofdi.report.detection.selection import chosen_levels, level_of
-from hydrofdi.report.detection.wording import SeverityUnit, sensors, severity_unit
+from hydrofdi.evaluation.scores import Array, Kind, Population
+from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit
 from hydrofdi.report.figures.detection.marks import (
     deviates,
     normal_deviate_axis,
@@ -25,9 +22,9 @@ from hydrofdi.report.figures.detection.marks import (
     with_threshold,
 )
 from hydrofdi.report.figures.style import INK, LINES, log_axis, ordered_color
-from hydrofdi.studies.judgement import Detection, Judgement
 from hydrofdi.studies.judging import suspicion_from
 from hydrofdi.studies.parts import part
+from hydrofdi.studies.records import Detection, Judgement
 
 _MOST_LINES, _MOST_PANELS, _MOST_LEVELS = 6, 6, 8
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.populations import Population
+from hydrofdi.evaluation.scores import Population
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.figures.detection.marks import panels
 from hydrofdi.report.figures.style import MARKERS, log_axis, series

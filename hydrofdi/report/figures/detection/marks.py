@@ -10,10 +10,9 @@ import numpy as np
 
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.scores import Array
-from hydrofdi.report.detection.selection import foremost
-from hydrofdi.report.detection.wording import sensors
+from hydrofdi.report.detection.wording import foremost, sensors
 from hydrofdi.report.figures.style import COLORS, MARKERS
-from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.studies.records import Detection, Judgement
 
 _TICKS = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 

@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.populations import Kind, Population
-from hydrofdi.evaluation.scores import Array
-from hydrofdi.report.detection.selection import chosen_levels, foremost, tested
-from hydrofdi.report.detection.wording import sensors
+from hydrofdi.evaluation.scores import Array, Kind, Population
+from hydrofdi.report.detection.wording import chosen_levels, foremost, sensors, tested
 from hydrofdi.report.figures.detection.marks import (
     panels,
     root_percent_axis,
@@ -20,7 +18,7 @@ from hydrofdi.report.figures.detection.marks import (
 )
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, PAPER, PINK
 from hydrofdi.settings.readable import readable_unit
-from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.studies.records import Detection, Judgement
 from hydrofdi.units import convert
 
 _MOST, _MOST_LEVELS, _EDGE = 6, 7, 0.5

@@ -12,20 +12,23 @@ from matplotlib.lines import Line2D
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.pod.tally import DetectableSeverity
 from hydrofdi.records import Channel
-from hydrofdi.report.detection.selection import answers, distinct, foremost, wavelet_rules
 from hydrofdi.report.detection.wording import (
     FROM_LEVELS,
     SeverityUnit,
+    answers,
+    distinct,
     false_alarms_in_words,
+    foremost,
     probability_in_words,
     score_title,
     sensors,
     severity_unit,
     symbols,
+    wavelet_rules,
 )
 from hydrofdi.report.figures.detection.marks import sensor_marks
 from hydrofdi.report.figures.style import BLUE, GREY, INK, PAPER, log_axis
-from hydrofdi.studies.judgement import Detection, Judgement
+from hydrofdi.studies.records import Detection, Judgement
 
 _MOST_SETS = 10
 """Sets of sensors."""

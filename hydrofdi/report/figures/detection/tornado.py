@@ -8,7 +8,7 @@ from typing import Any
 
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.sensitivity import Reach
-from hydrofdi.report.detection.nuisances import (
+from hydrofdi.report.detection.populations import (
     TOGETHER,
     end,
     foremost_nuisances,
@@ -19,7 +19,7 @@ from hydrofdi.report.detection.wording import SeverityUnit, severity_unit
 from hydrofdi.report.figures.detection.marks import panels
 from hydrofdi.report.figures.style import BLUE, INK, ORANGE
 from hydrofdi.settings.readable import two_digits
-from hydrofdi.studies.judgement import Detection
+from hydrofdi.studies.records import Detection
 
 _MOST_PANELS, _MOST_ROWS = 6, 8
 _STUB, _START = 0.12, 0.3

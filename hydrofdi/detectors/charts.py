@@ -1,4 +1,8 @@
-"""Interface of a control chart."""
+"""Control charts on the time series of a score.
+
+The input of a chart are standardised scores (median 0 and spread 1 if healthy); it does not depend on their
+interval or on the indicator. It raises an alarm when its statistic reaches the limit.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +14,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hydrofdi.evaluation.direction import Direction
-from hydrofdi.evaluation.scores import Array
+from hydrofdi.evaluation.scores import Array, Direction
 from hydrofdi.settings.quantities import Section
 
 State = Mapping[str, NDArray[Any]]
@@ -39,7 +42,7 @@ class Chart(Protocol[Chosen]):
     Attributes
     ----------
     name : str
-        Name in files and on the command line; also the name of its module.
+        Name in files and on the command line.
     summary : str
         What it computes, in one sentence.
     source : str

@@ -1,1 +1,0 @@
-"""Control charts, one module each."""

@@ -1,0 +1,337 @@
+"""Scores: distances from healthy records, discriminants of healthy and faulty ones, compensation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from hydrofdi.detectors.scores.contract import FROM_BOTH, FROM_HEALTHY, LEAST_RECORDS, Flags, Rule, Score
+from hydrofdi.detectors.scores.features import (
+    FAR,
+    LinearRule,
+    Standardisation,
+    Whitening,
+    require_shape,
+    row_products,
+    scikit_learn,
+    standardisation,
+    whitening,
+)
+from hydrofdi.errors import NotStatedError
+from hydrofdi.evaluation.scores import Array
+from hydrofdi.settings.quantities import SI, Section
+
+
+class MahalanobisOptions(Section):
+    """Options of `Mahalanobis`."""
+
+    shrinkage: Annotated[float, Field(ge=0, le=1)] | None = None
+    """Weight δ of the identity matrix in the covariance; by default chosen by cross-validation on the fit
+    records."""
+
+
+@dataclass(frozen=True, eq=False)
+class SquaredDistance:
+    """Squared distance from the mean after whitening."""
+
+    white: Whitening
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,)."""
+        return np.asarray(np.sum(np.square(self.white(values)), axis=1))
+
+
+class Mahalanobis(Score[MahalanobisOptions]):
+    """Squared Mahalanobis distance from the mean of healthy records."""
+
+    name = "mahalanobis"
+    summary = "Squared Mahalanobis distance from healthy records, with a shrunk covariance."
+    source = (
+        "Mahalanobis, Proc. Natl. Inst. Sci. India 2 (1936) 49;"
+        " Hoffbeck and Landgrebe, IEEE Trans. Pattern Anal. Mach. Intell. 18 (1996) 763"
+    )
+    equation = "(z − m)ᵀ C⁻¹ (z − m), C = (1 − δ) S + δ tr(S)/n I"
+    caution = FROM_HEALTHY
+    needs_faulty = False
+    Trained = SquaredDistance
+    Options = MahalanobisOptions
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Fit mean and covariance of healthy records."""
+        return SquaredDistance(whitening(values, self.name, self.options.shrinkage))
+
+
+class OneClassOptions(Section):
+    """Options of `OneClass`."""
+
+    outside: Annotated[float, Field(gt=0, lt=1)] = 0.1
+    """Largest fraction ν of the fit records outside the boundary."""
+
+    width: Annotated[float, SI("1", above=0)] = 1.0
+    """Width of the kernel, in RMS distances of healthy records from their mean."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outside:
+    """Distance from the boundary of a one-class support vector machine after whitening, positive outside.
+
+    Attributes
+    ----------
+    white : Whitening
+    vectors : ndarray, shape (n_vector, n_kept)
+        Whitened support vectors.
+    weights : ndarray, shape (n_vector,)
+        Their coefficients α.
+    gamma, offset : float
+        1/(2 n b²), and ρ.
+    """
+
+    white: Whitening
+    vectors: Array
+    weights: Array
+    gamma: float
+    offset: float
+
+    def __post_init__(self) -> None:
+        """Check the shapes."""
+        require_shape(self.vectors, self.weights.size, self.white.mean.size)
+        require_shape(self.weights, self.weights.size)
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,); each record by itself."""
+        squared = (np.sum(np.square(self.vectors - row), axis=1) for row in self.white(values))
+        near = [np.sum(self.weights * np.exp(-self.gamma * each)) for each in squared]
+        return self.offset - np.array(near, dtype=float)
+
+
+class OneClass(Score[OneClassOptions]):
+    """One-class support vector machine on healthy records, with a Gaussian kernel on whitened features."""
+
+    name = "one_class"
+    summary = "One-class support vector machine around healthy records, on whitened features."
+    source = "Schölkopf et al., Neural Computation 13 (2001) 1443"
+    equation = "ρ − Σᵢ αᵢ exp(−‖w − wᵢ‖²/(2 n b²)), w = C^(−1/2) (z − m), n features, b the width"
+    caution = (
+        f"{FROM_HEALTHY} Records far away all have the score ρ: they raise alarms but cannot be ranked. The"
+        " time of a fit grows with the square of the number of records."
+    )
+    needs_faulty = False
+    Trained = Outside
+    Options = OneClassOptions
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Whiten by healthy records, then train the support vector machine."""
+        white = whitening(values, self.name)
+        points = white(values)
+        gamma = 0.5 / (points.shape[1] * self.options.width**2)
+        with scikit_learn(self.name):
+            from sklearn.svm import OneClassSVM
+
+            machine = OneClassSVM(kernel="rbf", gamma=gamma, nu=self.options.outside).fit(points)
+        weights = machine.dual_coef_[0]
+        return Outside(white, machine.support_vectors_, weights, gamma, float(machine.offset_[0]))
+
+
+class Lda(Score[Section]):
+    """Linear discriminant with Ledoit-Wolf shrinkage of the covariance; both classes have equal weight."""
+
+    name = "lda"
+    summary = "Linear discriminant of healthy and faulty records, with a shrunk covariance."
+    source = "Fisher, Annals of Eugenics 7 (1936) 179; Ledoit and Wolf, J. Multivar. Anal. 88 (2004) 365"
+    equation = "wᵀ (z − (m₀ + m₁)/2), w = C⁻¹ (m₁ − m₀), C the mean of the shrunk covariances of both kinds"
+    caution = FROM_BOTH
+    needs_faulty = True
+    Trained = LinearRule
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Fit means and covariances of both classes."""
+        standardised = standardisation(values)
+        with scikit_learn(self.name):
+            from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+
+            model = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto", priors=[0.5, 0.5])
+            model.fit(standardised.held(values), is_faulty)
+        return LinearRule(standardised, model.coef_[0], float(model.intercept_[0]))
+
+
+STRENGTHS = np.logspace(-4, 2, 7)
+"""Inverse ridge strengths for the cross-validation."""
+
+
+class LogisticOptions(Section):
+    """Options of `Logistic`."""
+
+    seed: Annotated[int, Field(strict=True, ge=0, lt=2**32)] = 0
+    """Seed of the folds for the choice of the ridge."""
+
+
+class Logistic(Score[LogisticOptions]):
+    """Logistic regression with a ridge penalty, chosen by five-fold cross-validation of the likelihood."""
+
+    name = "logistic"
+    summary = "Log-odds of a fault by ridge logistic regression; the ridge is chosen by cross-validation."
+    source = "le Cessie and van Houwelingen, Applied Statistics 41 (1992) 191"
+    equation = "b + wᵀ z, minimising Σ ln(1 + exp(−yᵢ (b + wᵀ zᵢ))) + ‖w‖²/(2 C)"
+    caution = (
+        f"{FROM_BOTH} The folds for the ridge divide records, not groups: if the records of a group"
+        " are alike, the ridge is too weak."
+    )
+    needs_faulty = True
+    Trained = LinearRule
+    Options = LogisticOptions
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Fit weights with the ridge of largest cross-validated likelihood."""
+        standardised = standardisation(values)
+        with scikit_learn(self.name):
+            from sklearn.linear_model import LogisticRegression
+            from sklearn.model_selection import GridSearchCV, StratifiedKFold
+
+            model = LogisticRegression(solver="newton-cholesky", max_iter=1000)
+            folds = StratifiedKFold(LEAST_RECORDS, shuffle=True, random_state=self.options.seed)
+            search = GridSearchCV(model, {"C": STRENGTHS}, scoring="neg_log_loss", cv=folds)
+            best = search.fit(standardised.held(values), is_faulty).best_estimator_
+        return LinearRule(standardised, best.coef_[0], float(best.intercept_[0]))
+
+
+@dataclass(frozen=True, eq=False)
+class LargestFall:
+    """Largest fall below `means`, shape (n_feature,), relative to them."""
+
+    means: Array
+
+    def __post_init__(self) -> None:
+        """Check the shape."""
+        require_shape(self.means, self.means.size)
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,)."""
+        return np.asarray(np.max((self.means - values) / self.means, axis=1))
+
+
+class LargestChange(Score[Section]):
+    """Largest relative fall of a feature below its healthy mean.
+
+    It scales features by their means, so it depends on their zero points, unlike the other scores.
+    """
+
+    name = "largest_change"
+    summary = "Largest fall of a feature below its healthy mean, relative to the mean."
+    source = "Maddahi, Yazdanpanah Goharrizi, Wu and Sepehri, CDSR 2015, paper 181"
+    equation = "max_j (m_j − y_j)/m_j, m the means of healthy records"
+    caution = "The feature that varies most without a fault dominates: a change is scaled only by the mean."
+    needs_faulty = False
+    needs_extra = False
+    Trained = LargestFall
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Fit the means of healthy records."""
+        means = values.mean(axis=0)
+        if not means.all():
+            raise NotStatedError("the score largest_change: a feature has zero mean in healthy records")
+        return LargestFall(means)
+
+
+RECORDS_PER_COEFFICIENT = 2
+"""Minimum number of healthy records per regression coefficient."""
+
+
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """Residual of the first feature, in its own unit.
+
+    Attributes
+    ----------
+    standardised : Standardisation
+    low, high : ndarray, shape (n_proxy,)
+        Range of the standardised proxies in the fit records.
+    coefficients : ndarray, shape (n_term,)
+    """
+
+    standardised: Standardisation
+    low: Array
+    high: Array
+    coefficients: Array
+
+    def __post_init__(self) -> None:
+        """Check the shapes."""
+        n_feature = self.standardised.kept.size
+        require_shape(self.low, n_feature - 1)
+        require_shape(self.high, n_feature - 1)
+        require_shape(self.coefficients, n_feature * (n_feature + 1) // 2)
+
+    def __call__(self, values: Array) -> Array:
+        """Scores, shape (n_record,)."""
+        features = self.standardised(values)
+        terms = quadratic_terms(np.clip(features[:, 1:], self.low, self.high))
+        expected = row_products(terms, self.coefficients[:, None])[:, 0]
+        return np.asarray((features[:, 0] - expected) * self.standardised.scale[0])
+
+
+class Compensated(Score[Section]):
+    """The first feature minus its quadratic regression on the others, fitted on healthy records only.
+
+    Proxies are limited to the range of the fit records, so that the quadratic does not extrapolate; a shift
+    beyond the range remains in the score. Fit records with a standardised feature beyond ±5 are not used.
+    """
+
+    name = "compensated"
+    summary = "The first feature minus its quadratic regression on the others, fitted to healthy records."
+    source = (
+        "Worden, Sohn and Farrar, J. Sound Vib. 258 (2002) 741, on novelty detection under varying conditions"
+    )
+    equation = (
+        "y − Σ b_jk p_j p_k, p_0 = 1, p_j the proxies within the range of the fit records, b by least squares"
+    )
+    caution = (
+        "It removes only effects that the proxies explain. If few nuisances vary, the proxies explain all"
+        " of them, and leaks are detected that would be missed otherwise: use records in which everything"
+        " varies that varies on the machine. If a leak changes a proxy, part of its effect is also"
+        " compensated. Proxies are limited to the range of the fit records, so a shift is compensated only"
+        " within it."
+    )
+    needs_faulty = False
+    Trained = Residual
+    needs_extra = False
+    direction = None
+
+    def learn(self, values: Array, is_faulty: Flags) -> Rule:
+        """Fit by least squares to healthy records."""
+        if values.shape[1] < 2:
+            raise NotStatedError("the score compensated needs a feature and at least one proxy")
+        standardised = standardisation(values)
+        if standardised.kept[0] != 0:
+            raise NotStatedError("the score compensated: its feature does not vary among healthy fit records")
+        features = standardised(values)
+        features = features[np.abs(features).max(axis=1) <= FAR]
+        target, proxies = features[:, 0], features[:, 1:]
+        terms = quadratic_terms(proxies)
+        needed = RECORDS_PER_COEFFICIENT * terms.shape[1]
+        if target.size < needed:
+            raise NotStatedError(
+                f"the score compensated has {terms.shape[1]} coefficients and needs {needed} healthy fit"
+                f" records that have all features, none beyond ±{FAR:g} standard deviations,"
+                f" not {target.size}",
+                needed,
+            )
+        coefficients = np.asarray(np.linalg.lstsq(terms, target, rcond=None)[0], dtype=float)
+        return Residual(standardised, proxies.min(axis=0), proxies.max(axis=0), coefficients)
+
+
+def quadratic_terms(proxies: Array) -> Array:
+    """Terms 1, p_j and p_j p_k for j ≤ k.
+
+    Parameters
+    ----------
+    proxies : ndarray, shape (n_record, n_proxy)
+
+    Returns
+    -------
+    terms : ndarray, shape (n_record, (n_proxy + 1) (n_proxy + 2)/2)
+    """
+    columns = [np.ones(proxies.shape[0]), *proxies.T]
+    return np.stack([first * second for first, second in combinations_with_replacement(columns, 2)], axis=1)

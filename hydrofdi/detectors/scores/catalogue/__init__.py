@@ -1,1 +1,0 @@
-"""The built-in scores: one module each, with the name of the score."""

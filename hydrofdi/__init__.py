@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.evaluation import Evaluation, evaluate
     from hydrofdi.api.exporting import Exported, export
     from hydrofdi.api.folders import rerun, status, verify, why
-    from hydrofdi.api.inspecting import Inspection, inspect
-    from hydrofdi.api.measuring import indicators, measure
+    from hydrofdi.api.measuring import Inspection, indicators, inspect, measure
     from hydrofdi.api.plan import plan
     from hydrofdi.api.replaying import replay
     from hydrofdi.api.results import Results, load, report
@@ -45,8 +44,7 @@ _HOMES = {
         "api.evaluation": "Evaluation evaluate",
         "api.exporting": "Exported export",
         "api.folders": "rerun status verify why",
-        "api.inspecting": "Inspection inspect",
-        "api.measuring": "indicators measure",
+        "api.measuring": "Inspection indicators inspect measure",
         "api.plan": "plan",
         "api.replaying": "replay",
         "api.results": "Results load report",

@@ -16,8 +16,11 @@ A run that fails is no exception at all but a stored row with a status and a sen
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+import signal
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from types import FrameType
 from typing import Any
 
 _CREDENTIALS = re.compile(r"(?P<begin>://?).*@|(?P<slashes>//)\S*@|[^\s/:'\"]+:\S*@")
@@ -122,6 +125,28 @@ class NotStatedError(ReportError):
 def is_interruption(error: BaseException | None) -> bool:
     """Whether Ctrl-C is behind an error: h5py makes one of its own of it, in the middle of its calls."""
     return isinstance(error, KeyboardInterrupt) or (error is not None and is_interruption(error.__context__))
+
+
+@contextmanager
+def interruption(on_request: Callable[[], None], at_once: Collection[int] = ()) -> Iterator[list[int]]:
+    """The first Ctrl-C or SIGTERM in this context is noted and calls a function; the second stops at once.
+
+    So do the signals `at_once`.
+    """
+    requests: list[int] = []
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        if number in at_once or requests:
+            raise KeyboardInterrupt
+        requests.append(number)
+        on_request()
+
+    previous = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield requests
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
 
 class IndicatorWarning(UserWarning):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import signal
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -28,7 +29,7 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.run_table.runs import Runs, run_identities
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.errors import ConfigError, StoreError, SweepInterrupted, is_interruption
+from hydrofdi.errors import ConfigError, StoreError, SweepInterrupted, interruption, is_interruption
 from hydrofdi.execution import (
     Batch,
     BatchReceipt,
@@ -37,7 +38,6 @@ from hydrofdi.execution import (
     Job,
     LocalPoolEngine,
     available_cores,
-    interruption,
     leakage_coefficients,
     run_batches,
     split_jobs,
@@ -269,7 +269,7 @@ def run_sweep(
             with experiment_lock(directory, watcher.tell):
                 record = environment_record(experiment)
                 _prepare(plan, known, watcher)
-                with interruption(lambda: _finish_early(engine, watcher)) as requests:
+                with interruption(lambda: _finish_early(engine, watcher), [signal.SIGTERM]) as requests:
                     recorder = _Recorder(plan, watcher)
                     completed = recorder.run(engine, jobs, lost)
                 done = {"ended": now(), "computed": completed, "costs": recorder.costs}

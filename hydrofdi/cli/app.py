@@ -80,7 +80,7 @@ _GROUPS = {
 """Group of the help → commands."""
 
 _HOMES = {
-    name: "report" if name == "report" else {"Look up": "start", "Audit": "study"}.get(group, group.lower())
+    name: {"Look up": "start", "Audit": "study"}.get(group, group.lower())
     for group, names in _GROUPS.items()
     for name in names
 }

@@ -6,19 +6,17 @@ import shlex
 import signal
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from heapq import nsmallest
 from io import TextIOWrapper
 from operator import itemgetter
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from hydrofdi.cli.options import Detector, Json, Settings, Sources
 from hydrofdi.cli.terminal import answer, tell, terminal, write_out
-from hydrofdi.errors import without_credentials
+from hydrofdi.errors import interruption, without_credentials
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
@@ -171,31 +169,13 @@ def monitor(
     sample of it could be read, 130 after Ctrl-C.
     """
 
-    with _stop_signals() as asked:
+    with interruption(lambda: None) as asked:
         from hydrofdi.api.detectors.detector import Detector
 
         trained = Detector.load(detector)
         view = _view(trained.file, source, json=json)
         ending = trained.monitor(source, on_line=view, stop=lambda: bool(asked), **settings)
     return INTERRUPTED if signal.SIGINT in asked else int(ending.name == "UNREADABLE")
-
-
-@contextmanager
-def _stop_signals() -> Iterator[list[int]]:
-    """In this context, Ctrl-C and SIGTERM are noted, to end after the samples read; a second one raises."""
-    asked: list[int] = []
-
-    def ask(number: int, frame: FrameType | None) -> None:
-        if asked:
-            raise KeyboardInterrupt
-        asked.append(number)
-
-    previous = {number: signal.signal(number, ask) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield asked
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
 
 
 def _view(file: DetectorFile, source: str, *, json: bool) -> Any:

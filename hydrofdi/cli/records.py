@@ -17,7 +17,7 @@ from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.evaluation import Evaluation
-    from hydrofdi.api.inspecting import Inspection
+    from hydrofdi.api.measuring import Inspection
     from hydrofdi.indicators.record_measures import Column, RecordMeasures
 
 _MOST_GROUPS, _MOST_ROWS = 12, 20
@@ -40,7 +40,7 @@ def inspect(
     Simulates at most 32 records of an experiment file (.yaml), spread evenly over its runs.
     Exit code 1 if records are rejected.
     """
-    from hydrofdi.api.inspecting import inspect as look_at
+    from hydrofdi.api.measuring import inspect as look_at
 
     found = look_at(source, **settings)
     draw(found, figure)

@@ -1,4 +1,4 @@
-"""``hydrofdi indicators``, ``schema``, ``init``, ``configs``, ``check`` and ``simulate``."""
+"""``hydrofdi init``, ``configs``, ``check``, ``simulate``, ``indicators`` and ``schema``."""
 
 from __future__ import annotations
 

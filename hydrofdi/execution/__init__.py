@@ -2,7 +2,7 @@
 
 from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_conditions
 from hydrofdi.execution.compute import Batch, BatchReceipt, compute_columns, run_batches, split_jobs
-from hydrofdi.execution.engine import Engine, InProcessEngine, interruption
+from hydrofdi.execution.engine import Engine, InProcessEngine
 from hydrofdi.execution.local_pool import LocalPoolEngine, available_cores
 from hydrofdi.execution.measuring import Job, needed_signals
 
@@ -15,7 +15,6 @@ __all__ = [
     "LocalPoolEngine",
     "available_cores",
     "compute_columns",
-    "interruption",
     "leakage_coefficients",
     "needed_signals",
     "run_batches",

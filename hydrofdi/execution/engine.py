@@ -2,33 +2,11 @@
 
 from __future__ import annotations
 
-import signal
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from types import FrameType
 from typing import Any, Protocol, Self
-
-
-@contextmanager
-def interruption(on_request: Callable[[], None]) -> Iterator[list[int]]:
-    """The first Ctrl-C in this context is noted and calls a function; the second and SIGTERM stop at once."""
-    requests: list[int] = []
-
-    def handle(number: int, frame: FrameType | None) -> None:
-        if number == signal.SIGTERM or requests:
-            raise KeyboardInterrupt
-        requests.append(number)
-        on_request()
-
-    previous = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield requests
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
 
 
 @dataclass(frozen=True)

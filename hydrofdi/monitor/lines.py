@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Protocol, TextIO
@@ -151,6 +151,23 @@ class Sink(Protocol):
     def close(self) -> None:
         """Send what is left, within a few seconds, and end."""
         ...
+
+
+class Calls:
+    """A sink that calls a function with each line."""
+
+    def __init__(self, on_line: Callable[[dict[str, Any]], None] | None, unit: str) -> None:
+        self._on_line, self._unit = on_line, unit
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Hand the lines on."""
+        for line in lines:
+            if self._on_line is not None and is_said(line):
+                self._on_line(line_record(line, self._unit))
+        return ()
+
+    def close(self) -> None:
+        """Does nothing."""
 
 
 class StreamLines:

@@ -14,8 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.cli.live import _stop_signals
-from hydrofdi.errors import StoreError
+from hydrofdi.errors import StoreError, interruption
 from hydrofdi.monitor.lines import Event, EventKind, StreamLines, WindowLine
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import Ending, monitor
@@ -223,7 +222,7 @@ def test_sigterm_ends_it_with_its_state_stored(undisturbed, tmp_path):
                 os.kill(os.getpid(), signal.SIGTERM)
             return super().put(chunk, lines)
 
-    with _stop_signals() as asked:
+    with interruption(lambda: None) as asked:
         kept = Asks()
         assert run(tmp_path, sinks=[kept], stop=lambda: bool(asked)) == Ending.STOPPED
     assert asked == [signal.SIGTERM]

@@ -301,11 +301,11 @@ class Detector(Guessable):
         ConfigError, DataError, StoreError
             An argument is invalid, or the records cannot be read.
         """
-        from hydrofdi.api.monitoring import Calls, open_sinks
         from hydrofdi.monitor.configuration import load_monitor_config
-        from hydrofdi.monitor.lines import StreamLines
+        from hydrofdi.monitor.lines import Calls, StreamLines
         from hydrofdi.monitor.log import WindowLog
         from hydrofdi.monitor.loop import monitor
+        from hydrofdi.monitor.mqtt.sending import open_sinks
         from hydrofdi.monitor.sources.opening import open_stream
         from hydrofdi.monitor.state import StateFile
 

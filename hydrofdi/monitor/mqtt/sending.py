@@ -6,13 +6,16 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.monitor.configuration import MqttAddress, MqttConfig
-from hydrofdi.monitor.lines import Event, EventKind, Line, WindowLine, line_text
+from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.configuration import MonitorConfig, MqttAddress, MqttConfig, is_mqtt
+from hydrofdi.monitor.lines import Event, EventKind, Line, Sink, WindowLine, line_text
 from hydrofdi.monitor.mqtt.connection import MqttConnection
 from hydrofdi.records.streams import Chunk
 
@@ -232,3 +235,37 @@ class MqttSink:
 
     def _is_wanted(self, line: Line) -> bool:
         return self._with_windows if isinstance(line, WindowLine) else not line.is_silent
+
+
+def open_sinks(
+    config: MonitorConfig, file: DetectorFile, metrics: str | None, events: Sequence[str]
+) -> list[Sink]:
+    """Sinks for metrics and for events; none stays open if one cannot be opened.
+
+    Raises
+    ------
+    ConfigError
+        An address is wrong, or a library is not installed.
+    """
+    with ExitStack() as stack:
+        sinks = [stack.enter_context(closing(sink)) for sink in _sinks(config, file, metrics, events)]
+        stack.pop_all()
+    return sinks
+
+
+def _sinks(
+    config: MonitorConfig, file: DetectorFile, metrics: str | None, events: Sequence[str]
+) -> Iterator[Sink]:
+    if metrics is not None:
+        try:
+            from hydrofdi.monitor.metrics import MetricsSink
+        except ModuleNotFoundError as error:
+            if error.name != "prometheus_client":
+                raise
+            raise ConfigError("metrics needs the extra: pip install 'hydrofdi[monitor]'") from None
+        yield MetricsSink(metrics, file)
+    for text in events:
+        if not is_mqtt(text):
+            given = text.partition("://")[0]
+            raise ConfigError(f"events: {given!r}: give mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
+        yield MqttSink(MqttAddress.parse(text), config.mqtt, file.unit)

@@ -1,7 +1,5 @@
 """Pages as a browser sees them: Debian's chromium, headless; axe-core from the test extra."""
 
-from __future__ import annotations
-
 import html
 import json
 import os

@@ -1,7 +1,5 @@
 """How tests run the command: in this process, or in one of its own."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

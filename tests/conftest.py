@@ -1,7 +1,5 @@
 """Fixtures that several test files share: the command, and sweeps that are run once."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -4,8 +4,6 @@ All states are integrated together with error control, and the solver restarts w
 controller acts. This is much slower than the kernel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from itertools import accumulate, pairwise

@@ -95,3 +95,23 @@ def test_every_command_has_help_and_stands_in_the_documentation():
     for command in commands:
         assert len(run(command, "--help", check=0).stdout.splitlines()) > 4
         assert re.search(rf"`hydrofdi {command}\b|`{command}[ `]", documentation), command
+
+
+PAGE = ROOT / "docs" / "indicators.md"
+
+
+def test_the_cross_check_by_hand_holds(tmp_path: Path) -> None:
+    (code,) = re.findall(r"<!-- a test runs this -->\s*```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    assert "pywt.wavedec" in code
+    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}\nprint(len(by_hand))"],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=240,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (0, "5\n"), done.stderr
+
+
+def test_the_page_is_what_would_be_written() -> None:
+    script = ROOT / "docs" / "generate_indicators.py"
+    done = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr

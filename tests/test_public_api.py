@@ -1,9 +1,16 @@
-"""The public names: few, documented, and enough for a study in a notebook."""
+"""What Python and the command line offer: names, and a command as a process."""
 
+import os
+import shutil
 import subprocess
 import sys
+from pathlib import Path
+
+import pytest
 
 import hydrofdi
+from tests.commands import run_hydrofdi, run_process
+from tests.conftest import REPOSITORY
 
 
 def test_the_public_names_are_few_documented_and_there():
@@ -17,3 +24,52 @@ def test_importing_the_package_loads_no_library():
     code = "import sys, hydrofdi; print(sorted({'numpy', 'numba', 'pydantic', 'h5py'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+EXPECTED = {
+    ".ci", ".gitignore", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "Makefile", "README.md", "benchmarks",
+    "configs", "constraints.txt", "docs", "hydrofdi", "pyproject.toml", "results", "tests",
+}  # fmt: skip
+
+
+@pytest.mark.skipif(not (REPOSITORY / ".git").exists() or shutil.which("git") is None, reason="no clone")
+def test_nothing_but_the_project_is_at_its_top():
+    listed = subprocess.run(["git", "ls-files"], cwd=REPOSITORY, capture_output=True, text=True, check=True)
+    assert {name.partition("/")[0] for name in listed.stdout.splitlines()} == EXPECTED
+
+
+SHORT = "--set=record.duration=2 s"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        ((), 0),
+        (("report", "--help"), 0),
+        (("simulate", SHORT), 0),
+        (("simulate", SHORT, "--set=fluid.bulk_modulus=1e13"), 1),
+        (("simulate", "--set=fluid.bulk=1"), 2),
+        (("swep",), 2),
+    ],
+)
+def test_output_and_exit_code_are_those_of_a_process(
+    arguments: tuple[str, ...], code: int, tmp_path: Path
+) -> None:
+    here, there = (run(*arguments, cwd=tmp_path) for run in (run_hydrofdi, run_process))
+    assert here.returncode == there.returncode == code
+    assert (here.stdout, here.stderr) == (there.stdout, there.stderr)
+
+
+def test_a_fault_is_a_traceback_and_exit_code_3(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hydrofdi.config.load_experiment", None)
+    done = run_hydrofdi("simulate", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert "Traceback" in done.stderr
+    assert "'NoneType' object is not callable" in done.stderr
+
+
+def test_nothing_of_a_command_stays_behind(tmp_path: Path) -> None:
+    before = dict(os.environ), os.getcwd()
+    (tmp_path / "sweep.yaml").write_text("record: {duration: 2 s}\nstore: {signals: none}\n")
+    assert run_hydrofdi("sweep", "sweep.yaml", "--workers", "2", cwd=tmp_path).returncode == 0
+    assert (dict(os.environ), os.getcwd()) == before

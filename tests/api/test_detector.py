@@ -1,10 +1,16 @@
 """`hydrofdi.Detector`: the rows and the lines of the commands, from files and from memory."""
 
+import doctest
+import inspect
 import json
+import os
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pandas
 import pytest
+from mypy import api as mypy
 
 import hydrofdi
 from tests.commands import run
@@ -93,3 +99,50 @@ def test_a_monitor_hands_on_what_the_command_writes(trained, samples, tmp_path):
     ended = hydrofdi.Detector.load(trained).monitor(file, follow=False, on_line=lines.append)
     assert monitored(trained, file) == lines
     assert ended == "the stream is over"
+
+
+ROOT = Path(__file__).parent.parent.parent
+
+NAMED = [getattr(hydrofdi, name) for name in hydrofdi.__all__]
+PUBLIC = [each for each in NAMED if inspect.isfunction(each) or ">>>" in (inspect.getdoc(each) or "")]
+MODULES = sorted({each.__module__ for each in PUBLIC if each.__module__.startswith("hydrofdi.api")})
+
+
+@pytest.mark.parametrize("name", ["hydrofdi", *MODULES])
+def test_the_examples_in_docstrings_run(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    outcome = doctest.testmod(import_module(name), optionflags=doctest.ELLIPSIS)
+    assert outcome.attempted > 0
+    assert outcome.failed == 0
+
+
+def test_the_examples_of_the_page_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    os.symlink(ROOT / "configs", "configs")
+    page = str(ROOT / "docs" / "python.md")
+    outcome = doctest.testfile(page, module_relative=False, optionflags=doctest.ELLIPSIS, encoding="utf-8")
+    assert outcome.attempted > 5
+    assert outcome.failed == 0
+
+
+def test_an_export_is_told_in_few_words(tmp_path):
+    done = hydrofdi.export(np.ones((2, 99)) * 5e6, tmp_path / "out", sampling_frequency="1 kHz")
+    assert repr(done).startswith("2 files in ")
+
+
+def _examples():
+    named = [getattr(hydrofdi, name) for name in hydrofdi.__all__]
+    yield "page", (ROOT / "docs" / "python.md").read_text()
+    yield from ((each.__name__, text) for each in named if ">>>" in (text := inspect.getdoc(each) or ""))
+
+
+def test_the_examples_of_page_and_docstrings_have_right_types(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    parser, blocks = doctest.DocTestParser(), []
+    for name, text in _examples():
+        lines = "".join(each.source for each in parser.get_examples(text)).splitlines()
+        blocks.append("\n    ".join([f"def example_{name}() -> None:", *lines]))
+    file = tmp_path / "examples.py"
+    file.write_text("\n\n".join(blocks) + "\n")
+    told, errors, code = mypy.run(["--strict", "--config-file", "pyproject.toml", str(file)])
+    assert code == 0, told + errors

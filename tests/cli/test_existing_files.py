@@ -1,13 +1,32 @@
 """What exists already: files of other programs stay, and no file of a folder is ignored."""
 
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pandas
 import pytest
 import scipy.io
+import typer.main
+from rich.console import Console
 
 import hydrofdi
-from tests.commands import run, run_json
+from hydrofdi.api.detectors.training import setting_keys
+from hydrofdi.cli.app import application
+from hydrofdi.cli.tables import folded, print_table
+from hydrofdi.config import load_experiment
+from hydrofdi.config.plausibility import seeds_of, shown_seeds
+from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.report.table import Column, Table
+from hydrofdi.store.shard import content_digest
+from tests.commands import run, run_hydrofdi, run_json
+from tests.conftest import sweep_in
 
 SHORT = ("--set", "record.duration=2 s")
 LOGGED = "time [s],P1 [bar]\n" + "".join(f"{k / 1000},{50 + k % 3}\n" for k in range(100))
@@ -167,3 +186,161 @@ def test_the_files_of_a_study_are_replaced_by_a_second_report(tmp_path):
     run("sweep", "detectability-smoke", "--out", tmp_path / "study", "--engine", "in-process", check=0)
     for _ in range(2):
         run("report", tmp_path / "study", "--out", tmp_path / "report", check=0)
+
+
+_STUDY = {"name": "asked", "record": {"duration": "4 s"}, "store": {"signals": "none"}}
+_GRID = {"leakage.internal_coefficient": [0.0, 2e-9]}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    out = tmp_path_factory.mktemp("why") / "out"
+    noisy = {"pressure_1_sensor": {"noise": "5 kPa"}, "measurement": {"seed": 3}}
+    hydrofdi.sweep(_STUDY | noisy | {"sweep": {"grid": _GRID}}, out=out, engine="in-process")
+    return out
+
+
+def test_why_lists_what_changed_in_readable_units_for_what_is_to_be_computed_anew(folder):
+    same = run("why", folder, "1").stdout
+    assert "changed since" not in same
+    file = folder.parent / "changed.yaml"
+    file.write_text(
+        "name: asked\nrecord: {duration: 4 s}\nstore: {signals: none}\nfluid: {bulk_modulus: 689 MPa}\n"
+        "pressure_1_sensor: {noise: 5 kPa}\nmeasurement: {seed: 3}\n"
+        "sweep: {grid: {leakage.internal_coefficient: [0, 2.0e-9, 3.0e-9]}}\n"
+    )
+    changes = run_json("why", folder, "1", "--config", file)["changes"]
+    assert changes["fluid.bulk_modulus"] == [551e6, 689e6]
+    assert changes["sweep.grid: leakage.internal_coefficient"] == [[0.0, 2e-9], [0.0, 2e-9, 3e-9]]
+    assert set(changes) - {"baseline: fluid.bulk_modulus"} == {
+        "fluid.bulk_modulus",
+        "sweep.grid: leakage.internal_coefficient",
+    }
+    shown = run("why", folder, "1", "--config", file).stdout
+    assert "551 MPa" in shown
+    assert "689 MPa" in shown
+
+
+def test_the_seed_of_the_noise_is_in_the_provenance_of_file_why_and_report(folder):
+    assert run_json("why", folder, "0")["provenance"]["seeds"] == {"measurement.seed": 3}
+    assert "seeds     measurement.seed 3" in run("why", folder, "0").stdout
+    assert "measurement.seed 3" in run("report", folder, "--format", "markdown").stdout
+
+
+def test_seeds_are_listed_where_they_have_an_effect_and_nowhere_else():
+    assert seeds_of(load_experiment()) == {}
+    settings = [
+        "input={shape: steps, seed: 5}",
+        "load.random_force=1 kN",
+        "pressure_1_sensor.noise=5 kPa",
+        "replicates={count: 2, seed: 8}",
+        "sweep.union=[{grid: {load.seed: [1, 2, 3]}},"
+        " {sample: {count: 4, seed: 7, over: {actuator.mass: {uniform: [10 kg, 12 kg]}}}}]",
+    ]
+    assert shown_seeds(seeds_of(load_experiment(None, settings))) == (
+        "measurement.seed 0 … 2, input.seed 5, load.seed 1 … 3, sweep.union[2].sample.seed 7,"
+        " replicates.seed 8"
+    )
+
+
+_KEPT = Path(__file__).parent.parent / "museum" / "format_4_physics_3" / "kept"
+
+
+def test_status_says_that_an_earlier_version_stored_the_runs(tmp_path):
+    folder = tmp_path / "kept"
+    shutil.copytree(_KEPT, folder)
+    (shard,) = (folder / "shards").iterdir()
+    with h5py.File(shard, "a") as file:
+        file.attrs["physics_version"] = PHYSICS_VERSION - 1
+    shard.rename(shard.with_stem(content_digest(shard)))
+    assert run_json("status", folder)["earlier"] == 8
+
+
+def test_collect_says_what_it_built(tmp_path):
+    swept = sweep_in(tmp_path, "name: built\nrecord: {duration: 2 s}\n")
+    file = swept.directory / "built.h5"
+    file.unlink()
+    collected = run_json("collect", swept.directory)
+    assert collected == {"file": str(file), "planned": 1, "missing": 0, "failed": 0}
+    assert file.exists()
+
+
+NUMBER = re.compile(r"[-−+]?\d[\d.,]*(?:e[-+]\d+)?%?")
+SWEEP = "record: {duration: 6 s}\nsweep: {grid: {fluid.bulk_modulus: [551 MPa, 689.123 MPa]}}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "width", "lines"),
+    [
+        ("cross_correlation.coefficient ↕", 14, ["cross_", "correlation.", "coefficient ↕"]),
+        ("the oil is stiffer by 4.5 MPa", 12, ["the oil is", "stiffer by", "4.5 MPa"]),
+        ("unbreakablename", 6, ["unbrea", "kablen", "ame"]),
+        ("", 6, [""]),
+    ],
+)
+def test_a_text_is_broken_at_blanks_points_and_underscores(text, width, lines):
+    assert folded(text, width) == lines
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("check", "experiment.yaml", "--set", "indicators=weak_rls"), ("measure", "experiment.yaml")],
+    ids=" ".join,
+)
+def test_no_number_of_a_command_is_cut_at_60_columns(monkeypatch, experiment_file, tmp_path, command):
+    experiment_file(SWEEP)
+    shown = []
+    for width in ("400", "60"):
+        monkeypatch.setenv("COLUMNS", width)
+        shown.append(run_hydrofdi(*command, cwd=tmp_path).stdout)
+    wide, narrow = (Counter(NUMBER.findall(text)).keys() for text in shown)
+    assert {number for number in wide - narrow if "." in number} == set()
+
+
+@pytest.mark.parametrize("width", [20, 60, 200])
+def test_a_parted_table_shows_every_cell_whole_under_its_header(width):
+    numbers = (
+        Column(f"number {n}", [f"{run}.{n}2345" for run in range(3)], title=f"number {n} [unit]")
+        for n in range(9)
+    )
+    console = Console(width=width)
+    with console.capture() as captured:
+        print_table(console, Table((Column("run", ["r0", "r1", "r2"], is_text=True), *numbers)))
+    text = captured.get()
+    assert all(f"{run}.{column}2345" in text for run in range(3) for column in range(9))
+    assert all(f"number {column}" in text for column in range(9))
+    assert max(map(len, text.splitlines())) <= width
+
+
+def test_texts_from_outside_do_not_act_on_the_terminal(capsys):
+    print_table(Console(width=80), Table((Column("name", ["a\x1b[31mred\x07"], is_text=True),)))
+    assert not re.search(r"[\x00-\x09\x0b-\x1f]", capsys.readouterr().out)
+
+
+SCRIPT = Path(sys.executable).parent / "hydrofdi"
+
+
+@pytest.mark.parametrize("command", [(), ("sweep",), ("measure",)])
+def test_h_is_help(command):
+    short, full = (run_hydrofdi(*command, option) for option in ("-h", "--help"))
+    assert short.returncode == 0
+    assert short.stdout == full.stdout
+
+
+@pytest.mark.skipif(not SCRIPT.exists(), reason="the command is not installed beside Python")
+def test_the_shell_completes_commands():
+    asked = {"_HYDROFDI_COMPLETE": "complete_bash", "COMP_WORDS": "hydrofdi sw", "COMP_CWORD": "1"}
+    done = subprocess.run([SCRIPT], env=os.environ | asked, capture_output=True, text=True, timeout=60)
+    assert done.stdout.split() == ["sweep"]
+    assert not done.stderr
+
+
+def test_every_plain_setting_of_a_detector_is_an_option_of_train():
+    command = typer.main.get_command(application(["train"])).commands["train"]
+    options = {parameter.name for parameter in command.params}
+    assert setting_keys().keys() - options == {"options", "indicators", "score"}
+
+
+def test_commands_stand_in_groups():
+    shown = run_hydrofdi("--help").stdout
+    assert not {"Start:", "Study:", "Records:", "Live:", "Look up:", "Audit:"} - {*shown.splitlines()}

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from hydrofdi.detectors.registry import chart_names, make_chart
+from hydrofdi.detectors.run_lengths import Delays, FalseAlarms, delays, members, operations
+from hydrofdi.errors import NotStatedError
 
 SHORT = {"glr": {"window": 20}, "moving_window": {"window": 8}}
 
@@ -126,3 +129,187 @@ def test_moving_windows_take_mean_and_maximum():
     most = make_chart("moving_window", {"window": 2, "measure": "maximum", "direction": "rising"})
     np.testing.assert_allclose(mean.follow(scores), [[np.nan, 2.0, 1.0, 2.5]])
     np.testing.assert_allclose(most.follow(scores), [[np.nan, 1.0, 3.0, 3.0]])
+
+
+INTERVAL = 0.1
+
+
+@pytest.mark.parametrize(
+    ("memory", "between", "n_stream", "wanted"),
+    [(0.5, 0.0, 60, 60.0), (0.8, 0.5, 60, 200.0), (0.5, 0.5, 300, 600.0)],
+    ids=["dependent", "records that differ", "few alarms"],
+)
+def test_the_interval_of_the_mean_time_covers_it(memory, between, n_stream, wanted):
+    """The truth is counted over 60,000 seconds of the same kind."""
+    chart = make_chart("cusum")
+    long = autoregressive(999, 600_000 // 100, 100, memory, between)
+    held, inverse = 0, []
+    for seed in range(60):
+        healthy = FalseAlarms(
+            chart, autoregressive(seed, n_stream, 100, memory, between), INTERVAL, n_draw=40
+        )
+        limit = healthy.limit(wanted)
+        truth = true_mean_time(chart, limit.value, long, INTERVAL)
+        held += limit.low <= truth <= limit.high
+        inverse.append(wanted / truth)
+    assert held >= 54
+    assert np.mean(inverse) < 1.3, "the limits are too low on average"
+
+
+def test_independent_tables_do_not_hold_for_dependent_scores():
+    wanted, limit = 1000.0, 5.757350  # Page's integral equation, solved for independent normal scores
+    healthy = FalseAlarms(make_chart("cusum"), autoregressive(1, 200, 500, 0.8), 1.0)
+    assert healthy.at(limit).high < wanted / 5.0
+    independent = FalseAlarms(make_chart("cusum"), autoregressive(1, 200, 500, 0.0), 1.0)
+    found = independent.at(limit)
+    assert found.low < wanted < found.high
+
+
+def test_records_shorter_than_the_memory_of_the_chart_are_joined():
+    """A CUSUM that needs some 10 scores for an alarm, from records of 5: the run length of the table."""
+    found = FalseAlarms(make_chart("cusum"), autoregressive(2, 4000, 5, 0.0), 1.0).at(4.171316)
+    assert found.mean_time == pytest.approx(200.0, rel=0.15)
+
+
+def test_a_mean_time_beyond_the_data_is_refused_with_what_is_needed():
+    healthy = FalseAlarms(make_chart("cusum"), autoregressive(3, 100, 360, 0.5), 1.0)
+    with pytest.raises(
+        NotStatedError, match="24 h between false alarms needs 24 h of healthy scores, not 10 h"
+    ) as refusal:
+        healthy.limit(24 * 3600.0)
+    assert refusal.value.records_needed == 240
+    limit = healthy.limit(10 * 3600.0)
+    assert limit.n_alarm == pytest.approx(1.0, abs=0.2)
+    assert limit.low < 36000.0 < limit.high
+
+
+def test_without_an_alarm_the_mean_time_has_a_lower_end_alone():
+    found = FalseAlarms(make_chart("cusum"), autoregressive(4, 50, 100, 0.5), 1.0).at(1e6)
+    assert found.mean_time == found.high == np.inf
+    assert found.low == pytest.approx(5000.0 / 3.689, rel=1e-3)
+
+
+def test_alarms_of_one_record_count_as_one():
+    scores = np.zeros((40, 100))
+    scores[7] = 3.0
+    found = FalseAlarms(make_chart("cusum"), scores, 1.0, n_draw=400).at(10.0)
+    assert found.n_alarm == pytest.approx(25.0)
+    assert found.high / found.low > 100.0
+
+
+def test_records_of_a_group_are_drawn_together():
+    scores = autoregressive(5, 10, 50, 0.5)
+    scores[::2] += 2.0
+    groups = [f"unit {stream % 2 + 2 * (stream // 4)}" for stream in range(10)]
+    apart = FalseAlarms(make_chart("cusum"), scores, 1.0).at(8.0)
+    together = FalseAlarms(make_chart("cusum"), scores, 1.0, groups=groups).at(8.0)
+    assert together.n_group == len(set(groups)) < apart.n_group == 10
+    assert together.high / together.low > apart.high / apart.low
+    with pytest.raises(NotStatedError, match="5 independent healthy records, not 2"):
+        FalseAlarms(make_chart("cusum"), scores, 1.0, groups=["a"] * 5 + ["b"] * 5)
+
+
+def test_scores_that_are_missing_are_counted_and_take_no_time():
+    scores = autoregressive(6, 20, 100, 0.0)
+    scores[:, :20] = np.nan
+    found = FalseAlarms(make_chart("cusum"), scores, 0.5).at(3.0)
+    assert (found.not_measurable, found.duration) == (400, 800.0)
+    with pytest.raises(NotStatedError, match="no healthy record has a time series of scores"):
+        FalseAlarms(make_chart("cusum"), np.full((6, 10), np.nan), 1.0)
+
+
+def test_every_group_comes_equally_often_and_whole():
+    streams = np.arange(12.0).reshape(6, 2)
+    groups = members(["a", "a", "", "b", "", "b"], 6)
+    drawn = streams[np.hstack(list(operations(groups, 7, 0)))].reshape(1, -1)
+    assert sorted(len(each) for each in groups) == [1, 1, 2, 2]
+    np.testing.assert_array_equal(np.bincount(drawn[0].astype(int)), 7)
+    np.testing.assert_array_equal(drawn[0, 1::2] - drawn[0, ::2], 1.0)
+    assert (drawn[0, np.flatnonzero(drawn[0] == 1.0) + 1] == 2.0).all()
+
+
+class _Impatient(FalseAlarms):
+    """Counts the false alarms of no more than 200 limits."""
+
+    n_limit = 0
+
+    def _counts(self, limit, n_draw):
+        self.n_limit += 1
+        assert self.n_limit <= 200, "the search for a limit does not end"
+        return super()._counts(limit, n_draw)
+
+
+def test_a_statistic_that_is_zero_nearly_always_has_no_limit_for_a_short_time():
+    healthy = _Impatient(make_chart("cusum", {"shift": 8.0}), autoregressive(0, 60, 100, 0.5), INTERVAL)
+    with pytest.raises(NotStatedError, match="no limit above 0 has so many false alarms"):
+        healthy.limit(1.0)
+
+
+def shewhart():
+    return make_chart("moving_window", {"window": 1, "direction": "rising"})
+
+
+def test_delays_by_hand():
+    scores = np.array(
+        [
+            [0, 0, 0, 9, 0, 9],  # found at once
+            [0, 9, 0, 0, 0, 9],  # a false alarm, then found
+            [9, 9, 0, 0, 0, 0],  # false alarms alone: not found
+            [0, 0, 0, np.nan, np.nan, np.nan],  # nothing to find it by
+        ]
+    )
+    found = delays(shewhart(), 5.0, scores, 0.1 * np.arange(6), 0.3)
+    np.testing.assert_allclose(found.values, [0.0, 0.2, np.inf, np.inf], atol=1e-12)
+    np.testing.assert_array_equal(found.n_early, [0, 1, 2, 0])
+    assert (found.not_measurable, found.found.count, found.found.total) == (1, 2, 4)
+
+
+def test_each_stream_may_have_its_own_onset():
+    scores = np.array([[9.0, 0, 0, 9, 0], [9, 0, 0, 9, 0]])
+    found = delays(shewhart(), 5.0, scores, np.arange(5.0), [0.0, 1.0])
+    np.testing.assert_array_equal(found.values, [0.0, 2.0])
+
+
+def test_a_false_alarm_does_not_speed_up_the_detection():
+    """The chart starts anew after it: what it had summed before the onset is gone."""
+    scores = np.array([[3.0, 0, 0.9, 0.9, 0.9, 0.9, 0.9]])
+    found = delays(make_chart("cusum"), 1.5, scores, np.arange(7.0), 2.0)
+    np.testing.assert_array_equal(found.n_early, [1])
+    np.testing.assert_array_equal(found.values, [3.0])
+
+
+def test_mean_delays_are_run_lengths():
+    draw = np.random.default_rng(1)
+    found = delays(make_chart("cusum"), 5.0, 1.0 + draw.standard_normal((4000, 100)), np.arange(100.0), 0.0)
+    error = found.values.std() / np.sqrt(4000)
+    assert abs(found.values.mean() + 1.0 - 10.37597) < 3.0 * error
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9])
+def test_intervals_of_quantiles_cover(share):
+    truth, held = -np.log(1.0 - share), 0
+    for seed in range(200):
+        drawn = Delays(np.random.default_rng(seed).exponential(size=60), np.zeros(60, dtype=int), 0)
+        quantile = drawn.quantile(share)
+        assert quantile.low <= quantile.value <= quantile.high
+        held += quantile.low <= truth <= quantile.high
+    assert 182 <= held <= 200
+
+
+def test_leaks_that_are_not_found_make_quantiles_infinite():
+    found = Delays(np.array([1.0] * 6 + [np.inf] * 4), np.zeros(10, dtype=int), 0)
+    assert found.quantile(0.5).value == 1.0
+    assert found.quantile(0.5).high == found.quantile(0.9).value == np.inf
+
+
+def autoregressive(seed, n_stream, n_time, memory, between=0.0):
+    """Scores of unit variance with correlation `memory` from one to the next, and offsets of streams."""
+    draw = np.random.default_rng(seed)
+    noise = draw.standard_normal((n_stream, n_time + 100))
+    scores = lfilter([np.sqrt(1.0 - memory**2)], [1.0, -memory], noise, axis=1)[:, 100:]
+    return scores + between * draw.standard_normal((n_stream, 1))
+
+
+def true_mean_time(chart, limit, scores, interval):
+    """Mean time between false alarms over one long operation, by counting."""
+    return scores.size * interval / max(int(np.sum(chart.follow(scores.reshape(1, -1), limit) >= limit)), 0.3)

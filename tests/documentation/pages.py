@@ -6,8 +6,6 @@ its own. ``<!-- file: NAME -->`` makes the next block a file, ``<!-- edit: NAME 
 of those of a file with the same key, and ``<!-- exit: N -->`` says which exit code the next block ends with.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,9 +1,22 @@
-"""Recursive least squares whose prior stays: what its arithmetic keeps."""
+"""Recursive least squares and Volterra kernels against one regression."""
+
+from math import comb
 
 import numpy as np
+import pytest
 
+from estimation.filters import ExtendedFilter, KalmanFilter, UnscentedFilter
 from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
+from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE
+from hydrofdi.indicators.estimation.valve_use import follow_noise, new_noise
 from hydrofdi.indicators.estimation.weak_rls import N_ESTIMATE, follow_windows, new_scratch, new_state
+from hydrofdi.indicators.models.volterra import (
+    block_means,
+    lagged_values,
+    polynomial_terms,
+    regressors,
+    ridge_regression,
+)
 from hydrofdi.transforms.regression import regress
 
 ERROR = 4e-9
@@ -114,3 +127,123 @@ def test_covariances_stay_positive_and_numbers_exact_over_a_million_samples():
     for kind, which in np.ndindex(2, 2):
         lower = np.tril(state.moments[0, 0, kind, which])
         assert np.linalg.eigvalsh(lower + np.tril(lower, -1).T).min() > 0.0
+
+
+def linear_problem(random):
+    """Transition, noise and prior of a plant whose held states walk."""
+    transition = np.eye(N_STATE)
+    transition[:N_MOVING] = random.normal(size=(N_MOVING, N_STATE))
+    transition[:N_MOVING, :N_MOVING] = 0.9 * np.linalg.qr(random.normal(size=(N_MOVING, N_MOVING)))[0]
+    noise, factor = np.abs(random.normal(size=N_STATE)), random.normal(size=(N_STATE, N_STATE))
+    return transition, noise, factor @ factor.T + np.eye(N_STATE)
+
+
+@pytest.mark.parametrize("spread", [1.0, 0.1])
+def test_the_filters_are_the_kalman_filter(spread):
+    random = np.random.default_rng(3)
+    transition, noise, prior = linear_problem(random)
+    truth, deviations = random.normal(size=N_STATE), np.array([0.3, 0.01, 2.0])
+    kalman = KalmanFilter(np.zeros(N_STATE), prior)
+    extended, unscented = ExtendedFilter(kalman.mean, prior), UnscentedFilter(kalman.mean, prior, spread)
+    for _ in range(200):
+        truth = transition @ truth + noise * random.normal(size=N_STATE)
+        values = dict(enumerate(truth[:3] + deviations * random.normal(size=3)))
+        kalman.predict(transition, noise)
+        extended.predict(transition, noise)
+        unscented.predict(lambda points: transition @ points, noise)
+        for each in (kalman, extended, unscented):
+            each.measure(values, deviations)
+        for each in (extended, unscented):
+            np.testing.assert_allclose(each.mean, kalman.mean, rtol=1e-9, atol=1e-9)
+            np.testing.assert_allclose(each.covariance, kalman.covariance, rtol=1e-9, atol=1e-9)
+
+
+def noise_of(signal, unclear=None, cuts=()):
+    """Standard deviation after the last sample."""
+    signal = np.atleast_2d(signal)
+    unclear = np.zeros(signal.shape, dtype=bool) if unclear is None else unclear
+    state = new_noise(len(signal))
+    for part, mask in zip(np.split(signal, cuts, axis=1), np.split(unclear, cuts, axis=1), strict=True):
+        variance = np.zeros(part.shape)
+        follow_noise(np.ascontiguousarray(part), np.ascontiguousarray(mask), state, variance)
+    return np.sqrt(variance[:, -1])
+
+
+def test_noise_is_found_beside_a_motion_that_is_much_larger():
+    time = np.arange(10_000) / 500.0
+    motion = 8e6 + 2e6 * np.sin(2 * np.pi * 2.0 * time) + 1e5 * np.sin(2 * np.pi * 40.0 * time)
+    noise = 5e3 * np.random.default_rng(1).normal(size=time.shape)
+    np.testing.assert_allclose(noise_of(motion + noise), 5e3, rtol=0.05)
+
+
+def test_samples_that_do_not_count_and_their_neighbours_leave_no_trace():
+    signal = 5e3 * np.random.default_rng(2).normal(size=(1, 4000))
+    jumping = signal + np.where(np.arange(4000) // 500 % 2 == 0, 8e6, 9e6)
+    unclear = np.zeros(signal.shape, dtype=bool)
+    unclear[:, 500::500] = True
+    np.testing.assert_allclose(noise_of(jumping, unclear), 5e3, rtol=0.05)
+    assert noise_of(jumping) > 1e4
+
+
+def test_a_stream_gives_the_bits_of_the_record():
+    signal = np.random.default_rng(3).normal(size=(2, 500))
+    np.testing.assert_array_equal(noise_of(signal, cuts=[1, 2, 9, 300]), noise_of(signal))
+
+
+def response(given, n_given, n_own, terms, coefficients):
+    """What a system of known coefficients makes of its input, value by value."""
+    start, signal = max(n_given, n_own), np.zeros(given.size)
+    for k in range(start, given.size):
+        values = [given[k - lag] for lag in range(1, n_given + 1)]
+        values += [signal[k - lag] for lag in range(1, n_own + 1)]
+        products = [np.prod([values[place] for place in term]) for term in terms]
+        signal[k] = np.dot(coefficients, products)
+    return signal
+
+
+@pytest.mark.parametrize(
+    ("order", "n_given", "n_own"), [(1, 1, 1), (2, 1, 1), (2, 3, 2), (3, 2, 1), (2, 4, 0), (3, 3, 0)]
+)
+def test_a_known_system_has_its_coefficients(order, n_given, n_own):
+    draw = np.random.default_rng(order)
+    terms = polynomial_terms(n_given + n_own, order)
+    coefficients = draw.uniform(-0.3, 0.3, len(terms)) / len(terms)
+    given = draw.uniform(-1.0, 1.0, 1500)
+    signal = response(given, n_given, n_own, terms, coefficients)
+    columns = regressors(given, signal, n_given, n_own, terms)
+    found, left = ridge_regression(columns, signal[max(n_given, n_own) :], 0.0)
+    np.testing.assert_allclose(found, coefficients, atol=1e-8)
+    assert left < 1e-10
+
+
+@pytest.mark.parametrize(("n_value", "order"), [(1, 1), (2, 2), (5, 2), (3, 4)])
+def test_there_is_a_term_for_each_product(n_value, order):
+    terms = polynomial_terms(n_value, order)
+    assert len(set(terms)) == len(terms) == comb(n_value + order, order)
+    assert terms[: n_value + 1] == ((), *((place,) for place in range(n_value)))
+
+
+def test_lagged_values_are_named_in_the_order_of_the_terms():
+    assert lagged_values("u", 2, "y", 1) == ("u1", "u2", "y1")
+    given, signal = np.arange(10.0), 100.0 + np.arange(10.0)
+    columns = regressors(given, signal, 2, 1, polynomial_terms(3, 1))
+    np.testing.assert_array_equal(columns[0], [1.0, given[1], given[0], signal[1]])
+
+
+def test_a_ridge_is_that_of_the_normal_equations():
+    draw = np.random.default_rng(0)
+    columns, target = draw.normal(size=(50, 4)), draw.normal(size=50)
+    expected = np.linalg.solve(columns.T @ columns + 0.1 * 50 * np.eye(4), columns.T @ target)
+    np.testing.assert_allclose(ridge_regression(columns, target, 0.1)[0], expected, rtol=1e-10)
+
+
+def test_what_is_not_determined_has_no_number():
+    columns, target = np.ones((20, 2)), np.ones(20)
+    assert np.isnan(ridge_regression(columns, target, 0.0)[0]).all()
+    assert np.isfinite(ridge_regression(columns, target, 1e-6)[0]).all()
+    target[3] = np.nan
+    assert np.isnan(ridge_regression(columns, target, 1e-6)[0]).all()
+
+
+def test_means_leave_out_a_block_that_is_not_complete():
+    np.testing.assert_array_equal(block_means(np.arange(11.0)[None], 3), [[1.0, 4.0, 7.0]])

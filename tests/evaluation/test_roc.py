@@ -1,15 +1,20 @@
-"""Areas and curves against what is known of them."""
+"""Rates of alarms, and areas under the ROC curve."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ndtr
+from scipy.stats import binomtest, t
 
-from hydrofdi.evaluation.roc import area_under_curve, placements, roc_curve
-from tests.evaluation.repeats import holds_in
+from hydrofdi.errors import NotStatedError
+from hydrofdi.evaluation.rates import alarm_rate, clopper_pearson, healthy_against_healthy, left_out_outcomes
+from hydrofdi.evaluation.roc import area_under_curve, clustered_area, grouped_area, placements, roc_curve
+from hydrofdi.evaluation.threshold import quantile_threshold, tolerance_threshold
+from tests.evaluation.repeats import holds_at_least, holds_in
 
 SCORES = st.lists(st.integers(-5, 5).map(float) | st.just(math.inf), min_size=1, max_size=30)
 
@@ -128,3 +133,179 @@ def test_areas_are_those_of_scikit_learn():
     rates = metrics.roc_curve(labels, scores, drop_intermediate=False)
     np.testing.assert_allclose(curve.false_alarm_rate, rates[0])
     np.testing.assert_allclose(curve.detection_rate, rates[1])
+
+
+RULE = partial(quantile_threshold, false_alarm_rate=0.05)
+
+
+@pytest.mark.parametrize(("count", "total"), [(0, 1), (1, 1), (0, 300), (3, 300), (29, 29), (150, 300)])
+def test_the_exact_interval_is_that_of_scipy(count, total):
+    expected = binomtest(count, total).proportion_ci(0.9, method="exact")
+    np.testing.assert_allclose(clopper_pearson(count, total, 0.9), expected, rtol=1e-9)
+
+
+def test_the_interval_holds_the_rate_in_at_least_95_of_100_repeats():
+    counts = np.random.default_rng(1).binomial(200, 0.01, size=2000)
+    intervals = {count: clopper_pearson(count, 200) for count in np.unique(counts)}
+    assert holds_at_least(sum(intervals[c][0] <= 0.01 <= intervals[c][1] for c in counts), 2000, 0.95)
+
+
+def test_records_without_a_score_are_counted_apart():
+    rate = alarm_rate([1.0, 0.0, np.nan, np.nan])
+    assert (rate.count, rate.total, rate.not_measurable, rate.value) == (1, 2, 2, 0.5)
+    nothing = alarm_rate([np.nan])
+    assert (nothing.total, nothing.low, nothing.high, nothing.not_measurable) == (0, 0.0, 1.0, 1)
+    assert math.isnan(nothing.value)
+    assert alarm_rate([0.0]).high == pytest.approx(0.975)
+
+
+def test_groups_that_agree_count_as_one_record_each():
+    outcomes, groups = np.repeat([0.0, 1.0, 0.0, 0.0], 25), np.repeat(list("abcd"), 25)
+    rate = alarm_rate(outcomes, groups=list(groups))
+    plain = alarm_rate(outcomes)
+    assert rate.low < plain.low
+    assert rate.high > clopper_pearson(1, 4)[1]
+    silent = alarm_rate(np.zeros(100), groups=list(groups))
+    assert silent.high == clopper_pearson(0, 4)[1]
+
+
+def test_the_effective_number_of_records_of_a_worked_example():
+    outcomes, groups = np.repeat([1.0, 0.0, 1.0, 0.0], [4, 6, 2, 8]), np.repeat(list("ab"), 10)
+    rate = alarm_rate(outcomes, groups=list(groups))
+    variance = 2.0 * (1.0**2 + 1.0**2) / 20**2  # G/(G - 1) Σ (hits - p size)² / n²
+    effective = 0.3 * 0.7 / variance * (t.ppf(0.975, 19) / t.ppf(0.975, 1)) ** 2
+    assert (rate.low, rate.high) == pytest.approx(clopper_pearson(0.3 * effective, effective))
+
+
+def test_independent_records_in_many_groups_lose_little():
+    draw = np.random.default_rng(2)
+    outcomes = draw.random(4000) < 0.1
+    rate, plain = alarm_rate(outcomes, groups=[str(i % 200) for i in range(4000)]), alarm_rate(outcomes)
+    assert 0.8 < (rate.high - rate.low) / (plain.high - plain.low) < 1.3
+
+
+@pytest.mark.parametrize("n_group", [10, 30])
+def test_clustered_intervals_hold_where_plain_ones_do_not(n_group):
+    draw = np.random.default_rng(3)
+    groups = [str(number) for number in np.repeat(np.arange(n_group), 40)]
+    held = plainly = 0
+    for _ in range(300):
+        shares = np.repeat(draw.beta(0.5, 4.5, size=n_group), 40)
+        outcomes = draw.random(shares.size) < shares
+        rate, plain = alarm_rate(outcomes, groups=groups), alarm_rate(outcomes)
+        held += rate.low <= 0.1 <= rate.high
+        plainly += plain.low <= 0.1 <= plain.high
+    assert holds_at_least(held, 300, 0.93)
+    assert plainly < 0.75 * 300
+
+
+def test_rare_alarms_in_bursts_shorten_the_interval_as_far_as_said():
+    draw = np.random.default_rng(10)
+    groups, held = [str(number) for number in np.repeat(np.arange(30), 40)], 0
+    for _ in range(400):
+        shares = np.repeat(draw.beta(0.04, 3.96, size=30), 40)  # mean 1 %, correlation 0.2 inside a group
+        rate = alarm_rate(draw.random(1200) < shares, groups=groups)
+        held += rate.low <= 0.01 <= rate.high
+    assert holds_in(held, 400, 0.8)
+
+
+def test_a_group_is_judged_by_the_others_alone():
+    healthy = np.concatenate((np.random.default_rng(4).normal(size=200), np.full(20, 50.0)))
+    groups = ["a"] * 100 + ["b"] * 100 + ["strange"] * 20
+    outcomes = left_out_outcomes(healthy, groups, RULE)
+    assert outcomes[200:].mean() == 1.0
+    assert outcomes[:100].mean() < 0.1
+    with pytest.raises(NotStatedError, match="two groups"):
+        left_out_outcomes(healthy, ["a"] * 220, RULE)
+
+
+def test_leaving_groups_out_keeps_the_rate_where_groups_do_not_differ():
+    healthy = np.random.default_rng(5).normal(size=4000)
+    groups = [str(i % 8) for i in range(4000)]
+    rate = alarm_rate(left_out_outcomes(healthy, groups, RULE), groups=groups)
+    assert rate.low <= 0.05 <= rate.high
+
+
+def test_healthy_groups_are_set_against_each_other():
+    draw = np.random.default_rng(6)
+    healthy = np.concatenate(
+        (draw.normal(size=300), draw.normal(size=300), draw.normal(3.0, size=40), [np.nan])
+    )
+    groups = ["a"] * 300 + ["b"] * 300 + ["warm"] * 40 + ["lost"]
+    pairs = {(p.fit_group, p.test_group): p for p in healthy_against_healthy(healthy, groups, RULE)}
+    assert len(pairs) == 6
+    assert pairs["a", "b"].area.low < 0.5 < pairs["a", "b"].area.high
+    assert pairs["a", "b"].area.value == pytest.approx(1.0 - pairs["b", "a"].area.value)
+    assert pairs["a", "warm"].area.low > 0.9
+    assert pairs["a", "warm"].rate.low > 0.5
+    strict = healthy_against_healthy(healthy, groups, partial(tolerance_threshold, false_alarm_rate=0.01))
+    refused = next(pair for pair in strict if pair.fit_group == "warm")
+    assert refused.rate is None
+    assert "299" in refused.refusal
+
+
+def test_the_bootstrap_of_areas_is_that_of_drawn_groups():
+    draw = np.random.default_rng(8)
+    shifts = draw.normal(size=12)
+    places = np.repeat(np.arange(12), 20)
+    healthy, faulty = draw.normal(shifts[places]), draw.normal(shifts[places] + 1.0)
+    names = [str(number) for number in places]
+    scores, is_faulty = np.append(healthy, faulty), np.repeat([False, True], places.size)
+
+    members, areas = [np.flatnonzero(np.tile(places, 2) == group) for group in range(12)], []
+    for drawn in draw.integers(12, size=(1000, 12)):
+        rows = np.concatenate([members[group] for group in drawn])
+        area = area_under_curve(scores[rows][~is_faulty[rows]], scores[rows][is_faulty[rows]])
+        areas.append(area.value)
+    wide = ndtr(np.sqrt(12 / 11) * t.ppf(0.975, 11))
+    fast = grouped_area(np.append(healthy, np.nan), faulty, [*names, "0"], names)
+    low, high = np.quantile(areas, [1.0 - wide, wide])
+    assert fast.not_measurable == 1
+    assert fast.value == area_under_curve(healthy, faulty).value
+    assert (fast.low, fast.high) == pytest.approx((low, high), abs=0.02)
+
+
+def test_grouped_areas_hold_the_truth_where_groups_shift_the_scores():
+    draw = np.random.default_rng(9)
+    names, places = [str(i) for i in np.repeat(np.arange(20), 10)], np.repeat(np.arange(20), 10)
+    truth, held, plainly = 0.691462, 0, 0  # Φ(1/√4): unit shifts of independent groups beside unit noise
+    for _ in range(200):
+        healthy = draw.normal(draw.normal(size=20)[places])
+        faulty = draw.normal(draw.normal(1.0, size=20)[places])
+        area = grouped_area(healthy, faulty, names, [f"faulty {name}" for name in names], n_draw=300)
+        plain = area_under_curve(healthy, faulty)
+        held += area.low <= truth <= area.high
+        plainly += plain.low <= truth <= plain.high
+    assert holds_at_least(held, 200, 0.93)
+    assert plainly < 0.75 * 200
+
+
+def test_many_groups_need_no_drawing():
+    draw = np.random.default_rng(12)
+    names, places = [str(i) for i in np.repeat(np.arange(60), 5)], np.repeat(np.arange(60), 5)
+    shifts = draw.normal(size=60)
+    healthy, faulty = draw.normal(shifts[places]), draw.normal(shifts[places] + 1.0)
+    drawn = grouped_area(healthy, faulty, names, names)
+    summed = clustered_area([*healthy, np.nan], faulty, [*names, "0"], names)
+    assert (summed.low, summed.high) == pytest.approx((drawn.low, drawn.high), abs=0.012)
+    assert (summed.value, summed.not_measurable) == (drawn.value, 1)
+    each = [str(i) for i in range(600)]
+    alone, delong = clustered_area(healthy, faulty, each[:300], each[300:]), area_under_curve(healthy, faulty)
+    assert (alone.low, alone.high) == pytest.approx((delong.low, delong.high), abs=5e-4)
+    apart = clustered_area(healthy, healthy + 99.0, names, names)
+    assert (apart.low, apart.high) == (area_under_curve(healthy, healthy + 99.0).low, 1.0)
+    with pytest.raises(NotStatedError, match="30 groups, not 12"):
+        clustered_area(healthy[:60], faulty[:60], names[:60], names[:60])
+
+
+@pytest.mark.parametrize("repeats", [200])
+def test_areas_of_the_same_actuators_before_and_after_hold_the_truth(repeats):
+    draw, held, names = np.random.default_rng(13), 0, [str(number) for number in range(100)]
+    truth = float(ndtr(0.5 / np.sqrt(1.0 + 0.04)))  # equal actuators make up most of either spread
+    for _ in range(repeats):
+        actuators = draw.normal(size=100)
+        healthy = actuators + 0.2 * draw.normal(size=100)
+        faulty = actuators + 0.5 * np.sqrt(2.0) + 0.2 * draw.normal(size=100)
+        area = clustered_area(healthy, faulty, names, names)
+        held += area.low <= truth <= area.high
+    assert holds_in(held, repeats, 0.95)

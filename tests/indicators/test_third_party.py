@@ -1,7 +1,5 @@
 """An indicator of another package: the one of docs/indicators.md, installed and measured."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os

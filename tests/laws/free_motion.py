@@ -1,7 +1,5 @@
 """The hydraulic part of the model, started from any state, with the valve held."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,14 +1,27 @@
-"""Laws of position control."""
+"""Laws of the control loop, of stability, and of the hydraulic mode."""
 
-from __future__ import annotations
-
+import itertools
+import math
 from typing import Any
 
 import numpy as np
 import pytest
+from free_motion import FRICTIONLESS, free_motion
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
 
+from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import pid_step
+from hydrofdi.physics.hydraulic_mode import (
+    amplification,
+    largest_stable_step,
+    leakage_conductance,
+    mode_damping_ratio,
+    mode_frequency,
+    valve_flow_pressure_coefficient,
+)
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch
 
@@ -77,3 +90,148 @@ def test_limited_integral_is_released_by_an_error_of_the_other_sign() -> None:
     released = pid_step(-1e-2, 1e-2, 7.0, 100.0, 50.0, 0.0, 2e-3, 5.0)
     assert wound == (5.0, 4.9)
     assert released == (5.0, pytest.approx(7.0 - 1e-3))
+
+
+FREE = {"actuator.load_stiffness": 0.0, "fluid.bulk_modulus": 1.0}
+"""Nothing but friction acts on the piston."""
+
+
+@pytest.mark.parametrize(("share", "grows"), [(0.97, False), (1.03, True)])
+def test_friction_zone_turns_unstable_at_its_limit(share: float, grows: bool) -> None:
+    step = share * step_limits(lambda *_: [RunParameters()])["friction zone"]
+    motion = free_motion([FREE], [{"velocity": 1e-6}], [0.0], 100 * step, step)
+    assert (abs(motion["velocity"][0, -1]) > 1e-6) == grows
+
+
+@pytest.mark.parametrize(("share", "grows"), [(0.98, False), (1.02, True)])
+def test_hydraulic_mode_turns_unstable_at_its_limit(share: float, grows: bool) -> None:
+    values = {f"friction.{name}": 0.0 for name in ("coulomb", "breakaway", "viscous")}
+    step = share * step_limits(lambda *_: [RunParameters().with_values(values)])["hydraulic mode"]
+    motion = free_motion([values], [{"velocity": 1e-6}], [0.0], 300 * step, step)
+    assert (np.abs(motion["velocity"][0, -20:]).max() > 1e-6) == grows
+
+
+@given(st.floats(min_value=math.pi / 2, max_value=math.pi), st.floats(min_value=0.01, max_value=1e5))
+def test_no_step_below_the_limit_amplifies(angle: float, size: float) -> None:
+    eigenvalue = size * complex(math.cos(angle), math.sin(angle))
+    limit = largest_stable_step(eigenvalue)
+    factors = [abs(amplification(share * limit * eigenvalue)) for share in (0.25, 0.5, 0.75, 0.999)]
+    assert max(factors) <= 1.0 + 1e-9
+    assert abs(amplification(1.001 * limit * eigenvalue)) > 1.0
+
+
+STIFF: dict[str, tuple[str, dict[str, Any], float, float]] = {
+    "clearance": ("leakage of the chambers", {"valve.lap_leakage": 1e-8}, 0.05e-3, 0.1e-3),
+    "external": ("leakage of the chambers", {"leakage.external_coefficient": 1e-8}, 0.1e-3, 0.2e-3),
+    "bristles": ("bristles", {"friction.law": "lugre", "friction.bristle_damping": 1e5}, 0.1e-3, 0.4e-3),
+    "supply": (
+        "supply",
+        {
+            "supply.droop": "first_order", "supply.droop_time_constant": 5e-3, "valve.lap_leakage": 1e-9,
+            "friction.law": "smooth", "friction.scale": 0.01,
+        },
+        0.2e-3, 0.4e-3,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STIFF)
+def test_a_stiff_part_holds_below_its_step_limit_and_diverges_above(name: str) -> None:
+    part, values, good, bad = STIFF[name]
+    base = RunParameters().with_values({"record.duration": 2.0, "record.sampling_frequency": 250.0, **values})
+    runs = [base.with_values({"record.step": step}) for step in (good, bad)]
+    assert good < step_limits(lambda *_: [base])[part] < bad
+    assert [simulate_batch([run], [0.0]).outcomes[0].status for run in runs] == ["ok", "diverged"]
+
+
+STIFFNESS, POSITION, VISCOUS = 5e3, 0.02, 50.0
+BULK_MODULI = [551e6, 689e6, 827e6]
+COEFFICIENTS = [0.0, 1e-9, 3e-9, 6e-9]
+CASES = list(itertools.product(BULK_MODULI, COEFFICIENTS))
+NOMINAL = RunParameters()
+AREA, VOLUME, MASS = (
+    NOMINAL.actuator.piston_area,
+    NOMINAL.actuator.chamber_volume,
+    NOMINAL.actuator.mass,
+)
+DIFFERENCE = STIFFNESS * POSITION / AREA
+
+
+def _opening(coefficient: float) -> float:
+    """Spool position whose flow just feeds the leak: the piston stands still against the spring."""
+    valve, drop = NOMINAL.valve, 0.5 * (NOMINAL.supply.pressure - DIFFERENCE)
+    return coefficient * math.sqrt(DIFFERENCE) / (valve.flow_gain * valve.area_gradient * math.sqrt(drop))
+
+
+def _formula(bulk_modulus: float, coefficient: float) -> tuple[float, float]:
+    omega = mode_frequency(bulk_modulus, AREA, VOLUME, MASS, STIFFNESS)
+    valve = valve_flow_pressure_coefficient(
+        _opening(coefficient), 0.5 * (NOMINAL.supply.pressure - DIFFERENCE),
+        NOMINAL.valve.flow_gain, NOMINAL.valve.area_gradient,
+    )  # fmt: skip
+    conductance = leakage_conductance(DIFFERENCE, coefficient)
+    return omega, mode_damping_ratio(omega, bulk_modulus, VOLUME, MASS, VISCOUS, valve, conductance)
+
+
+def _measured(velocity: NDArray[np.float64], step: float) -> tuple[float, float]:
+    """ω [rad/s] and ζ of a ring-down, from upward zero crossings and the peaks between them."""
+    before = np.flatnonzero((velocity[:-1] <= 0.0) & (velocity[1:] > 0.0))
+    crossings = step * (before - velocity[before] / (velocity[before + 1] - velocity[before]))
+    peaks = [velocity[a : b + 1].max() for a, b in itertools.pairwise(before)]
+    damped = 2.0 * math.pi * (len(crossings) - 1) / (crossings[-1] - crossings[0])
+    decay = math.log(peaks[0] / peaks[-1]) * damped / (2.0 * math.pi * (len(peaks) - 1))
+    omega = math.hypot(damped, decay)
+    return omega, decay / omega
+
+
+@pytest.fixture(scope="module")
+def ring_downs() -> list[tuple[float, float]]:
+    """Measured ω and ζ of every case, kicked by 0.1 mm/s from the equilibrium."""
+    step = 2e-5
+    values = [
+        {
+            "actuator.load_stiffness": STIFFNESS, "fluid.bulk_modulus": bulk_modulus,
+            "leakage.internal_coefficient": coefficient, **FRICTIONLESS, "friction.viscous": VISCOUS,
+        }
+        for bulk_modulus, coefficient in CASES
+    ]  # fmt: skip
+    mean = 0.5 * NOMINAL.supply.pressure
+    start = {
+        "position": POSITION, "velocity": 1e-4,
+        "pressure_1": mean + 0.5 * DIFFERENCE, "pressure_2": mean - 0.5 * DIFFERENCE,
+    }  # fmt: skip
+    spool = [_opening(coefficient) for _, coefficient in CASES]
+    motion = free_motion(values, [start] * len(CASES), spool, 0.15, step)
+    return [_measured(velocity, step) for velocity in motion["velocity"]]
+
+
+def test_ring_down_has_the_frequency_of_the_formula(ring_downs: list[tuple[float, float]]) -> None:
+    expected = [_formula(*case)[0] for case in CASES]
+    np.testing.assert_allclose([omega for omega, _ in ring_downs], expected, rtol=0.01)
+
+
+def test_ring_down_has_the_damping_of_the_formula(ring_downs: list[tuple[float, float]]) -> None:
+    expected = [_formula(*case)[1] for case in CASES]
+    np.testing.assert_allclose([zeta for _, zeta in ring_downs], expected, rtol=0.01)
+
+
+def test_piston_without_friction_and_leak_rings_for_ever() -> None:
+    start = {"velocity": 0.01}
+    motion = free_motion([{"actuator.load_stiffness": 0.0, **FRICTIONLESS}], [start], [0.0], 1.0, 1e-5)
+    velocity = motion["velocity"][0]
+    assert velocity[-2000:].max() == pytest.approx(0.01, rel=1e-3)
+
+
+def test_incompressible_limit_moves_the_piston_with_the_control_flow() -> None:
+    """The piston swings about the kinematic motion by q/(A ω_h), which vanishes as 1/√β."""
+    opening, step = 22e-6, 2e-6
+    moduli = [551e6, 5.51e9, 55.1e9]
+    values = [
+        {"fluid.bulk_modulus": modulus, "actuator.load_stiffness": 0.0, **FRICTIONLESS} for modulus in moduli
+    ]
+    motion = free_motion(values, [{}] * 3, [opening], 0.02, step)
+    drop = 0.5 * NOMINAL.supply.pressure
+    speed = NOMINAL.valve.flow_gain * NOMINAL.valve.area_gradient * opening * math.sqrt(drop) / AREA
+    swing = np.abs(motion["position"] - speed * step * np.arange(10_000)).max(axis=1)
+    expected = [speed / mode_frequency(modulus, AREA, VOLUME, MASS, 0.0) for modulus in moduli]
+    np.testing.assert_allclose(swing, expected, rtol=0.05)

@@ -1,7 +1,5 @@
 """Contents of a file, and the line of the mistake in it."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

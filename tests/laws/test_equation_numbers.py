@@ -1,7 +1,5 @@
 """docs/equations.md is held to its word: every number in it is what the code returns."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import re

@@ -1,7 +1,5 @@
 """Laws of friction."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Input voltages, and records that leave out their start."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Laws of leakage, seen through the simulation."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from free_motion import free_motion

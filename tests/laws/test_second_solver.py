@@ -1,19 +1,27 @@
-"""The kernel against SciPy's solvers, on random actuators from the admissible ranges."""
+"""All options together: a second solver, scaling, and combinations."""
 
-from __future__ import annotations
-
+import math
+from fractions import Fraction
 from functools import cache
 from typing import Any, Literal
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import PAPER
+from hydrofdi.physics.fluid import (
+    LEAST_ABSOLUTE_PRESSURE,
+    binary_exponential,
+    binary_logarithm,
+    effective_bulk_modulus,
+)
 from hydrofdi.physics.friction import FRICTION_LAWS
-from hydrofdi.simulation.balances import Trajectory
+from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.lanes import ModelOptions
+from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, ModelOptions
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.second_solver import simulate_with_solver
 
@@ -114,3 +122,129 @@ def test_solver_that_gives_up_is_a_failed_run() -> None:
     )
     opinion = simulate_with_solver([impossible], [0.0], "lsoda")
     assert opinion.outcomes[0].status == "stroke_exceeded"
+
+
+ERROR = 1e-12
+"""What both functions state."""
+
+positive = st.floats(min_value=1e-300, max_value=1e300)
+exponents = st.floats(min_value=-1000.0, max_value=1000.0)
+
+
+@given(positive)
+def test_logarithm_has_the_stated_error(value: float) -> None:
+    assert abs(binary_logarithm(value) - math.log2(value)) < ERROR + 2e-16 * abs(math.log2(value))
+
+
+@given(exponents)
+def test_power_has_the_stated_error(exponent: float) -> None:
+    assert binary_exponential(exponent) == pytest.approx(math.pow(2.0, exponent), rel=ERROR, abs=0.0)
+
+
+def test_errors_hold_all_over_an_octave() -> None:
+    mantissas, fractions = np.linspace(0.70, 1.42, 100_001), np.linspace(-0.51, 0.51, 100_001)
+    assert np.abs(binary_logarithm(mantissas) - np.log2(mantissas)).max() < ERROR
+    assert np.abs(binary_exponential(fractions) / np.exp2(fractions) - 1.0).max() < ERROR
+
+
+@given(st.integers(min_value=-1000, max_value=1000))
+def test_whole_powers_are_exact(exponent: int) -> None:
+    assert Fraction(float(binary_exponential(float(exponent)))) == Fraction(2) ** exponent
+    assert binary_logarithm(2.0**exponent) == exponent
+
+
+@given(
+    pressure=st.floats(min_value=-1e6, max_value=200e6),
+    liquid=st.floats(min_value=10e6, max_value=10e9),
+    free_air=st.floats(min_value=0.0, max_value=0.5),
+    exponent=st.floats(min_value=1.0, max_value=10.0),
+    atmosphere=st.floats(min_value=10e3, max_value=1e6),
+)
+def test_modulus_is_the_printed_equation_over_all_usual_values(
+    pressure: float, liquid: float, free_air: float, exponent: float, atmosphere: float
+) -> None:
+    absolute = max(pressure + atmosphere, LEAST_ABSOLUTE_PRESSURE)
+    liquid_volume = math.exp((atmosphere - absolute) / liquid)
+    gas_volume = free_air * math.pow(atmosphere / absolute, 1.0 / exponent)
+    slope = liquid_volume / liquid + gas_volume / (exponent * absolute)
+    modulus = effective_bulk_modulus(pressure, liquid, free_air, exponent, atmosphere)
+    assert modulus == pytest.approx((liquid_volume + gas_volume) / slope, rel=4.0 * ERROR, abs=0.0)
+
+
+@pytest.mark.parametrize("pressure", [-1e12, -1e6, 0.0, 1e7, 1e12])
+def test_modulus_of_absurd_pressures_is_finite_and_that_of_none_is_not(pressure: float) -> None:
+    assert 0.0 < effective_bulk_modulus(pressure, 1.4e9, 0.01, 1.4, 101325.0) < math.inf
+    assert np.isnan(effective_bulk_modulus(np.nan, 1.4e9, 0.01, 1.4, 101325.0))
+
+
+SHORT = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, "record.step": 2e-5})
+CHOICES: dict[str, dict[str, Any]] = {
+    "paper": {},
+    "laminar": {"leakage.law": "laminar"},
+    "blended": {"leakage.law": "blended"},
+    "ramp": {"leakage.onset": "ramp", "leakage.onset_time": 0.2, "leakage.onset_duration": 0.4},
+    "smooth": {"friction.law": "smooth"},
+    "scaled": {"friction.scale": 0.3},
+    "external": {"leakage.external_coefficient_1": 1e-13},
+    "air": {"fluid.law": "free_air"},
+    "saturated": {"valve.largest_opening": 3e-5},
+    "hysteresis": {"valve.hysteresis": 0.2},
+    "slow": {"valve.largest_speed": 2e-3},
+    "overlap": {"valve.lap": 2e-6, "valve.lap_leakage": 1e-14},
+    "edges": {
+        "supply_1_edge.lap": 1e-6, "return_2_edge.lap_leakage": 2e-14, "supply_2_edge.flow_gain_ratio": 0.9,
+    },
+    "null": {"valve.null_offset": 1e-6, "valve.null_drift": -5e-7},
+    "stops": {"actuator.end_stops": "elastic", "actuator.end_stop_position": 0.02},
+    "load": {"load.constant_force": 500.0, "load.random_force": 1000.0, "load.random_period": 0.1},
+    "droop": {"supply.droop": "first_order"},
+    "pid": {"control.law": "pid", "control.amplitude": 5e-3},
+    "lugre": {"friction.law": "lugre"},
+}  # fmt: skip
+CHOICES["all"] = {name: value for choice in CHOICES.values() for name, value in choice.items()}
+RUNS = [SHORT.with_values(values) for values in CHOICES.values()]
+COEFFICIENTS = [3e-9] * len(RUNS)
+
+
+@pytest.mark.parametrize("name", CHOICES)
+def test_balances_close_under_every_option(name: str) -> None:
+    run = SHORT.with_values(CHOICES[name] | {"record.sampling_frequency": 50e3})
+    residuals = balance_residuals([run], simulate_batch([run], [3e-9]))
+    assert residuals.volume[0] < 2e-6
+    assert residuals.energy[0] < 2e-6
+
+
+def test_no_run_depends_on_the_options_of_its_neighbours() -> None:
+    together = simulate_batch(RUNS, COEFFICIENTS)
+    for k, run in enumerate(RUNS):
+        alone = simulate_batch([run], COEFFICIENTS[:1])
+        np.testing.assert_array_equal(alone.chamber_1_pressure[0], together.chamber_1_pressure[k])
+        np.testing.assert_array_equal(alone.internal_leakage_flow[0], together.internal_leakage_flow[k])
+
+
+def test_every_option_changes_the_record() -> None:
+    pressure = simulate_batch(RUNS, COEFFICIENTS).chamber_1_pressure
+    differences = [np.abs(pressure[k] - pressure[0]).max() for k in range(1, len(RUNS))]
+    assert min(differences) > 1.0
+
+
+CLAMPED = {"fluid.cavitation": "clamped", "load.constant_force": -9e3, "record.step": 1e-4}
+AIR_AND_LAP = CHOICES["air"] | CHOICES["overlap"]
+
+
+@pytest.mark.parametrize("name", [*CHOICES, "clamped", "air and lap", "air and clamped"])
+def test_both_halves_of_the_lanes_round_alike(name: str) -> None:
+    """The kernel holds two copies of the equations, which the compiler must not treat differently."""
+    more = {"clamped": CLAMPED, "air and lap": AIR_AND_LAP, "air and clamped": CHOICES["air"] | CLAMPED}
+    values = CHOICES.get(name) or more.get(name) or {}
+    runs = [
+        SHORT.with_values(
+            values
+            | {"record.step": 1e-4, "fluid.bulk_modulus": 400e6 + 30e6 * k, "actuator.mass": 8.0 + 0.3 * k}
+        )
+        for k in range(HALF_WIDTH)
+    ]
+    coefficients = np.linspace(0.0, 5e-9, HALF_WIDTH).tolist()
+    batch = simulate_batch([*runs, *runs], [*coefficients, *coefficients])
+    for signal in (batch.piston_position, batch.chamber_1_pressure, batch.chamber_2_pressure):
+        np.testing.assert_array_equal(signal[:HALF_WIDTH], signal[HALF_WIDTH:])

@@ -1,17 +1,20 @@
-"""Laws of the servovalve, seen through the simulation."""
-
-from __future__ import annotations
+"""Laws of the valve: flow, edges, null and hysteresis."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from free_motion import FRICTIONLESS, free_motion
 
+from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
+from hydrofdi.config.request import EDGES
 from hydrofdi.physics.hydraulic_mode import valve_flow_pressure_coefficient
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow, edge_flow
-from hydrofdi.simulation.drive import Drive, Spools
+from hydrofdi.quality.measures import hydraulic_mode
+from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.drive import Drive, Spools, largest_opening
 
 
 def _spool(
@@ -123,3 +126,189 @@ def test_underlap_damps_the_hydraulic_mode() -> None:
     coefficient = 2.0 * valve_flow_pressure_coefficient(lap, 8.6e6, *GAIN)
     rate = math.log(peaks[5] / peaks[45]) / (seconds * 40 / 50)
     assert rate == pytest.approx(beta * coefficient / (2.0 * volume), rel=0.02)
+
+
+SHORT = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5})
+LAPPED = {"valve.lap": -1e-6, "valve.lap_leakage": 2e-14}
+STARTS = {"pressure_1": 5e6, "pressure_2": 9e6}
+FREE = {"actuator.load_stiffness": 0.0}
+
+
+def _of_every_edge(**values: float) -> dict[str, float]:
+    return {f"{edge}.{name}": value for edge in EDGES for name, value in values.items()}
+
+
+def test_what_all_edges_have_of_their_own_is_what_the_valve_has() -> None:
+    """Lap and clearance add up, gains multiply."""
+    own = _of_every_edge(lap=-1e-6, lap_leakage=2e-14, flow_gain_ratio=0.5)
+    gain = RunParameters().valve.flow_gain
+    runs = [SHORT.with_values(own), SHORT.with_values(LAPPED | {"valve.flow_gain": 0.5 * gain})]
+    batch = simulate_batch(runs, [2e-9, 2e-9])
+    np.testing.assert_array_equal(batch.chamber_1_pressure[0], batch.chamber_1_pressure[1])
+    np.testing.assert_array_equal(batch.piston_position[0], batch.piston_position[1])
+
+
+@pytest.mark.parametrize(
+    ("edge", "opening"),
+    [("supply_1_edge", 1), ("return_1_edge", -1), ("supply_2_edge", -1), ("return_2_edge", 1)],
+)
+@pytest.mark.parametrize("values", [{"lap": 3e-6}, {"flow_gain_ratio": 0.7}], ids=["lap", "gain"])
+def test_an_edge_acts_where_it_is_open_alone(edge: str, opening: int, values: dict[str, float]) -> None:
+    own = {f"{edge}.{name}": value for name, value in values.items()}
+    for side in (1, -1):
+        motion = free_motion([FREE | own, FREE], [{}, {}], [side * 20e-6] * 2, 0.1, 1e-4)
+        differs = np.ptp(motion["position"][0] - motion["position"][1]) > 1e-5
+        assert differs == (side == opening)
+
+
+@pytest.mark.parametrize(("edge", "end"), [("supply", 17.2e6), ("return", 0.0)])
+@pytest.mark.parametrize("chamber", [1, 2])
+def test_clearance_of_an_edge_brings_its_chamber_to_what_lies_behind(
+    edge: str, chamber: int, end: float
+) -> None:
+    """A shut valve with one clearance: the chamber goes to supply or return with V/(β c_lap)."""
+    values = FREE | {"valve.lap": 5e-6, "fluid.bulk_modulus": 551e6, "actuator.mass": 1e12}
+    values |= {f"{edge}_{chamber}_edge.lap_leakage": 5e-13}
+    motion = free_motion([values], [{"pressure_1": 5e6, "pressure_2": 5e6}], [0.0], 1.0, 1e-4)
+    time = 1e-4 * np.arange(motion["pressure_1"].shape[1])
+    expected = end + (5e6 - end) * np.exp(-time * 551e6 * 5e-13 / 280e-6)
+    np.testing.assert_allclose(motion[f"pressure_{chamber}"][0], expected, rtol=1e-6, atol=10.0)
+    assert np.ptp(motion[f"pressure_{3 - chamber}"][0]) < 10.0
+
+
+def test_bounds_follow_the_edge_that_goes_farthest() -> None:
+    far = SHORT.with_values({"return_2_edge.lap": -3e-6, "supply_1_edge.lap": 5e-6})
+    assert largest_opening(far) == pytest.approx(largest_opening(SHORT) + 3e-6)
+    part, values = "leakage of the chambers", _of_every_edge(lap_leakage=1e-9)
+    all_four, common, one = (
+        step_limits(lambda *_, run=run: [run])[part]
+        for run in map(
+            SHORT.with_values, (values, {"valve.lap_leakage": 1e-9}, {"return_2_edge.lap_leakage": 2e-9})
+        )
+    )
+    assert all_four == common == one
+
+
+def test_edges_leave_the_identity_of_other_runs_alone() -> None:
+    equal: dict[str, Any] = _of_every_edge(lap=0.0, lap_leakage=0.0, flow_gain_ratio=1.0)
+    assert SHORT.with_values(equal).text() == SHORT.text()
+    assert SHORT.with_values({"supply_1_edge.lap": 1e-6}).text() != SHORT.text()
+
+
+NULL = 0.8e-6
+NULL_LAWS_GAIN = RunParameters().valve.spool_gain
+CLOSED: dict[str, Any] = {"control.law": "pi", "control.amplitude": 5e-3}
+
+
+@pytest.mark.parametrize("lap", [0.0, 2e-6, -2e-6])
+def test_offset_of_the_null_is_a_shift_of_the_spool(lap: float) -> None:
+    motion = free_motion(
+        [{"valve.lap": lap, "valve.null_offset": NULL}, {"valve.lap": lap, "valve.null_offset": 1e-30}],
+        [{}, {}], [5e-6, 5e-6 - NULL], 0.2, 1e-4,
+    )  # fmt: skip
+    for name in ("position", "pressure_1", "pressure_2"):
+        np.testing.assert_allclose(motion[name][0], motion[name][1], rtol=1e-9, atol=1e-12)
+
+
+def test_spool_at_its_null_lets_nothing_move() -> None:
+    motion = free_motion([{"valve.null_offset": NULL}], [{}], [NULL], 0.1, 1e-4)
+    assert np.ptp(motion["pressure_1"]) == 0.0
+    assert not motion["velocity"].any()
+
+
+def test_null_that_drifts_passes_the_spool_that_it_was_drifting_to() -> None:
+    """The piston turns where x_n0 + r t = x_v: the edges change their sides."""
+    values = {"valve.null_offset": 1e-6, "valve.null_drift": 1e-5, "actuator.load_stiffness": 0.0}
+    motion = free_motion([values | {"leakage.internal_coefficient": 5e-9}], [{}], [3e-6], 0.4, 1e-4)
+    turn = 1e-4 * np.argmax(motion["position"][0])
+    assert turn == pytest.approx(0.2, abs=0.02)
+
+
+@pytest.mark.parametrize("loop", [{}, CLOSED], ids=["open", "closed"])
+def test_spool_position_counts_from_the_zero_of_the_spool(loop: dict[str, Any]) -> None:
+    """In open loop the spool does not know of the null; in closed loop the controller moves it there."""
+    runs = [SHORT.with_values(loop), SHORT.with_values(loop | {"valve.null_offset": NULL})]
+    batch = simulate_batch(runs, [2e-9, 2e-9])
+    plain, shifted = batch.spool_position
+    assert np.ptp(batch.piston_position[0] - batch.piston_position[1]) > 0.0
+    if not loop:
+        np.testing.assert_array_equal(shifted, plain)
+    else:
+        assert np.mean(shifted - plain) == pytest.approx(NULL, rel=0.3)
+
+
+def test_controller_asks_for_the_voltage_of_the_null() -> None:
+    """Without a load, the spool ends where the null is: u = (x_n0 + r t)/k_v."""
+    drift = 0.2e-6
+    run = SHORT.with_values({
+        **CLOSED, "control.amplitude": 1e-9, "actuator.load_stiffness": 0.0, "record.duration": 8.0,
+        "valve.null_offset": NULL, "valve.null_drift": drift,
+    })  # fmt: skip
+    batch = simulate_batch([run], [0.0])
+    settled = batch.time > 7.0
+    expected = (NULL + drift * batch.time) / NULL_LAWS_GAIN
+    np.testing.assert_allclose(batch.input_voltage[0, settled], expected[settled], rtol=2e-3)
+
+
+def test_working_point_of_the_hydraulic_mode_is_seen_from_the_null() -> None:
+    """A null behind the resting spool opens the valve as a spool ahead of its null does."""
+    opening = 30e-6
+    held = SHORT.with_values({"input.period": 2.0, "input.amplitude": opening / NULL_LAWS_GAIN})
+    shifted = SHORT.with_values({"input.amplitude": 1e-12, "valve.null_offset": -opening})
+    runs = [held, shifted]
+    batch = simulate_batch(runs, [2e-9, 2e-9])
+    one, other = (hydraulic_mode(run, batch, k).damping_ratio for k, run in enumerate(runs))
+    assert other == pytest.approx(one, rel=0.01)
+
+
+WIDTH, AMPLITUDE = 0.2, 1.0
+SINE: dict[str, Any] = {"input.shape": "sine", "input.amplitude": AMPLITUDE}
+QUICK_SPOOL = {"valve.natural_frequency": 500.0, "valve.damping_ratio": 1.0}
+HYSTERESIS_LAWS_GAIN = RunParameters().valve.spool_gain
+
+
+def _loop(period: float, **valve: float) -> tuple[np.ndarray, np.ndarray]:
+    """Voltage and what the spool makes of it [V], over the second of two periods."""
+    values = SINE | QUICK_SPOOL | {f"valve.{name}": value for name, value in valve.items()}
+    run = RunParameters().with_values(values | {"input.period": period, "record.duration": 2 * period})
+    n_step = round(period / run.record.step)
+    spools = Spools([Drive.of(run)], run.record)
+    for first in (0, n_step):
+        voltage, stages = spools.advance(first, n_step)
+        loop = voltage[:, 0].copy(), stages[:, 0, 0] / HYSTERESIS_LAWS_GAIN
+    return loop
+
+
+@pytest.mark.parametrize("period", [2.0, 8.0])
+def test_loop_closes_and_is_as_wide_as_configured_at_any_rate(period: float) -> None:
+    """Up and down branch, a quarter of a period after the turns: ∓h/2 about the voltage; area h (2U − h)."""
+    voltage, spool = _loop(period, hysteresis=WIDTH)
+    n = voltage.size
+    assert spool[0] == pytest.approx(-WIDTH / 2, abs=0.01 * 8 / period)
+    assert spool[n // 2] == pytest.approx(WIDTH / 2, abs=0.01 * 8 / period)
+    assert spool[-1] == pytest.approx(spool[0], abs=0.005)
+    assert spool.max() == pytest.approx(AMPLITUDE - WIDTH / 2, rel=1e-3)
+    area = abs(np.trapezoid(np.append(spool, spool[0]), np.append(voltage, voltage[0])))
+    assert area == pytest.approx(2 * WIDTH * (AMPLITUDE - WIDTH / 2), rel=0.02 * 8 / period)
+
+
+def test_voltage_that_turns_back_by_less_than_the_width_leaves_the_spool_alone() -> None:
+    _, spool = _loop(2.0, hysteresis=2.01 * AMPLITUDE)
+    assert not spool.any()
+
+
+def test_hysteresis_of_no_width_is_none() -> None:
+    np.testing.assert_allclose(_loop(2.0, hysteresis=1e-12)[1], _loop(2.0)[1], atol=1e-11)
+
+
+def test_closed_loop_swings_about_a_position_that_it_would_reach() -> None:
+    """An integral part and a play cannot agree: the voltage keeps crossing the whole width."""
+    values = {
+        "control.law": "pi", "control.amplitude": 5e-3, "control.integral_gain": 400.0,
+        "input.period": 40.0, "record.duration": 10.0,
+    }  # fmt: skip
+    plain, loose = (RunParameters().with_values(values | {"valve.hysteresis": w}) for w in (0.0, WIDTH))
+    batch = simulate_batch([plain, loose], [2e-9, 2e-9])
+    late = np.ptp(batch.input_voltage[:, batch.time > 6.0], axis=1)
+    assert late[0] < 0.1 * WIDTH
+    assert late[1] > WIDTH

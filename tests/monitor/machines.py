@@ -1,7 +1,5 @@
 """A machine that begins to leak, as a stream of text, and a detector trained on it while it was healthy."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from pathlib import Path

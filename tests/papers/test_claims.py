@@ -1,3 +1,10 @@
+"""Claims, controls, tables and figures of the paper."""
+
+import csv
+import json
+import math
+import re
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -6,11 +13,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.config.experiment import ClaimId
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, claim_margins
+from hydrofdi.papers.maddahi2015.controls import alarm_verdicts, best_deltas
 from hydrofdi.papers.maddahi2015.grid import ModeGrid
+from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.papers.maddahi2015.tables import deviations
+from hydrofdi.report.figures import draw_figure
+from hydrofdi.report.forms.page import render_markdown
+from hydrofdi.report.record import tidy_columns
+from hydrofdi.report.runs import run_table
 from hydrofdi.store.layout import names
+from tests.commands import run_hydrofdi
+from tests.conftest import SMALL, sweep_in
 
 LEAKAGES, BULK_MODULI = 3, 3
 
@@ -134,3 +151,250 @@ def test_margins_say_the_same_as_the_checks_written_out(leaky, is_close_to_the_p
 def test_with_two_levels_there_is_nothing_to_check():
     leaky = np.ones((1, LEAKAGES, BULK_MODULI, 2))
     assert all(np.isnan(margin).all() for margin in claim_margins(grid_of(leaky)).values())
+
+
+def sealed_row(data, beta):
+    return int(Study(data).grid.positions[0, 0, beta])
+
+
+def test_the_rule_alarms_where_the_bulk_modulus_alone_lowers_d3(paper_analysis):
+    sealed = paper_analysis.sealed
+    assert [round(each / 1e6) for each in sealed[names.BULK_MODULUS]] == [689, 827]
+    delta = sealed.changes("fixed")
+    assert alarm_verdicts(delta) == [each[2] > 0 and max(each) == each[2] for each in delta]
+
+
+def test_the_rule_is_silent_where_d3_rises_and_the_sentence_says_so(paper, break_cell):
+    data = paper
+    for beta in (1, 2):
+        data = break_cell(data, sealed_row(paper, beta), 2, 1e9)
+    analysis = Study(data)
+    assert alarm_verdicts(analysis.sealed.changes("fixed")) == [False, False]
+
+
+def test_the_rule_is_silent_where_d3_falls_but_another_level_falls_more(paper, break_cell):
+    position = sealed_row(paper, 1)
+    analysis = Study(break_cell(paper, position, 0, 1.0))
+    delta = analysis.sealed.changes("fixed")
+    assert delta[0, 2] > 0.0
+    assert alarm_verdicts(delta)[0] is False
+
+
+def test_a_failed_control_is_open_and_no_silence(paper, break_cell):
+    analysis = Study(break_cell(paper, sealed_row(paper, 1), slice(None), math.nan))
+    assert alarm_verdicts(analysis.sealed.changes("fixed")) == [None, True]
+
+
+def test_the_best_level_is_the_one_that_the_table_marks(paper_analysis):
+    leaky = paper_analysis.leaky
+    assert len(leaky) == (~paper_analysis.table.is_sealed).sum() == 9
+    for level, best, delta in zip(*best_deltas(leaky), leaky.changes("matched"), strict=True):
+        assert delta[level] == max(delta) == best
+
+
+def test_the_best_level_follows_a_changed_cell(paper, break_cell):
+    position = int(Study(paper).grid.positions[0, 1, 1])
+    rms = paper.columns[names.DETAIL_RMS][position, 4]
+    analysis = Study(break_cell(paper, position, 4, 0.5 * rms))
+    assert [k for k, d in zip(*best_deltas(analysis.leaky), strict=True) if abs(d - 50.0) < 1.0] == [4]
+
+
+def test_figure_2_shows_the_reference_in_closed_loop_alone(small_sweep, tmp_path):
+    text = SMALL.replace("sweep:", "control: {law: pi}\nsweep:")
+    closed = Study(read_results(sweep_in(tmp_path, text).directory))
+    for analysis, n_line in ((Study(read_results(small_sweep.directory)), 1), (closed, 2)):
+        axes = draw_figure(StudyReport(analysis), "figure2").axes
+        assert [len(axis.lines) for axis in axes[2:4]] == [n_line] * 2
+        assert all(len(axis.lines) == 1 for axis in (*axes[:2], *axes[4:]))
+
+
+def deviations_of(data):
+    return deviations(run_table(data), data.experiment.reference)
+
+
+def test_computed_published_and_deviation_stand_side_by_side(made_up):
+    d2, d1, absent = deviations_of(made_up)
+    assert (d2["computed"], d2["deviation"], d2["agrees"]) == (pytest.approx(10.0), pytest.approx(0.0), True)
+    assert d1["agrees"] is None, "the run of this cell failed"
+    assert absent["agrees"] is None, "there is no such run"
+
+
+def test_a_deviation_beyond_the_tolerance_is_reported(made_up, break_cell):
+    found = deviations_of(break_cell(made_up, 2, 1, 181_100.0))
+    assert found[0]["deviation"] == pytest.approx(-0.55)
+    assert found[0]["agrees"] is False
+    assert deviations_of(break_cell(made_up, 2, 1, 180_900.0))[0]["agrees"] is True
+
+
+KEPT = Path(__file__).parents[2] / "results" / "table3"
+TOLERANCE = {"delta_fixed_percent": 0.05, "delta_matched_percent": 0.05}
+
+
+def test_the_numbers_are_those_that_the_repository_keeps(paper_analysis):
+    with open(KEPT / "table3.csv", newline="", encoding="utf-8") as file:
+        kept = list(csv.DictReader(file))
+    columns = tidy_columns(paper_analysis)
+    assert list(kept[0]) == list(columns)
+    del columns["run_id"]
+    for header, values in columns.items():
+        texts = [line[header] for line in kept]
+        if isinstance(values[0], float):
+            numbers = [float(text) for text in texts]
+            assert values == pytest.approx(numbers, rel=1e-4, abs=TOLERANCE.get(header, 1e-12)), header
+        else:
+            assert [str(value) for value in values] == texts, header
+
+
+def test_the_markdown_is_that_which_the_repository_keeps(paper_analysis):
+    kept = words((KEPT / "table3.md").read_text(encoding="utf-8"))
+    fresh = words(render_markdown(StudyReport(paper_analysis).document()))
+    assert [word for word in fresh if not is_number(word)] == [word for word in kept if not is_number(word)]
+    numbers = [float(word) for word in kept if is_number(word)]
+    assert [float(word) for word in fresh if is_number(word)] == pytest.approx(numbers, rel=1e-4, abs=0.11)
+
+
+def words(markdown):
+    """Words without emphasis and identities of runs, up to the configuration."""
+    text = re.sub(r"\*\*|[|,;:()]", " ", markdown.partition("## Configuration")[0])
+    return [word for word in text.split() if not re.fullmatch(r"[0-9a-f]{6}", word)]
+
+
+def is_number(word):
+    return re.fullmatch(r"[-+]?\d+(\.\d+)?\.?", word) is not None
+
+
+ENSEMBLE = """\
+name: scenarios
+record: {duration: 2 s}
+store: {signals: none}
+paper: maddahi2015
+claims: [C2]
+ensemble:
+  zip: {friction.coulomb: [200 N, 20 N], friction.breakaway: [250 N, 25 N]}
+  sample: {count: 2, seed: 3, over: {actuator.chamber_volume: {uniform: [200 cm^3, 400 cm^3]}}}
+  grid: {valve.spool_gain: [22 µm/V, 0.4 µm/V]}
+sweep:
+  grid:
+    leakage.internal_flow: [0 L/min, 0.12 L/min, 0.89 L/min]
+    fluid.bulk_modulus: [551 MPa, 689 MPa]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("scenarios")
+
+
+@pytest.fixture(scope="module")
+def ensemble(folder):
+    def run(*arguments):
+        return run_hydrofdi(*arguments, cwd=folder)
+
+    (folder / "scenarios.yaml").write_text(ENSEMBLE, encoding="utf-8")
+    swept = run("sweep", "scenarios.yaml", "--engine", "in-process")
+    assert swept.returncode == 1, "scenarios whose leakage is out of reach are failed runs"
+    return run
+
+
+@pytest.fixture(scope="module")
+def study(ensemble):
+    return json.loads(ensemble("report", "results/scenarios", "--json").stdout)["scenarios"]
+
+
+def test_scenarios_with_an_unreachable_leakage_count_as_infeasible(study):
+    assert (study["scenarios"], study["feasible"]) == (8, 4)
+    assert study["infeasible"] == {"unreachable_leakage": 4}
+    for member in study["members"]:
+        outcome = "ok" if member["values"]["valve.spool_gain"] == 22e-6 else "unreachable_leakage"
+        assert member["outcome"] == outcome
+
+
+def test_the_counts_are_those_of_the_members(study):
+    for claim in ("C1", "C2", "C3", "C4", "C5", "C6"):
+        margins = [member["margins_percentage_points"][claim] for member in study["members"]]
+        assert study["reproducing"][claim] == sum(margin is not None and margin > 0 for margin in margins)
+
+
+def test_the_shares_of_each_parameter_add_up_to_all_scenarios(study):
+    by_parameter = {}
+    for value in study["values"]:
+        by_parameter.setdefault(tuple(value["parameters"]), []).append(value)
+    assert ("friction.coulomb", "friction.breakaway") in by_parameter, "what varies together is one parameter"
+    for values in by_parameter.values():
+        assert sum(value["scenarios"] for value in values) == study["scenarios"]
+        for claim, count in study["reproducing"].items():
+            assert sum(value["reproducing"][claim] for value in values) == count
+
+
+def test_a_scenario_gives_the_margins_of_the_same_experiment_by_itself(study, ensemble, folder):
+    sections = ENSEMBLE.split("ensemble:")[0], "sweep:" + ENSEMBLE.split("sweep:")[1]
+    (folder / "alone.yaml").write_text("".join(sections).replace("name: scenarios", "name: alone"))
+    member = next(member for member in study["members"] if member["outcome"] == "ok")
+    settings = [f"--set={name}={value!r}" for name, value in member["values"].items()]
+    assert ensemble("sweep", "alone.yaml", "--engine", "in-process", *settings).returncode == 0
+    claims = json.loads(ensemble("report", "results/alone", "--json").stdout)["claims"]
+    for claim in claims:
+        assert claim["margin_percentage_points"] == member["margins_percentage_points"][claim["id"]]
+
+
+def test_a_parameter_that_varies_in_sweep_and_ensemble_is_a_mistake(ensemble):
+    result = ensemble("sweep", "scenarios.yaml", "--set=ensemble.grid.fluid.bulk_modulus=[551 MPa, 600 MPa]")
+    assert result.returncode == 2
+    assert "fluid.bulk_modulus varies in both ensemble and sweep" in result.stderr
+
+
+def test_check_asks_that_a_claim_holds_in_every_feasible_reading(ensemble, study):
+    result = ensemble("report", "results/scenarios", "--check")
+    assert result.returncode == (0 if study["reproducing"]["C2"] == study["feasible"] else 1)
+
+
+def test_scenarios_that_differ_in_the_leak_alone_share_their_sealed_controls(ensemble, folder):
+    text = ENSEMBLE.split("ensemble:")[0] + "ensemble: {grid: {leakage.law: [orifice, laminar]}}\nsweep:"
+    (folder / "laws.yaml").write_text(
+        text.replace("name: scenarios", "name: laws") + ENSEMBLE.split("sweep:")[1]
+    )
+    assert ensemble("sweep", "laws.yaml", "--engine", "in-process").returncode == 0
+    members = json.loads(ensemble("report", "results/laws", "--json").stdout)["scenarios"]["members"]
+    alarms = [member["sealed_alarms"] for member in members]
+    assert len(alarms) == 2
+    assert alarms[0] == alarms[1] == [True]
+
+
+ONE_LEAK = """\
+name: one-leak
+record: {duration: 2 s}
+store: {signals: none}
+paper: maddahi2015
+claims: [C2, C3]
+ensemble: {grid: {friction.viscous: [40, 60]}}
+sweep:
+  grid:
+    leakage.internal_flow: [0 L/min, 0.12 L/min]
+    fluid.bulk_modulus: [551 MPa, 689 MPa]
+"""
+
+
+def test_a_claim_that_no_scenario_can_test_is_open(tmp_path):
+    report = sweep_in(tmp_path, ONE_LEAK).directory, "--format"
+    study = json.loads(run_hydrofdi("report", *report, "json", cwd=tmp_path).stdout)["scenarios"]
+    assert study["reproducing"]["C2"] is study["reproducing"]["C1–C4"] is None
+    assert study["reproducing"]["C3"] == 2
+
+
+def test_claims_together_fail_where_one_of_them_fails_in_all_scenarios(tmp_path):
+    text = ONE_LEAK.replace("[0 L/min, 0.12 L/min]", "[0 L/min, 3 L/min]")
+    report = sweep_in(tmp_path, text).directory, "--json"
+    study = json.loads(run_hydrofdi("report", *report, cwd=tmp_path).stdout)["scenarios"]
+    assert study["reproducing"]["C1"] == 0
+    assert study["reproducing"]["C2"] is None
+    assert study["reproducing"]["C1–C4"] == 0
+
+
+@pytest.mark.parametrize(("method", "has_intervals"), [("sobol", False), ("random", True)])
+def test_only_independent_draws_have_intervals(tmp_path, method, has_intervals):
+    text = ENSEMBLE.replace("sample: {count: 2,", f"sample: {{method: {method}, count: 2,")
+    (tmp_path / "scenarios.yaml").write_text(text)
+    assert run_hydrofdi("sweep", "scenarios.yaml", "--engine", "in-process", cwd=tmp_path).returncode == 1
+    record = json.loads(run_hydrofdi("report", "--json", cwd=tmp_path).stdout)["scenarios"]
+    interval = record["sealed_alarms"]["feasible"]["alarms"]["interval_95"]
+    assert (interval is not None) is has_intervals

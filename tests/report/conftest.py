@@ -1,7 +1,5 @@
 """Experiments to report on: the study of the paper, and one with numbers chosen by hand."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -4,8 +4,18 @@ import csv
 import io
 import json
 
+import pytest
+
 from hydrofdi.api.stored import read_results
+from hydrofdi.config import load_experiment
+from hydrofdi.errors import ReportError
 from hydrofdi.papers import make_report
+from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.figures import draw_all, write_figure
+from hydrofdi.report.forms.page import write_all_forms
+from hydrofdi.report.record import render_json
+from hydrofdi.store.reading import write_request
 from tests.commands import run_hydrofdi
 from tests.conftest import SMALL, sweep_in
 
@@ -76,3 +86,107 @@ def test_a_clipped_sensor_is_marked_and_its_constant_record_gives_no_change(tmp_
     assert "clipped (R), 4 runs" in printed
     assert "in up to 100 % of the samples" in printed
     assert "not reproduced" not in printed
+
+
+HALF = """\
+name: half
+paper: maddahi2015
+record: {duration: 2 s}
+sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], fluid.bulk_modulus: [551 MPa]}}
+"""
+WHOLE = HALF.replace("[551 MPa]", "[551 MPa, 689 MPa]")
+
+
+@pytest.fixture
+def half_done(tmp_path, hydrofdi):
+    """A sweep over two EBM of which one was computed before the program was killed."""
+    config = tmp_path / "half.yaml"
+    config.write_text(HALF)
+    assert hydrofdi("sweep", config, "--engine", "in-process").returncode == 0
+    config.write_text(WHOLE)
+    directory = tmp_path / "results" / "half"
+    write_request(directory, load_experiment(config))
+    return directory
+
+
+def test_an_unfinished_experiment_reports_what_is_there_and_why_the_rest_is_not(half_done):
+    report = make_report(read_results(half_done))
+    assert report.analysis.table.texts("status") == ["ok", "missing", "ok", "missing"]
+    (holes,) = [block for block in report.document().blocks if block.key == "holes"]
+    assert holes.paragraphs[0] == "2 of 4 runs have no results."
+    assert "computes the missing runs" in holes.paragraphs[1]
+    rows = json.loads(render_json(report))["rows"]
+    assert [row["detail_rms_Pa"] == [None] * 5 for row in rows] == [False, True, False, True]
+
+
+def test_a_figure_whose_run_is_missing_says_so_and_the_others_are_drawn(half_done):
+    drawn, holes = draw_all(make_report(read_results(half_done)), ["figure2", "figure3"])
+    assert list(drawn) == ["figure2"]
+    assert "missing" in holes["figure3"]
+
+
+def test_without_experiment_file_the_shards_are_reported(half_done):
+    def found():
+        table = Analysis(read_results(half_done)).table
+        return table.of(table.is_ok)["detail_rms"].tolist()
+
+    before = found()
+    (half_done / "half.h5").unlink()
+    assert before == found() != []
+
+
+def test_an_experiment_without_any_result_is_all_holes(half_done):
+    (half_done / "half.h5").unlink()
+    for shard in (half_done / "shards").iterdir():
+        shard.unlink()
+    analysis = Study(read_results(half_done))
+    assert {*analysis.table.texts("status")} == {"missing"}
+    assert {result.reproduced for result in analysis.claims} == {None}
+
+
+GENERAL = """\
+name: none
+record: {duration: 2 s}
+sweep: {grid: {leakage.internal_coefficient: [1.0e-9, 1.0e-8], supply.pressure: [15 MPa, 16 MPa, 17 MPa]}}
+"""
+PAPER = "paper: maddahi2015\n" + GENERAL
+STUDY = """\
+name: none
+record: {duration: 2 s}
+study:
+  population: {over: {fluid.bulk_modulus: {uniform: ±20 %}}}
+  healthy: {fit: 30, test: 20}
+  faults: {leakage.internal_flow: [0.02 L/min, 2 L/min], each: 15}
+detection: {false_alarm_rate: 10 %, probability: 80 %, indicators: [dwt]}
+"""
+SAID = {"remarks", "holes", "progress", "varied", "provenance"}
+
+
+def asked_for(folder, text):
+    """The folder of a sweep that was asked for, before its first run."""
+    config = folder / "none.yaml"
+    config.write_text(text)
+    write_request(folder / "none", load_experiment(config))
+    return folder / "none"
+
+
+@pytest.mark.parametrize("text", [GENERAL, PAPER, STUDY], ids=["general", "paper", "study"])
+def test_it_says_what_is_missing_and_the_remedy_and_shows_no_empty_tables(tmp_path, text):
+    report = make_report(read_results(asked_for(tmp_path, text)))
+    document = report.document()
+    assert {block.key for block in document.blocks} <= SAID
+    assert not document.figures
+    assert "computes the" in " ".join(document.blocks[0].paragraphs)
+    with pytest.raises(ReportError, match="nothing to draw: no run has results"):
+        write_figure(report, tmp_path / "answer.png")
+    assert not [line for line in write_all_forms(report, tmp_path / "out") if "left out" in line]
+
+
+def test_the_first_page_lists_a_few_missing_runs_and_full_lists_all(tmp_path):
+    folder = asked_for(tmp_path, GENERAL)
+    first, full = (run_hydrofdi("report", folder, *more).stdout for more in ((), ("--full",)))
+    assert "9 of 9 runs have no results" in first
+    assert full.count("not computed yet") == 9
+    for leakage, count in (("sealed", 3), ("K_i 1e-09", 3), ("K_i 1e-08", 3)):
+        listed = [line for line in full.splitlines() if line.strip().startswith(leakage)]
+        assert len(listed) == count, leakage

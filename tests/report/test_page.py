@@ -1,12 +1,20 @@
-"""The page as a browser sees it: Debian's chromium, headless; axe-core from the test extra."""
+"""Tables, intervals and pages of reports."""
 
+import csv
+import io
+import math
 import re
 
+import numpy as np
 import pytest
+from scipy.stats import binomtest
 
+from hydrofdi.errors import UnknownNameError
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.report.forms.page import write_page
+from hydrofdi.report.intervals import clustered_share, wilson_interval
+from hydrofdi.report.table import Column, Table, quantity
 from tests.browser import needs_chromium, open_page, requests_of_the_page, serious_faults
 
 
@@ -88,3 +96,115 @@ def test_a_figure_that_cannot_be_drawn_leaves_a_hole_with_the_reason(made_up, tm
     text = path.read_text(encoding="utf-8")
     assert '<p class="hole">This figure is missing: ' in text
     assert "results/made_up/made_up.h5: no such file" in text
+
+
+@pytest.fixture
+def table():
+    return Table(
+        (
+            Column("record", ["a|b", "c*"], is_text=True),
+            Column("flow", np.array([1.25e-5, math.nan]), "m^3/s", "Flow [L/min]", lambda q: f"{q * 6e4:g}"),
+            Column("n", [3, None], strong=(0,)),
+            Column("rms", np.arange(4.0).reshape(2, 2), "Pa", dims=("level",)),
+        ),
+        title="Records",
+        row="record",
+        notes=("a note",),
+    )
+
+
+def test_missing_numbers_are_none_for_programs(table):
+    assert table.to_dict()["flow"] == [1.25e-5, None]
+    assert [*table][1] == {"record": "c*", "flow": None, "n": None, "rms": [2.0, 3.0]}
+
+
+def test_csv_gives_the_numbers_back(table):
+    rows = [*csv.DictReader(io.StringIO(table.to_csv()))]
+    assert float(rows[0]["flow"]) == 1.25e-5
+    assert rows[1]["flow"] == ""
+
+
+def test_people_read_headings_and_texts_and_not_the_arrays(table):
+    assert [column.heading for column in table.shown] == ["record", "Flow [L/min]", "n"]
+    assert next(table.texts()) == [("a|b", False), ("0.75", False), ("3", True)]
+
+
+def test_markdown_keeps_its_columns_whatever_the_texts_contain(table):
+    lines = table.to_markdown().splitlines()
+    assert [line.replace(r"\|", "").count("|") for line in lines] == [4] * 4
+    assert "**3**" in lines[2]
+    assert r"c\*" in lines[3]
+
+
+def test_html_escapes_texts(table):
+    shown = Table((Column("name", ["<script>"]),)).to_html()
+    assert "<script>" not in shown
+    assert "&lt;script&gt;" in shown
+
+
+def test_data_frames_and_data_sets_have_all_numbers(table):
+    assert [*table.to_pandas().columns] == ["record", "flow", "n", "rms.0", "rms.1"]
+    assert table.to_csv().splitlines()[0] == "record,flow,n,rms.0,rms.1"
+    dataset = table.to_xarray()
+    assert dataset["rms"].dims == ("record", "level")
+    assert dataset["flow"].attrs == {"units": "m^3/s"}
+
+
+def test_parquet_gives_the_numbers_back(table, tmp_path):
+    from pyarrow import parquet
+
+    (tmp_path / "t.parquet").write_bytes(table.to_parquet())
+    assert parquet.read_table(tmp_path / "t.parquet")["flow"].to_pylist() == [1.25e-5, None]
+
+
+def test_a_quantity_is_read_in_a_unit_that_suits_its_largest_value_or_given_sizes():
+    assert quantity("p", [8.6e6, None], "Pa").heading == "p [MPa]"
+    small = quantity("p_error", [1.25e4], "Pa", sizes=[8.6e6])
+    assert (small.heading, small.text_of(0), small.listed) == ("p_error [MPa]", "0.0125", [1.25e4])
+
+
+def test_columns_are_arrays_and_the_table_lists_their_names(table):
+    assert table.columns == ["record", "flow", "n", "rms"]
+    assert table["n"].tolist()[0] == 3.0
+    assert np.isnan(table["n"][1])
+    mixed = Table.of({"alarm": [True, None], "fault": ["", ""]})
+    assert mixed["alarm"].tolist() == [True, None]
+    assert [each.name for each in mixed.shown] == ["alarm"]
+
+
+def test_an_unknown_column_is_an_error_of_the_user(table):
+    with pytest.raises(UnknownNameError):
+        table["flwo"]
+
+
+@pytest.mark.parametrize(("count", "total"), [(0, 10), (3, 10), (10, 10), (69, 72), (1024, 2048)])
+def test_independent_draws_have_the_interval_of_scipy(count: int, total: int) -> None:
+    expected = binomtest(count, total).proportion_ci(0.95, method="wilson")
+    assert wilson_interval(count / total, total) == pytest.approx((expected.low, expected.high), abs=1e-12)
+
+
+@pytest.mark.parametrize("truth", [0.05, 0.5, 0.9])
+@pytest.mark.parametrize("alike", [0.0, 0.5, 1.0])
+def test_the_interval_covers_the_truth_however_alike_the_pairs_are(truth: float, alike: float) -> None:
+    generator, repeats, n_pair = np.random.default_rng(3), 1500, 120
+    covered = 0
+    clusters = np.repeat(np.arange(n_pair), 2)
+    for _ in range(repeats):
+        first = generator.random(n_pair) < truth
+        second = np.where(generator.random(n_pair) < alike, first, generator.random(n_pair) < truth)
+        share = clustered_share(np.column_stack([first, second]).ravel(), clusters)
+        covered += share.low <= truth <= share.high
+    assert 0.93 < covered / repeats < 0.975
+
+
+def test_pairs_that_agree_count_once() -> None:
+    outcomes = np.repeat(np.arange(100) < 30, 2)
+    share = clustered_share(outcomes, np.repeat(np.arange(100), 2))
+    assert (share.count, share.total) == (60, 200)
+    assert (share.low, share.high) == pytest.approx(wilson_interval(0.3, 99.0), abs=1e-3)
+
+
+def test_no_draws_have_no_share() -> None:
+    share = clustered_share(np.zeros(0, dtype=bool), [])
+    assert share.total == 0
+    assert np.isnan(share.value)

@@ -1,7 +1,5 @@
 """Healthy replicates: baselines that a run is not part of, and how far healthy actuators differ."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,6 +1,7 @@
-"""What is stored is not computed again, and what is not stored is."""
+"""Sweeps that resume, clear leftovers, and refuse other settings."""
 
 import shutil
+from pathlib import Path
 
 import h5py
 import pytest
@@ -205,3 +206,35 @@ def test_a_folder_that_holds_another_experiment_is_left_alone(swept):
     reported = run("sweep", other, "--out", swept / "out", check=2).stderr
     assert "contains the experiment 'grid', not 'other'" in reported
     assert run_json("status", swept / "out")["planned"] == 25
+
+
+def test_a_sweep_without_missing_runs_removes_half_written_files_too(tmp_path):
+    (tmp_path / "few.yaml").write_text("name: few\nrecord: {duration: 2 s}\n")
+    sweep = ("sweep", tmp_path / "few.yaml", "--out", tmp_path / "out", "--engine", "in-process")
+    run(*sweep, check=0)
+    leftover = tmp_path / "out" / ".few.h5.1.part"
+    leftover.write_bytes(b"half")
+    run(*sweep, check=0)
+    assert not leftover.exists()
+
+
+STUDY = {"name": "press", "record": {"duration": "2 s"}}
+TEXT = "name: press\nrecord: {duration: 2 s}\n"
+SHOWED = "showed an experiment with another "
+
+
+def sweep(folder: Path, *settings: str) -> str:
+    options = [word for setting in settings for word in ("--set", setting)]
+    return run("sweep", "press.yaml", "--engine", "in-process", *options, cwd=folder).stderr
+
+
+def test_it_names_the_settings_that_differ_from_those_shown_until_now(tmp_path) -> None:
+    (tmp_path / "press.yaml").write_text(TEXT)
+    assert SHOWED not in sweep(tmp_path)
+    assert SHOWED not in sweep(tmp_path)
+    assert f"{SHOWED}supply.pressure, and now shows this one" in sweep(tmp_path, "supply.pressure=160 bar")
+    assert SHOWED not in sweep(tmp_path, "supply.pressure=16 MPa")
+    back = sweep(tmp_path)
+    assert f"{SHOWED}supply.pressure, and now shows this one; earlier runs are kept" in back
+    assert "0 computed, 1 stored before" in back
+    assert SHOWED not in sweep(tmp_path)

@@ -1,7 +1,37 @@
+"""Batches of runs: lanes, spools, accuracy, and K_i for a flow."""
+
+import dataclasses
+import math
+import re
+from operator import attrgetter
+
+import numba
 import numpy as np
 import pytest
 
+from hydrofdi.compilation.compiling import dispatcher
+from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.physics.equation import FAST_MATH
+from hydrofdi.physics.friction import choice_of_law
+from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.calibration import solve_leakage_coefficients
+from hydrofdi.simulation.drive import Drive, Spools, input_voltage
+from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates
+from hydrofdi.simulation.kernels.kernel import keep_state, state_of, take_sample
+from hydrofdi.simulation.kernels.lanes import (
+    LANES,
+    LEAKAGE,
+    PARAMETERS,
+    SAMPLED,
+    STATES,
+    WIDTH,
+    ModelOptions,
+    pack_lanes,
+)
+from hydrofdi.store.layout import names
+from hydrofdi.transforms.wavelet import detail_rms
+from tests.simulation import reference
 
 SIGNALS = (
     "input_voltage", "spool_position", "piston_position", "piston_velocity",
@@ -77,3 +107,227 @@ def test_a_run_that_goes_wrong_ends_with_a_class_and_a_sentence(parameters, sett
     (outcome,) = simulate_batch([parameters(*settings)], [0.0]).outcomes
     assert outcome.status == status
     assert outcome.message
+
+
+ALL = ModelOptions(*[True] * len(ModelOptions._fields))._replace(friction_law=choice_of_law("lugre"))
+OTHER_LAWS = ALL._replace(
+    laminar_leakage=None, bristles=None, lapped_valve=None, friction_law=choice_of_law("smooth")
+)
+CALL = re.compile(r"@\"?(?:llvm\.)?(exp2?|log2?|log10|pow|sin|cos|tan|tanh|fmod|frexp|ldexp)\b")
+
+
+@pytest.mark.parametrize("options", [ALL, OTHER_LAWS], ids=["all", "other laws"])
+def test_no_equation_of_the_lanes_calls_the_c_library(options):
+    numbers = [1.0] * len(LaneParameters._fields)
+    arguments = State(*[1.0] * len(State._fields)), 1.0, 1.0, LaneParameters(*numbers), options
+    rates = dispatcher(hydraulic_rates, fastmath=FAST_MATH)
+    signature = tuple(map(numba.typeof, arguments))
+    rates.compile(signature)
+    assert set(CALL.findall(rates.inspect_llvm(signature))) == set()
+
+
+N_STEP = 400
+NOMINAL = RunParameters().with_values({"input.period": 0.04})
+RUNS = [
+    NOMINAL.with_values({
+        "input.amplitude": (2.0, -1.0, 0.5)[k % 3],
+        "input.shape": ("square", "sine")[k % 2],
+        "valve.natural_frequency": 120.0 + 3.0 * k,
+        "valve.largest_opening": (None, 3e-5)[k % 4 == 0],
+        "valve.hysteresis": (0.0, 0.1)[k % 5 == 0],
+    })
+    for k in range(WIDTH + 5)
+]  # fmt: skip
+DRIVES = [Drive.of(run) for run in RUNS]
+
+
+def spool_motion(drives):
+    """Voltage and stages of each drive, (n_drive, N_STEP, 5), in two chunks."""
+    spools = Spools(drives, NOMINAL.record)
+    chunks = []
+    for first in (0, N_STEP // 2):
+        voltage, stages = spools.advance(first, N_STEP // 2)
+        chunks.append(np.concatenate([voltage[:, None], stages], axis=1))
+    return np.concatenate(chunks).transpose(2, 0, 1)[spools.columns]
+
+
+@pytest.fixture(scope="module")
+def alone():
+    return np.concatenate([spool_motion([drive]) for drive in DRIVES])
+
+
+@pytest.mark.parametrize("n_drive", [2, WIDTH, WIDTH + 5])
+def test_a_spool_has_the_same_bits_in_company_of_any_size(alone, n_drive):
+    np.testing.assert_array_equal(spool_motion(DRIVES[:n_drive]), alone[:n_drive])
+
+
+def test_a_spool_has_the_same_bits_in_any_place(alone):
+    order = np.random.default_rng(2).permutation(len(DRIVES))
+    np.testing.assert_array_equal(spool_motion([DRIVES[k] for k in order]), alone[order])
+
+
+def test_each_spool_follows_its_own_voltage(alone):
+    steps = np.arange(N_STEP)
+    expected = [input_voltage(run.input, run.record, steps) for run in RUNS]
+    np.testing.assert_allclose(alone[:, :, 0], expected, rtol=1e-15)
+    assert np.all(np.abs(alone[4::4, -1, 1]) <= 3e-5)
+    assert len({motion.tobytes() for motion in alone}) == len(DRIVES)
+
+
+EVERYTHING = ModelOptions()._replace(supply_droop=True, bristles=True, closed_loop=True)
+
+
+def distinct_lanes():
+    """Lanes of which every field has a number of its own."""
+    lanes = np.zeros(1, LANES)
+    for half in ("left", "right"):
+        for number, field in enumerate(LANES[half].names, 1):
+            lanes[half][field] = number
+    return lanes["left"][0], dict(
+        zip(LANES["left"].names, range(1, 1 + len(LANES["left"].names)), strict=True)
+    )
+
+
+def test_a_lane_field_holds_the_parameter_that_it_names():
+    run = RunParameters()
+    lanes = pack_lanes([run], [1e-8])
+    for field, path in PARAMETERS.items():
+        np.testing.assert_array_equal(lanes["left"][field][0], attrgetter(path)(run))
+    np.testing.assert_array_equal(lanes["left"][LEAKAGE][0], 1e-8)
+
+
+def test_states_are_read_and_kept_under_their_names():
+    half, numbers = distinct_lanes()
+    half = half.view(np.recarray)
+    state = state_of(half, 5)
+    assert state._asdict() == {name: numbers[name] for name in STATES}
+    keep_state(half, 7, State(*(-value for value in state)), EVERYTHING)
+    assert [half[name][7] for name in STATES] == [-numbers[name] for name in STATES]
+
+
+def test_sampled_rows_are_the_fields_that_they_are_named_after():
+    half, numbers = distinct_lanes()
+    sample = np.zeros((len(SAMPLED), 16))
+    take_sample(half.view(np.recarray), sample, 0, EVERYTHING)
+    expected = [numbers["spool_1" if name == "spool_position" else name] for name in SAMPLED]
+    np.testing.assert_array_equal(sample[:, 0], expected)
+
+
+def test_every_signal_of_the_file_is_one_of_the_trajectory():
+    signals = {variable.name for variable in names.stored_variables("all") if variable.is_signal}
+    fields = {field.name for field in dataclasses.fields(Trajectory)}
+    assert signals <= fields | {name for name in dir(Trajectory) if not name.startswith("_")}
+
+
+ACCURACY_NOMINAL = load_experiment().nominal_parameters
+"""Of the rates of x_p, v_p, x_v, v_v, P_1 and P_2, where large terms cancel."""
+
+SMOOTH = (
+    "record.duration=0.2 s", "wavelet.levels=2", "friction.coulomb=0", "friction.breakaway=0",
+    "friction.viscous=500",
+)  # fmt: skip
+
+
+def smooth_record(parameters, step):
+    run = parameters(*SMOOTH, f"record.step={step!r}")
+    trajectory = simulate_batch([run], [0.0])
+    assert trajectory.piston_velocity[0, 1:].min() > 0.0
+    names = ("piston_position", "piston_velocity", "chamber_1_pressure", "chamber_2_pressure")
+    return np.array([getattr(trajectory, name)[0] for name in names])
+
+
+def test_halving_the_step_divides_the_error_by_sixteen_on_a_smooth_problem(parameters):
+    exact = smooth_record(parameters, 1e-4 / 16)
+    errors = [np.abs(smooth_record(parameters, step) - exact).max(axis=1) for step in (4e-4, 2e-4, 1e-4)]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    np.testing.assert_allclose(orders, 4.0, atol=0.3)
+
+
+@pytest.fixture(scope="module")
+def radau():
+    """Parameters over 4 s with a leak, K_i, and their states by Radau at a relative tolerance of 1e-9."""
+    run = load_experiment(None, ["record.duration=4 s"]).nominal_parameters
+    return run, 1e-8, reference.integrate(reference.printed_rates, run, 1e-8, 1e-9)
+
+
+def deviations(radau, step):
+    run, K_i, states = radau
+    trajectory = simulate_batch([run.with_values({"record.step": step})], [K_i])
+    pressures = np.array([trajectory.chamber_1_pressure[0], trajectory.chamber_2_pressure[0]])
+    return trajectory, np.abs(pressures - states[4:])
+
+
+def test_the_kernel_agrees_with_radau_within_200_pa_over_4_s_at_half_the_nominal_step(radau):
+    trajectory, deviation = deviations(radau, 5e-5)
+    assert deviation.max() < 200.0
+    np.testing.assert_allclose(trajectory.piston_position[0], radau[2][0], atol=1e-6)
+    np.testing.assert_allclose(trajectory.spool_position[0], radau[2][2], atol=1e-11)
+
+
+def test_the_kernel_converges_to_radau(radau):
+    assert deviations(radau, 1e-5)[1].max() < 5.0
+
+
+def test_the_nominal_step_costs_less_than_a_thousandth_of_any_detail_rms(radau):
+    trajectory, deviation = deviations(radau, 1e-4)
+    assert np.sqrt(np.mean(deviation**2)) < 200.0
+    wavelet = radau[0].wavelet
+    expected = detail_rms(radau[2][4], wavelet)
+    np.testing.assert_allclose(detail_rms(trajectory.chamber_1_pressure[0], wavelet), expected, rtol=1e-3)
+
+
+FLOWS = {"0.12 L/min": 2e-6, "0.89 L/min": 0.89e-3 / 60, "2 L/min": 2e-3 / 60}
+
+
+@pytest.fixture(scope="module")
+def conditions(parameters):
+    return [parameters(f"leakage.internal_flow={flow}") for flow in FLOWS]
+
+
+def test_the_solved_coefficient_leaks_what_was_asked_for(conditions):
+    coefficients = [solution.coefficient for solution in solve_leakage_coefficients(conditions)]
+    flows = simulate_batch(conditions, coefficients).mean_internal_leakage_flow
+    assert flows == pytest.approx(list(FLOWS.values()), rel=1e-8)
+    assert coefficients == sorted(coefficients)
+
+
+def test_a_solution_does_not_depend_on_its_neighbours(conditions, parameters):
+    others = [parameters("leakage.internal_flow=1 L/min", "fluid.bulk_modulus=700 MPa")]
+    together = solve_leakage_coefficients([*others, *reversed(conditions)])[1:]
+    alone = [solve_leakage_coefficients([condition])[0] for condition in reversed(conditions)]
+    assert [solution.coefficient for solution in together] == [solution.coefficient for solution in alone]
+
+
+def test_records_of_different_lengths_are_solved_each_on_its_own(conditions, parameters):
+    long = parameters("leakage.internal_flow=0.12 L/min", "record.duration=3 s")
+    mixed = solve_leakage_coefficients([conditions[0], long])
+    assert mixed[0] == solve_leakage_coefficients([conditions[0]])[0]
+    assert mixed[1] == solve_leakage_coefficients([long])[0]
+
+
+@pytest.mark.parametrize("flow", ["500 L/min", "10 L/min"])
+def test_a_flow_that_no_coefficient_reaches_has_no_solution_and_spares_the_others(
+    conditions, parameters, flow
+):
+    unreachable = parameters(f"leakage.internal_flow={flow}")
+    solutions = solve_leakage_coefficients([unreachable, conditions[0]])
+    assert math.isnan(solutions[0].coefficient)
+    assert solutions[0].reachable_flow < unreachable.leakage.internal_flow
+    assert solutions[1] == solve_leakage_coefficients([conditions[0]])[0]
+
+
+def test_the_most_that_an_actuator_leaks_does_not_hang_on_what_is_asked_for(parameters):
+    asked = [parameters(f"leakage.internal_flow={flow} L/min") for flow in (6, 10, 200, 7200)]
+    most = [solution.reachable_flow for solution in solve_leakage_coefficients(asked)]
+    assert most == pytest.approx([most[0]] * 4, rel=0.02)
+    assert 4e-3 / 60 < most[0] < 5e-3 / 60
+
+
+def test_a_load_can_drive_the_leak_when_the_valve_is_shut(parameters):
+    shut = parameters(
+        "leakage.internal_flow=0.5 L/min", "input.amplitude=0 V", "load.random_force=5 kN",
+        "load.random_period=0.1 s",
+    )  # fmt: skip
+    (solution,) = solve_leakage_coefficients([shut])
+    flow = simulate_batch([shut], [solution.coefficient]).mean_internal_leakage_flow[0]
+    assert flow == pytest.approx(0.5e-3 / 60, rel=1e-8)

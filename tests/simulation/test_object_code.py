@@ -1,7 +1,5 @@
 """Machine code that is kept on disk."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Files that are broken, and writers that are killed."""
+"""Files of earlier versions, as written, and damaged."""
 
 import contextlib
 import json
@@ -8,14 +8,22 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
+import xarray
 
+from hydrofdi.api.stored import read_results
 from hydrofdi.errors import StoreError
+from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.runs import run_table
 from hydrofdi.store.folder.lock import experiment_lock
 from hydrofdi.store.index import read_index
+from hydrofdi.store.layout import names
 from hydrofdi.store.reading import read_experiment
+from tests.conftest import run_hydrofdi, sweep_in
 
 WRITER = """
 import sys
@@ -150,3 +158,168 @@ def test_a_file_that_is_wrong_is_refused(small_sweep, tmp_path, change):
         change(file)
     with pytest.raises(StoreError, match=r"changed\.h5"):
         read_experiment(path)
+
+
+MUSEUM = Path(__file__).parent.parent / "museum"
+READABLE = ("format_4_physics_3",)
+
+
+def reported(place, *arguments):
+    result = run_hydrofdi("report", place, *arguments, cwd=MUSEUM)
+    assert (result.returncode, result.stderr) == (0, "")
+    return result.stdout
+
+
+def then(version, name):
+    return json.loads((MUSEUM / version / "reported.json").read_text(encoding="utf-8"))[name]
+
+
+def assert_same_rows(rows, earlier):
+    """Rows as they were reported, in any order; what an earlier version did not report is left out."""
+    assert len(rows) == len(earlier)
+    for row, before in zip(sorted(rows, key=_details), sorted(earlier, key=_details), strict=True):
+        output = {name: value for name, value in before.items() if value is not None}
+        assert {name: row[name] for name in output} == output
+
+
+def _details(row):
+    return row["detail_rms_Pa"]
+
+
+@pytest.mark.parametrize("version", READABLE)
+@pytest.mark.parametrize("name", ["kept", "pressures"])
+def test_a_file_is_reported_with_the_numbers_and_labels_that_it_had(version, name):
+    rows = json.loads(
+        reported(MUSEUM / version / ("kept/kept.h5" if name == "kept" else "pressures.h5"), "--json")
+    )
+    assert_same_rows(rows["rows"], then(version, name))
+
+
+@pytest.mark.parametrize("version", READABLE)
+def test_a_folder_is_reported_from_its_file(version):
+    folder = MUSEUM / version / "kept"
+    assert_same_rows(json.loads(reported(folder, "--json"))["rows"], then(version, "kept"))
+    assert "not computed yet" not in reported(folder)
+
+
+def test_shards_without_a_file_are_found_by_the_identities_of_their_own_physics(tmp_path):
+    folder = tmp_path / "kept"
+    shutil.copytree(MUSEUM / "format_4_physics_3" / "kept", folder)
+    (folder / "kept.h5").unlink()
+    rows = json.loads(reported(folder, "--json"))["rows"]
+    assert_same_rows(rows, then("format_4_physics_3", "kept"))
+
+
+@pytest.mark.parametrize("version", READABLE)
+def test_xarray_opens_every_file(version):
+    for path in (MUSEUM / version).rglob("*.h5"):
+        if path.parent.name == "shards":
+            continue
+        with xarray.open_dataset(path, engine="h5netcdf") as runs:
+            assert runs.detail_rms.attrs["units"] == "Pa"
+            assert np.isfinite(runs.detail_rms).all()
+
+
+def test_a_format_that_is_no_longer_read_is_refused_plainly():
+    result = run_hydrofdi("report", MUSEUM / "format_1" / "kept.h5", cwd=MUSEUM)
+    assert result.returncode == 2
+    assert result.stdout == ""
+    (line,) = result.stderr.splitlines()
+    assert "format version 1, which this hydrofdi no longer reads" in line
+
+
+def test_no_piece_names_the_machine_that_wrote_it():
+    for path in MUSEUM.rglob("*"):
+        assert path.name not in ("provenance.json", "run.log", ".lock")
+        if path.is_file():
+            assert not [mark for mark in (b"/home/", b"/root/", b"/tmp/") if mark in path.read_bytes()]
+
+
+FRICTION = """\
+name: friction
+record: {duration: 1 s}
+store: {signals: none}
+leakage: {external_coefficient: 1e-13}
+baseline: {friction.viscous: 70 N·s/m, leakage.external_coefficient_1: 0}
+sweep:
+  grid:
+    friction.viscous: [50 N·s/m, 250 N·s/m]
+    leakage.internal_coefficient: [0, 1e-8]
+"""
+
+
+@pytest.fixture(scope="module")
+def friction(tmp_path_factory):
+    return sweep_in(tmp_path_factory.mktemp("friction"), FRICTION)
+
+
+def changed_file(sweep, folder, change):
+    """A copy of an experiment file whose configuration is another."""
+    path = folder / "changed.h5"
+    shutil.copy(sweep.file, path)
+    with h5py.File(path, "a") as file:
+        configuration = json.loads(file.attrs["configuration"])
+        change(configuration)
+        file.attrs["configuration"] = json.dumps(configuration)
+    return path
+
+
+def test_a_row_keeps_its_labels_where_the_sweep_would_be_expanded_in_another_order(friction, tmp_path):
+    path = changed_file(
+        friction, tmp_path, lambda c: c["sweep"]["grid"].update({"friction.viscous": [250.0, 50.0]})
+    )
+    before, after = (
+        dict(
+            zip(
+                table.texts("run_id"),
+                zip(table.labels, table["detail_rms"].tolist(), strict=True),
+                strict=True,
+            )
+        )
+        for table in map(run_table, map(read_results, (friction.file, path)))
+    )
+    assert after == before
+    assert {labels["friction.viscous"] for labels, *_ in after.values()} == {50.0, 70.0, 250.0}
+
+
+def test_parameters_that_only_the_baseline_changes_are_known_of_every_row(friction):
+    data = read_results(friction.file)
+    healthy = set(data.matched_baseline.tolist()) | set(data.fixed_baseline.tolist())
+    inside = data.values("leakage.external_coefficient_1")
+    assert {row for row, value in enumerate(inside) if value == 0.0} == healthy
+    assert {value for row, value in enumerate(inside) if row not in healthy} == {None}
+    (fixed,) = set(data.fixed_baseline.tolist())
+    assert data.values("friction.viscous")[fixed] == 70.0
+
+
+@pytest.fixture(scope="module")
+def leaky_run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("single")
+    settings = ("--set=leakage.internal_coefficient=1e-8", "--set=record.duration=1 s")
+    assert run_hydrofdi("simulate", *settings, "--out", "run.h5", cwd=folder).returncode == 0
+    return folder / "run.h5"
+
+
+def test_a_leaky_run_by_itself_has_no_baseline_and_no_delta(leaky_run):
+    result = run_hydrofdi("report", leaky_run, "--json", cwd=leaky_run.parent)
+    record = json.loads(result.stdout)
+    (row,) = record["rows"]
+    assert row["delta_fixed_percent"] == row["delta_matched_percent"] == [None] * 5
+    assert row["detail_rms_Pa"][1] > 0.0
+    assert record["delta_not_known"].startswith("There is no healthy run to compare with")
+
+
+def test_a_baseline_that_leaks_is_none_in_files_that_name_one(leaky_run, tmp_path):
+    """Files of earlier versions made a leaky run its own baseline."""
+    path = tmp_path / "earlier.h5"
+    shutil.copy(leaky_run, path)
+    with h5py.File(path, "a") as file:
+        assert file[names.FIXED_BASELINE][0] == names.NO_BASELINE
+        file[names.FIXED_BASELINE][0] = file[names.MATCHED_BASELINE][0] = 0
+    assert not Analysis(read_results(path)).has_baseline
+
+
+def test_a_healthy_run_by_itself_is_its_own_baseline(tmp_path):
+    settings = ("--set=record.duration=1 s", "--out", "run.h5")
+    assert run_hydrofdi("simulate", *settings, cwd=tmp_path).returncode == 0
+    assert read_results(tmp_path / "run.h5").fixed_baseline.tolist() == [0]

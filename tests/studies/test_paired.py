@@ -1,13 +1,20 @@
-"""Records of the same actuator before and after: what is constant in it does not count."""
+"""Records of studies: as stored, in pairs, and measured."""
 
 import numpy as np
 import pytest
 
+from hydrofdi.api.stored import read_results
+from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.config.run_table.expansion import expand_runs
 from hydrofdi.evaluation.scores import Direction, Kind, Population
+from hydrofdi.execution import InProcessEngine
+from hydrofdi.indicators.contract import Output
+from hydrofdi.indicators.record_measures import Column, RecordMeasures
+from hydrofdi.records import Channel
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.reading import changes_since_before
+from hydrofdi.studies.measured import Labels, measured_study
+from hydrofdi.studies.reading import changes_since_before, read_study
 from hydrofdi.studies.records import Rules, Scored, StudyRecords
 
 STUDY = """
@@ -102,3 +109,137 @@ def test_independent_records_have_no_changes():
     records, scored = paired()
     alone = StudyRecords(records.populations, records.of_record, records.severity, "1")
     assert not list(changes_since_before(alone, [scored]))
+
+
+READING_STUDY = """
+name: small
+record: {duration: 2 s}
+input: {period: 0.5 s}
+pressure_1_sensor: {noise: 5 kPa}
+study:
+  population: {seed: 3, over: {fluid.bulk_modulus: {uniform: ±20 %}}}
+  healthy: {fit: 6, test: 5, shift: 4, confusion: 3}
+  faults: {leakage.internal_flow: [0.2 L/min, 1 L/min], each: 4, fit: 2}
+  shifts: {stiffer: {fluid.bulk_modulus: 827 MPa}}
+  confusions: {worn friction: {friction.viscous: {uniform: [100, 200]}}}
+detection: {false_alarm_rate: 20 %, indicators: [dwt, pressure_statistics]}
+sweep: {grid: {record.sampling_frequency: [1 kHz, 500 Hz]}}
+"""
+
+
+@pytest.fixture(scope="module")
+def designs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "study.yaml").write_text(READING_STUDY)
+    experiment = load_experiment(folder / "study.yaml")
+    run_sweep(experiment, folder / "results", InProcessEngine())
+    return read_study(read_results(folder / "results"))
+
+
+def test_every_population_has_its_records(designs):
+    for design in designs:
+        records = design.records
+        found = {(each.name, each.kind, each.is_fit): len(records.rows(each)) for each in records.populations}
+        assert found == {
+            ("healthy", Kind.HEALTHY, True): 6,
+            ("healthy", Kind.HEALTHY, False): 5,
+            ("0.2 L/min", Kind.FAULT, True): 2,
+            ("0.2 L/min", Kind.FAULT, False): 4,
+            ("1 L/min", Kind.FAULT, True): 2,
+            ("1 L/min", Kind.FAULT, False): 4,
+            ("stiffer", Kind.SHIFT, False): 4,
+            ("worn friction", Kind.CONFUSION, False): 3,
+        }
+
+
+def test_designs_stand_in_the_order_of_the_sweep(designs):
+    found = [design.records.design for design in designs]
+    assert found == [{"record.sampling_frequency": 1000.0}, {"record.sampling_frequency": 500.0}]
+
+
+def test_severity_is_the_true_mean_leak_of_each_record(designs):
+    records = designs[0].records
+    for population in records.populations:
+        severity = records.severity[records.rows(population)]
+        assert severity == pytest.approx(np.full_like(severity, population.severity), rel=0.1)
+        assert len(np.unique(severity)) == (len(severity) if population.severity else 1)
+
+
+def test_scores_are_the_single_numbers_of_the_judged_indicators(designs):
+    names = [score.name for score in designs[0].scores]
+    assert names[:2] == ["dwt.d1", "dwt.d2"]
+    assert "pressure_statistics.kurtosis" in names
+    assert all(len(score.values) == 30 for score in designs[0].scores)
+    assert designs[0].scores[0].channels == ("chamber_1_pressure",)
+
+
+def test_severity_can_be_the_level_that_was_asked_for(designs, tmp_path):
+    (tmp_path / "study.yaml").write_text(READING_STUDY.replace("each: 4,", "each: 4, severity: level,"))
+    run_sweep(load_experiment(tmp_path / "study.yaml"), tmp_path / "results", InProcessEngine())
+    records = read_study(read_results(tmp_path / "results"))[0].records
+    nominal = np.array([population.severity for population in records.populations])
+    np.testing.assert_array_equal(records.severity, nominal[records.of_record])
+    assert (designs[0].records.severity != records.severity).any()
+
+
+P1 = (Channel.CHAMBER_1_PRESSURE,)
+
+COLUMNS = [
+    Column("ring", Output("decay", "1/s", "decay", direction=Direction.RISING), "1/s", P1),
+    Column("ring", Output("parts", "1", "shares", {"part": 2}), "1", P1),
+    Column("ring", Output.quality("error", "1/s", "standard error"), "1/s", P1),
+    Column("never", Output("there", "1", "nothing"), "1", P1),
+]
+
+
+def record(number, label, group="", rejected=False):
+    values = {
+        "ring.decay": np.array(number),
+        "ring.parts": np.array([number, -number]),
+        "ring.error": np.array(9.0),
+    }
+    place = f"r{number}", "here", group, label
+    return RecordMeasures(*place, "ok", {} if rejected else values, {}, is_rejected=rejected)
+
+
+def test_scores_are_the_numbers_that_any_record_has_and_that_speak_of_the_actuator():
+    measured = [
+        record(1.0, "sound"),
+        record(2.0, "sound"),
+        record(3.0, "worn"),
+        record(4.0, ""),
+        record(5.0, "worn", rejected=True),
+    ]
+    study = measured_study(COLUMNS, measured, Labels(("sound",)))
+    assert {score.name: score.values.tolist() for score in study.scores} == {
+        "ring.decay": [1.0, 2.0, 3.0],
+        "ring.parts[0]": [1.0, 2.0, 3.0],
+        "ring.parts[1]": [-1.0, -2.0, -3.0],
+    }
+    assert study.scores[0].direction is Direction.RISING
+    assert study.scores[0].channels == ("chamber_1_pressure",)
+
+
+def test_halves_without_groups_and_groups_as_they_are():
+    labels = Labels(("sound",), {"worn": 5e-6})
+    alone = measured_study(
+        COLUMNS, [*(record(float(n), "sound") for n in range(20)), record(99.0, "worn")], labels
+    )
+    sizes = {(p.name, p.kind, p.is_fit): alone.records.rows(p).size for p in alone.records.populations}
+    assert sizes == {
+        ("healthy (fit)", Kind.HEALTHY, True): 10,
+        ("healthy", Kind.HEALTHY, False): 10,
+        ("worn", Kind.FAULT, False): 1,
+    }
+    assert alone.records.severity.tolist() == [0.0] * 20 + [5e-6]
+    grouped = [record(float(n), "sound", f"unit {n % 2}") for n in range(20)] + [
+        record(99.0, "worn", "unit 0")
+    ]
+    records = measured_study(COLUMNS, grouped, labels).records
+    assert [(p.name, p.is_fit) for p in records.populations] == [("healthy", True), ("worn", False)]
+    assert records.groups[-1] == "unit 0"
+    assert not any("no group has both" in remark for remark in records.remarks)
+    single = [record(float(n), "sound", "unit 0") for n in range(20)] + [record(99.0, "worn", "unit 1")]
+    remarks = measured_study(COLUMNS, single, labels).records.remarks
+    assert "only one healthy group" in remarks[0]
+    assert "no group has both" in remarks[1]

@@ -1,5 +1,11 @@
-import numpy as np
+"""Regressions, the weak form, free motion and steps."""
 
+import numpy as np
+import pytest
+
+from hydrofdi.indicators.estimation.chamber_balance import weak_weights
+from hydrofdi.indicators.stepping import half_periods, jumps
+from hydrofdi.transforms.free_motion import common_motion, fit_free_motion
 from hydrofdi.transforms.regression import regress
 
 
@@ -73,3 +79,138 @@ def test_equations_that_leave_much_are_weighed_down():
     assert (np.abs(plain.values - [2.0, -1.0]).max(axis=1) > 5e-2).all()
     alone = regress(columns[1:2], target[1:2], n_reweighting=4)
     np.testing.assert_array_equal(alone.values[0], robust.values[1])
+
+
+def weak_integrals(samples, frequency, half):
+    """∫ φ s, ∫ φ s' and ∫ φ τ s', each (n_window,)."""
+    weights = np.concatenate(weak_weights(half, frequency), axis=1)
+    windows = np.lib.stride_tricks.sliding_window_view(samples, 2 * half)[::half]
+    return weights @ windows.T
+
+
+@pytest.mark.parametrize("half", [2, 5, 8])
+def test_a_ramp_has_its_slope(half):
+    time = np.arange(10 * half) / 200.0
+    level, slope, later = weak_integrals(3.0 + 7.0 * time, 200.0, half)
+    middles = (np.arange(9) + 1) * half / 200.0
+    area = half / 200.0
+    np.testing.assert_allclose(level, (3.0 + 7.0 * middles) * area, rtol=1e-12)
+    np.testing.assert_allclose(slope, 7.0 * area, rtol=1e-12)
+    np.testing.assert_allclose(later, 0.0, atol=1e-12)
+
+
+def test_a_slow_sine_gives_the_integrals_of_the_continuum():
+    rate, half, frequency = 2 * np.pi * 3.0, 8, 500.0
+    time = np.arange(800) / frequency
+    level, slope, later = weak_integrals(np.sin(rate * time), frequency, half)
+    fine = np.linspace(0.0, 2 * half / frequency, 20_001)
+    weight = np.sin(np.pi * fine * frequency / (2 * half)) ** 2
+    for window in (0, 17, 60):
+        instant = fine + window * half / frequency
+        derivative = rate * np.cos(rate * instant)
+        lag = fine - half / frequency
+        for found, integrand, size in (
+            (level, weight * np.sin(rate * instant), 1.0),
+            (slope, weight * derivative, rate),
+            (later, weight * lag * derivative, rate * half / frequency),
+        ):
+            exact = np.trapezoid(integrand, fine)
+            assert abs(found[window] - exact) < 2e-3 * size * half / frequency
+
+
+TIME = np.arange(120) / 120.0
+
+
+def motion(frequency, damping_ratio, seed, n_piece=6):
+    """Pieces of the free motion from random states; frequency in cycles per piece."""
+    natural = 2.0 * np.pi * frequency
+    root = natural * np.sqrt(complex(damping_ratio**2 - 1.0))
+    draw, decay = np.random.default_rng(seed), np.exp(-damping_ratio * natural * TIME)
+    shapes = np.stack((np.cosh(root * TIME).real, (natural * np.sinh(root * TIME) / root).real))
+    return decay * (draw.normal(size=(n_piece, 2)) @ shapes)
+
+
+@pytest.mark.parametrize(("frequency", "damping_ratio"), [(3.0, 0.05), (12.0, 0.3), (25.0, 0.01), (1.0, 2.0)])
+def test_the_pencil_finds_the_common_motion_of_pieces_without_noise(frequency, damping_ratio):
+    pieces = np.concatenate((motion(frequency, damping_ratio, 1), motion(2.0 * frequency, 0.2, 2)))
+    a, b = common_motion(pieces, np.repeat([0, 3], 6))
+    np.testing.assert_allclose(np.sqrt(b[:6]) / (2 * np.pi), frequency, rtol=1e-4)
+    np.testing.assert_allclose(a[:6] / (2 * np.sqrt(b[:6])), damping_ratio, rtol=1e-4)
+    np.testing.assert_allclose(np.sqrt(b[6:]) / (2 * np.pi), 2.0 * frequency, rtol=1e-4)
+
+
+@pytest.mark.parametrize(("frequency", "damping_ratio"), [(12.0, 0.05), (6.0, 0.3), (4.0, 0.5), (1.5, 1.6)])
+def test_least_squares_find_it_beside_a_polynomial(frequency, damping_ratio):
+    pieces = 5.0 + 3.0 * TIME - 2.0 * TIME**2 + motion(frequency, damping_ratio, 3)
+    found = fit_free_motion(pieces, np.zeros(6, dtype=np.intp), 1200.0, 2)
+    np.testing.assert_allclose(found.frequency, 10.0 * frequency, rtol=1e-6)
+    np.testing.assert_allclose(found.damping_ratio, damping_ratio, rtol=1e-6)
+    np.testing.assert_allclose(found.explained, 1.0, rtol=1e-9)
+
+
+def test_what_the_motion_explains_of_white_noise_is_little():
+    noise = np.random.default_rng(4).normal(size=(500, 120))
+    with np.errstate(all="ignore"):
+        explained = fit_free_motion(noise, np.arange(500) // 10, 1200.0, 2).explained
+    assert np.nanquantile(explained, 0.99) < 0.2
+
+
+def square(n_time, period, rng=None, noise=0.0):
+    wave = np.where(np.arange(n_time) % period < period // 2, 2.0, -2.0)
+    return wave + (0.0 if rng is None else noise * rng.normal(size=n_time))
+
+
+def test_the_jumps_of_a_square_wave_are_its_half_periods():
+    found, expected = jumps(square(10_000, 1000)[None], 5, 50, 8.0), half_periods(1, 10_000, 500.0, 2.0)
+    np.testing.assert_array_equal(found.sample, np.arange(500, 10_000, 500))
+    np.testing.assert_array_equal(found.sample, expected.sample)
+
+
+def test_a_later_start_moves_the_half_periods():
+    whole = half_periods(1, 5000, 500.0, 0.7).sample
+    for first in (1, 100, 175, 350):
+        part = half_periods(1, 5000 - first, 500.0, 0.7, first / 500.0).sample
+        np.testing.assert_array_equal(part + first, whole[whole > first])
+
+
+def test_noise_moves_no_jump_and_makes_none():
+    rng = np.random.default_rng(1)
+    noisy = jumps(square(5000, 1000, rng, 0.2)[None], 5, 50, 8.0)
+    np.testing.assert_array_equal(noisy.sample, np.arange(500, 5000, 500))
+    assert jumps(rng.normal(size=(20, 5000)), 5, 50, 8.0).sample.size == 0
+
+
+@pytest.mark.parametrize(
+    "samples", [np.full(500, 3.0), np.sin(np.arange(5000) / 100), np.full(500, np.nan), []]
+)
+def test_what_does_not_jump_has_no_jumps(samples):
+    assert jumps(np.atleast_2d(np.asarray(samples, dtype=float)), 5, 50, 8.0).sample.size == 0
+
+
+def test_a_jump_that_takes_a_while_and_rings_counts_once():
+    slow = np.interp(np.arange(3000), [1000, 1005], [0.0, 1.0])
+    ringing = slow + np.where(np.arange(3000) > 1005, 0.4 * np.sin(np.arange(3000)), 0.0)
+    for record in (slow, ringing):
+        found = jumps(record[None], 5, 4000)
+        assert found.sample.size == 1
+        assert 1000 < found.sample[0] <= 1006
+
+
+def test_the_largest_changes_of_a_ringing_signal_are_the_steps():
+    time = (np.arange(10_000) % 500) / 500.0
+    rings = 1.0 - np.exp(-8.0 * time) * np.cos(375.0 * time) + 3.0 * time
+    found = jumps((square(10_000, 1000) * rings)[None], 5, 100)
+    late = found.sample - np.arange(500 if found.sample.size == 19 else 0, 10_000, 500)
+    assert 0 <= late.min() <= late.max() <= 5
+
+
+def test_a_window_ends_before_the_next_step_and_the_record():
+    steps = jumps(np.stack([square(1000, 400), square(1000, 600)]), 1, 10)
+    ramp = np.stack([np.arange(1000.0), 1000.0 + np.arange(1000.0)])
+    kept = steps.with_window(3, 250, 1000)
+    np.testing.assert_array_equal(kept.record, [1, 1])
+    pieces = kept.windows(ramp, 3, 250)
+    np.testing.assert_array_equal(pieces[:, 0], [1303.0, 1603.0])
+    np.testing.assert_array_equal(np.diff(pieces), 1.0)
+    np.testing.assert_array_equal(kept.sums(pieces[:, 0], 2), [0.0, 2906.0])
+    np.testing.assert_array_equal(kept.counts(2), [0, 2])

@@ -1,15 +1,34 @@
+"""Wavelet transforms: details, start phases, settled and undecimated ones."""
+
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pywt
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hydrofdi.config import RunSpec
+from hydrofdi.config.request import RunRequest
+from hydrofdi.execution import Job, compute_columns
+from hydrofdi.execution import compute as compute_module
+from hydrofdi.indicators.catalogue.dwt import phase_rms
+from hydrofdi.quality.doubts import SETTLED_CHANGE, how_records_settle
+from hydrofdi.quality.measures import pressure_features
+from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms.configuration import WaveletConfig
+from hydrofdi.transforms.undecimated import (
+    boundary_length,
+    phase_detail_rms,
+    undecimated_coefficients,
+    undecimated_rms,
+)
 from hydrofdi.transforms.wavelet import (
     coefficient_rms,
     detail_coefficients,
     detail_rms,
     level_bands,
+    n_phase,
     percentage_change,
 )
 
@@ -76,3 +95,250 @@ def test_details_and_approximations_are_those_of_pywavelets(extension, n_time):
 def test_an_approximation_of_level_j_multiplies_a_constant_by_two_to_the_half_j():
     rms = coefficient_rms(np.full(1024, 8.6e6), WaveletConfig())
     np.testing.assert_allclose(rms.approximation, 8.6e6 * 2.0 ** (np.arange(1, 6) / 2.0), rtol=1e-9)
+
+
+ORTHOGONAL = st.sampled_from(["db8", "db2", "haar", "coif1", "sym4"])
+
+
+def _record(seed: int, n_time: int) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=n_time).cumsum()
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(40, 700), st.integers(1, 5), ORTHOGONAL)
+def test_energy_is_partitioned_at_any_length(seed, n_time, levels, name):
+    record = _record(seed, n_time)
+    rms = undecimated_rms(record, WaveletConfig(name=name, levels=levels))
+    power = np.square(rms.detail) / 2.0 ** np.arange(1, levels + 1)
+    total = power.sum() + rms.approximation[-1] ** 2 / 2.0**levels
+    assert total == pytest.approx(np.mean(record**2), rel=1e-10)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(64, 700), st.integers(0, 700))
+def test_the_rms_does_not_depend_on_where_a_circle_starts(seed, n_time, shift):
+    record = _record(seed, n_time)
+    wavelet = WaveletConfig(levels=4)
+    turned = undecimated_rms(np.roll(record, shift), wavelet)
+    np.testing.assert_allclose(turned.detail, undecimated_rms(record, wavelet).detail, rtol=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(64, 700), st.integers(1, 5))
+def test_parseval_gives_the_rms_of_the_coefficients(seed, n_time, levels):
+    record, wavelet = _record(seed, n_time), WaveletConfig(levels=levels)
+    details, approximations = undecimated_coefficients(record, wavelet)
+    rms = undecimated_rms(record, wavelet)
+    np.testing.assert_allclose(np.sqrt(np.mean(details**2, axis=-1)), rms.detail, rtol=1e-9)
+    np.testing.assert_allclose(np.sqrt(np.mean(approximations**2, axis=-1)), rms.approximation, rtol=1e-9)
+
+
+def test_the_bits_of_a_record_do_not_depend_on_the_others():
+    records = np.random.default_rng(3).normal(size=(67, 4000))
+    together = undecimated_rms(records, WaveletConfig())
+    for first, last in ((0, 1), (5, 12), (40, 67)):
+        alone = undecimated_rms(records[first:last], WaveletConfig())
+        np.testing.assert_array_equal(alone.detail, together.detail[first:last])
+        np.testing.assert_array_equal(alone.approximation, together.approximation[first:last])
+
+
+@pytest.mark.parametrize("name", ["db8", "haar", "bior2.4"])
+def test_the_coefficients_are_those_of_the_stationary_transform_of_pywavelets(name):
+    record, levels = _record(3, 1024), 5
+    details, approximations = undecimated_coefficients(record, WaveletConfig(name=name, levels=levels))
+    for level, (approximation, detail) in enumerate(reversed(pywt.swt(record, name, level=levels))):
+        # PyWavelets centres each filter; the coefficients are the same, turned by half of its length.
+        delay = pywt.Wavelet(name).dec_len // 2 * (2 ** (level + 1) - 1)
+        np.testing.assert_allclose(np.roll(details[level], -delay), detail, atol=1e-9)
+        np.testing.assert_allclose(np.roll(approximations[level], -delay), approximation, atol=1e-9)
+
+
+@pytest.mark.parametrize("phase", [0, 1, 5, 31])
+@pytest.mark.parametrize("name", ["db8", "sym4"])
+def test_a_decimated_transform_keeps_every_second_to_the_j_coefficient_from_its_phase(name, phase):
+    record, wavelet = _record(4, 4000), WaveletConfig(name=name)
+    details, _ = undecimated_coefficients(record, wavelet)
+    decimated = pywt.wavedec(record[phase:], name, mode="zero", level=5)[:0:-1]
+    for level in range(5):
+        distance, first = 2 ** (level + 1), 20  # the first coefficients depend on the extension
+        instants = phase + distance * (np.arange(first, 60) + 1) - 1
+        np.testing.assert_allclose(details[level][instants], decimated[level][first:60], atol=1e-9)
+
+
+def test_the_mean_square_is_the_mean_over_the_start_phases():
+    record, wavelet = _record(5, 32 * 40), WaveletConfig()
+    details, _ = undecimated_coefficients(record, wavelet)
+    phases = phase_detail_rms(details, first_sample=0)
+    assert phases.shape == (32, 5)
+    expected = undecimated_rms(record, wavelet).detail
+    np.testing.assert_allclose(np.sqrt(np.mean(phases**2, axis=0)), expected, rtol=1e-10)
+
+
+@given(st.integers(0, 100), st.integers(0, 31))
+def test_phases_count_from_the_start_of_the_record(first_sample, phase):
+    record, wavelet = _record(6, 640), WaveletConfig()
+    details, _ = undecimated_coefficients(record, wavelet)
+    here = phase_detail_rms(details, first_sample)[phase]
+    there = phase_detail_rms(details, 0)[(phase - first_sample) % 32]
+    np.testing.assert_array_equal(here, there)
+
+
+def test_phases_of_the_middle_of_a_record_are_those_of_the_decimated_transform():
+    record, wavelet = _record(7, 64_000), WaveletConfig(boundary="left_out")
+    details, _ = undecimated_coefficients(record, wavelet)
+    outside = boundary_length(wavelet)
+    ours = phase_detail_rms(details[:, outside:], outside)
+    theirs = phase_rms(record, wavelet)
+    np.testing.assert_allclose(ours, theirs, rtol=0.03)  # windows differ by one boundary
+
+
+@pytest.mark.parametrize("extension", ["symmetric", "zero", "smooth"])
+def test_without_boundary_coefficients_the_extension_has_no_effect(extension):
+    record = _record(9, 3000)
+    symmetric = detail_rms(record, WaveletConfig(boundary="left_out"))
+    other = detail_rms(record, WaveletConfig(boundary="left_out", extension=extension))
+    np.testing.assert_array_equal(symmetric, other)
+    assert not np.allclose(symmetric, detail_rms(record, WaveletConfig()), rtol=1e-6)
+
+
+def assert_exact(n_time, wavelet):
+    records = 8e6 + 1e5 * np.cumsum(np.random.default_rng(n_time).normal(size=(2, n_time)), axis=1)
+    found = phase_rms(records, wavelet)
+    assert found.shape == (2, n_phase(wavelet.levels), wavelet.levels)
+    for phase in range(n_phase(wavelet.levels)):
+        np.testing.assert_array_equal(found[:, phase], detail_rms(records[:, phase:], wavelet))
+
+
+@pytest.mark.parametrize("extension", pywt.Modes.modes)
+def test_with_each_extension(extension):
+    assert_exact(4501, WaveletConfig(extension=extension))
+
+
+@pytest.mark.parametrize("extension", ["symmetric", "smooth", "periodic"])
+def test_without_the_boundary(extension):
+    assert_exact(4501, WaveletConfig(extension=extension, boundary="left_out"))
+
+
+@pytest.mark.parametrize("name", ["haar", "db2", "sym5", "db20", "bior3.1", "dmey"])
+def test_with_each_length_of_filter(name):
+    assert_exact(9000, WaveletConfig(name=name, levels=4))
+
+
+@pytest.mark.parametrize("levels", [1, 2, 6])
+def test_with_any_number_of_levels(levels):
+    assert_exact(9000, WaveletConfig(levels=levels))
+
+
+@pytest.mark.parametrize("n_time", [500, 3839, 3840, 3841, 3871, 4001])
+def test_of_short_and_odd_records(n_time):
+    assert_exact(n_time, WaveletConfig())
+
+
+RUN = RunRequest().with_values({"record.duration": 10.0, "input.period": 1.0})
+TIME = np.arange(RUN.record.n_sample) / RUN.record.sampling_frequency
+WAVE = np.where(np.arange(TIME.size) % 500 < 250, 9e6, 7e6)
+
+
+def _features(run, pressure, settling) -> dict[str, np.ndarray]:
+    start = np.nan if settling.start is None else settling.start / run.record.sampling_frequency
+    return pressure_features([run.parameters], [RunSpec(run).analysis], pressure, np.array([start]))
+
+
+def _job(run: RunRequest, coefficient: float, name: str = "") -> Job:
+    return Job.of(RunSpec(run), name, coefficient)
+
+
+def _decaying(share: float, time_constant: float) -> np.ndarray:
+    return (WAVE * (1.0 + share * np.exp(-TIME / time_constant)))[None]
+
+
+def test_a_periodic_record_is_settled_from_its_start() -> None:
+    (settling,) = how_records_settle([RUN], WAVE[None])
+    assert settling.start == 0
+    assert settling.change < 1e-12
+
+
+def test_a_start_that_dies_away_is_left_out_in_whole_periods() -> None:
+    (settling,) = how_records_settle([RUN], _decaying(0.5, 0.5))
+    assert settling.start is not None
+    assert settling.start % 500 == 0
+    assert 0 < settling.start <= 8 * 500
+    assert settling.change < SETTLED_CHANGE
+
+
+def test_a_record_that_never_settles_has_no_settled_part() -> None:
+    (settling,) = how_records_settle([RUN], _decaying(0.5, 50.0))
+    assert settling.start is None
+    assert settling.change > SETTLED_CHANGE
+    features = _features(RUN, _decaying(0.5, 50.0), settling)
+    assert np.isnan(features["settled_detail_rms"]).all()
+    assert np.isfinite(features["mean_chamber_1_pressure"]).all()
+
+
+def test_a_single_period_says_nothing() -> None:
+    run = RUN.with_values({"record.duration": 1.0})
+    (settling,) = how_records_settle([run], WAVE[None, :500])
+    assert np.isnan(settling.change)
+    assert settling.start is None
+
+
+def test_settled_features_do_not_see_the_start() -> None:
+    start = _decaying(0.5, 0.2)
+    (settling,) = how_records_settle([RUN], start)
+    late = _features(RUN, start, settling)
+    never = _features(RUN, WAVE[None], replace(settling, start=0))
+    np.testing.assert_allclose(late["settled_detail_rms"], never["settled_detail_rms"], rtol=2e-3)
+    whole = (coefficient_rms(record, RUN.wavelet).detail for record in (start, WAVE[None]))
+    assert abs(np.divide(*whole) - 1.0).max() > 1e-2
+
+
+def test_records_without_a_period_are_measured_without_their_boundary() -> None:
+    run = RUN.with_values({"input.shape": "steps", "analysis.discard": 1.0})
+    noise = np.random.default_rng(1).normal(size=(1, run.record.n_sample))
+    noise[:, :500] *= 1e6  # left out by analysis.discard
+    settlings = how_records_settle([run], noise)
+    features = _features(run, noise, settlings[0])
+    assert settlings[0].start is None
+    np.testing.assert_allclose(features["settled_detail_rms"][0, :3], 1.0, rtol=0.05)
+    np.testing.assert_allclose(features["mean_chamber_1_pressure"], noise[:, 500:].mean(axis=1))
+
+
+def test_discard_is_one_window_for_all_features_as_configured() -> None:
+    short = RUN.with_values({"record.duration": 4.0})
+    late = short.with_values({"analysis.discard": 2.0})
+    whole = compute_columns([_job(short, 1e-9)])
+    part = compute_columns([_job(late, 1e-9)])
+    kept = whole["chamber_1_pressure"][:, 1000:]
+    assert part["mean_chamber_1_pressure"][0] == kept.mean()
+    direct = coefficient_rms(kept, short.wavelet)
+    np.testing.assert_array_equal(part["detail_rms"], direct.detail)
+    np.testing.assert_array_equal(part["approximation_rms"], direct.approximation)
+    for name in ("mean_internal_leakage_flow", "hydraulic_mode_frequency", "chamber_1_pressure_max"):
+        assert part[name][0] == whole[name][0]
+
+
+def test_jobs_that_differ_in_their_analysis_alone_are_simulated_once() -> None:
+    short = RUN.with_values({"record.duration": 2.0, "pressure_1_sensor.noise": 1e3})
+    analyses = [{}, {"wavelet.phase": 3}, {"wavelet.name": "db4"}, {"analysis.discard": 0.5}]
+    jobs = [_job(short.with_values(analysis), 1e-9, str(k)) for k, analysis in enumerate(analyses)]
+    jobs.append(_job(short, 2e-9, "leaky"))
+    simulated = []
+
+    def count(runs, coefficients, *, tap):
+        simulated.extend(coefficients)
+        return simulate_batch(runs, coefficients, tap)
+
+    together = compute_columns(jobs, count)
+    assert simulated == [1e-9, 2e-9]
+    for row, job in enumerate(jobs):
+        alone = compute_columns([job])
+        for name in ("detail_rms", "chamber_1_pressure", "settled_detail_rms", "status"):
+            np.testing.assert_array_equal(together[name][row], alone[name][0])
+
+
+@pytest.mark.parametrize("phase", [0, 7, 31])
+def test_a_phase_by_itself_is_that_of_all_phases(phase: int) -> None:
+    short = RUN.with_values({"record.duration": 4.0, "analysis.discard": 1.0})
+    every = compute_columns([_job(short.with_values({"wavelet.phase": "all"}), 4e-9)])
+    alone = compute_columns([_job(short.with_values({"wavelet.phase": phase}), 4e-9)])
+    np.testing.assert_array_equal(every["phase_detail_rms"][:, phase], alone["detail_rms"])
+    assert compute_module.names.PHASE_DETAIL_RMS not in alone
+    phases = every["settled_phase_detail_rms"]
+    np.testing.assert_allclose(np.sqrt(np.mean(phases**2, axis=1)), every["settled_detail_rms"], rtol=1e-3)

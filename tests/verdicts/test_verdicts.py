@@ -1,12 +1,15 @@
 """What a run says of itself."""
 
-from __future__ import annotations
+import re
+from typing import Any
 
 import numpy as np
 import pytest
 
-from hydrofdi.config import RunParameters
+from hydrofdi.config import ExperimentConfig, RunParameters
+from hydrofdi.config.request import parameter_names
 from hydrofdi.execution import Job, compute_columns
+from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
 from hydrofdi.store.layout import names
 
 SHORT = RunParameters().with_values({"record.duration": 2.0, "input.period": 0.5})
@@ -115,3 +118,52 @@ def test_failed_run_has_its_failure_for_a_verdict_and_no_numbers(
     judged = [variable for variable in names.JUDGED if not variable.is_text]
     for name in ("detail_rms", "clipped_share", "pressure_variation", *(v.name for v in judged)):
         assert np.all(np.isnan(columns[name]))
+
+
+@pytest.mark.parametrize("word", DOUBTS)
+def test_the_number_behind_a_doubt_is_computed_and_stored(word):
+    assert DOUBTS[word].number in {variable.name for variable in names.COMPUTED}
+
+
+def test_a_verdict_is_read_back_and_a_failure_is_no_doubt():
+    words = ["above_supply", "still"]
+    assert [doubt.word for doubt in doubts_of(", ".join(words))] == words
+    assert doubts_of("ok") == doubts_of("diverged") == doubts_of("") == ()
+
+
+_SHORT = RunParameters().with_values({"record.duration": 8.0, "input.period": 0.5})
+_WIDE = {"input.amplitude": 8.0}
+_DRIFTING = {"input.period": 2.0}
+_FREE = {"actuator.load_stiffness": 0.0, "input.amplitude": 8.0, "input.period": 2.0}
+
+
+def _verdict(values: dict[str, Any], coefficient: float) -> str:
+    columns = compute_columns([Job("run", _SHORT.with_values(values), coefficient)])
+    return str(columns["verdict"][0])
+
+
+@pytest.mark.parametrize(
+    ("word", "values", "turned", "coefficient"),
+    [
+        ("cavitating", _WIDE, {"input.amplitude": 2.0}, 4e-9),
+        ("above_supply", _WIDE | {"supply.return_pressure": 3e6}, {"supply.pressure": 25e6}, 4e-9),
+        ("unsettled", _DRIFTING, {"record.duration": 20.0}, 0.0),
+        ("clipped", {"pressure_1_sensor.highest": 9e6}, {"pressure_1_sensor.highest": 25e6}, 4e-9),
+        ("still", {"valve.lap": 50e-6}, {"input.amplitude": 5.0}, 4e-9),
+        ("stroke_exceeded", _FREE, {"input.period": 0.5}, 4e-9),
+        ("diverged", {"record.step": 1e-3, "fluid.bulk_modulus": 1e11}, {"record.step": 1e-5}, 4e-9),
+    ],
+)
+def test_what_a_remedy_names_takes_the_verdict_away(
+    word: str, values: dict[str, Any], turned: dict[str, Any], coefficient: float
+) -> None:
+    told = REMEDIES.get(word, "") or DOUBTS[word].remedy
+    assert all(key in told for key in turned)
+    assert word in _verdict(values, coefficient).split(", ")
+    assert word not in _verdict(values | turned, coefficient).split(", ")
+
+
+@pytest.mark.parametrize("told", [*(doubt.remedy for doubt in DOUBTS.values()), *REMEDIES.values()])
+def test_remedies_name_keys_that_exist(told: str) -> None:
+    known = {*parameter_names(), *(f"limits.{key}" for key in ExperimentConfig().limits.model_dump())}
+    assert set(re.findall(r"\b(?!hydrofdi\.)[a-z_0-9]+\.[a-z_]+\b", told)) <= known

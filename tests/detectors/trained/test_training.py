@@ -1,7 +1,9 @@
 """Detectors are trained on windows that do not overlap, and say how far their promise carries."""
 
+import json
 from functools import partial
 from math import sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
+from tests.commands import run_hydrofdi
 from tests.detectors.trained.healthy import PATTERN, Records, autoregressive, grouped
 
 MADE = Made(hydrofdi="1", time="")
@@ -193,3 +196,78 @@ def test_cycles_begin_where_the_drive_crosses_the_middle_of_its_healthy_range():
         trained(normal(1, 120), more=more, window={"by": "cycle"})
     with pytest.raises(NotStatedError, match="input_voltage is missing in all healthy records"):
         trained(normal(1, 120), window=window)
+
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+MOTION = f", {CONFIGS}/motions/closed-loop.yaml"
+
+
+def population(folder, name, seed, n_record, more="", study="", motion=MOTION):
+    """Machines at work of which nobody knows more than the data sheet."""
+    path = folder / f"{name}.yaml"
+    path.write_text(
+        f"""
+name: {name}
+extends: [{CONFIGS}/populations/unknown-plant.yaml{motion}]
+record: {{duration: 4 s}}
+{more}
+study:
+  population: {{seed: {seed}}}
+  healthy: {{fit: {n_record}, test: 1, shift: 1}}
+  {study}
+""",
+        encoding="utf-8",
+    )
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("promise")
+
+
+@pytest.fixture(scope="module")
+def promise_trained(folder):
+    return detector(folder, population(folder, "healthy", 3, 40))
+
+
+def detector(folder, healthy):
+    out = folder / f"{healthy.stem}.json"
+    flags = ["--indicator", "flow_balance", "--window", "2 s", "--false-alarm-rate", "5 %"]
+    assert run_hydrofdi("train", healthy, *flags, "--out", out).returncode == 0
+    return out
+
+
+def summary(promise_trained, source, *flags):
+    ended = run_hydrofdi("detect", promise_trained, source, "--json", *flags)
+    return json.loads(ended.stdout)["summary"]
+
+
+def test_other_healthy_machines_alarm_as_often_as_promised(folder, promise_trained):
+    found = summary(promise_trained, population(folder, "others", 4, 40))
+    low, high = found["alarm_share_interval"]
+    promised = json.loads(promise_trained.read_text())["limits"]["interval"]
+    assert found["n_judged"] > 70
+    assert low <= promised[1]
+    assert promised[0] <= high
+    assert found["alarm_share"] < 0.15
+
+
+def test_a_leak_is_found(folder, promise_trained):
+    faults = "faults: {leakage.internal_flow: [2 L/min], each: 10, fit: 0, severity: level}"
+    found = summary(promise_trained, population(folder, "leak", 5, 1, study=faults))
+    assert found["alarm_share"] > 0.7
+
+
+def test_a_machine_at_another_supply_pressure_is_novel_and_no_alarm(folder, promise_trained):
+    found = summary(promise_trained, population(folder, "weak", 8, 5, more="supply: {pressure: 12 MPa}"))
+    assert found["n_alarm"] == 0
+    assert found["not_judged"].keys() == {"novel"}
+
+
+def test_a_large_leak_is_an_alarm_and_not_novel(folder):
+    promise_trained = detector(folder, population(folder, "open", 3, 30, motion=""))
+    faults = "faults: {leakage.internal_flow: [2 L/min], each: 10, fit: 0, severity: level}"
+    found = summary(promise_trained, population(folder, "large", 5, 1, study=faults, motion=""))
+    assert "novel" not in found["not_judged"]
+    assert found["alarm_share"] > 0.7

@@ -281,7 +281,8 @@ def run_sweep(
     except (Exception, KeyboardInterrupt) as error:
         if is_interruption(error):
             raise _interrupted(plan, completed) from None
-        _clear_away(directory)
+        if isinstance(error, StoreError):
+            _clear_away(directory)
         raise
     return _summary(plan, completed, start, interrupted=bool(requests))
 

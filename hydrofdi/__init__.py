@@ -15,6 +15,8 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from hydrofdi.version import __version__
+
 if TYPE_CHECKING:
     from hydrofdi.api.check import calibrate, check
     from hydrofdi.api.detectors.detector import Detector, detect
@@ -32,8 +34,6 @@ if TYPE_CHECKING:
     from hydrofdi.errors import HydrofdiError
     from hydrofdi.report.table import Table
     from hydrofdi.settings.ready import schema
-
-__version__ = "0.1.0"
 
 _HOMES = {
     name: f"hydrofdi.{module}"

@@ -23,7 +23,7 @@ LAYERS = [
     {"physics"},
     {"settings"},
     {"units"},
-    {"errors"},
+    {"errors", "version"},
 ]
 """Top to bottom; a room imports from rooms below, and execution from its own layer as the house allows."""
 

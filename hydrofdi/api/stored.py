@@ -11,7 +11,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import hydrofdi
 from hydrofdi.config import ExperimentConfig, expand_runs
 from hydrofdi.config.run_table.runs import run_identities
 from hydrofdi.config.sections.csv_input import without_contents
@@ -29,6 +28,7 @@ from hydrofdi.store.reading import (
     read_unfinished,
     request_record,
 )
+from hydrofdi.version import __version__
 
 RESULTS = Path("results")
 """Folder for experiments, below the working directory."""
@@ -204,7 +204,7 @@ def rows_named(wanted: str, run_ids: Sequence[str], record_ids: Sequence[str], p
 def library_versions() -> dict[str, str]:
     """Versions of hydrofdi, Python and the libraries that numbers depend on."""
     versions = {name: version(name) for name in _LIBRARIES}
-    return versions | {"hydrofdi": hydrofdi.__version__, "python": platform.python_version()}
+    return versions | {"hydrofdi": __version__, "python": platform.python_version()}
 
 
 _PHYSICS = "physics version"

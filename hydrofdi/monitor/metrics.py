@@ -14,12 +14,12 @@ from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 
 from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, make_wsgi_app
 
-import hydrofdi
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.records.streams import Chunk
 from hydrofdi.store.files import reason
+from hydrofdi.version import __version__
 
 _EARLIEST = 1e9
 """Stream times above this [s], an instant in 2001, are taken as seconds since 1970."""
@@ -111,7 +111,7 @@ class MetricsSink:
     def _describe(self, file: DetectorFile) -> None:
         Info("hydrofdi_monitor", "Version and detector", registry=self._registry).info(
             {
-                "version": hydrofdi.__version__,
+                "version": __version__,
                 "indicator": file.config.indicator,
                 "output": file.config.output or file.score_name,
             }

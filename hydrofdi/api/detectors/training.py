@@ -8,7 +8,6 @@ from datetime import UTC, datetime
 from os import PathLike
 from typing import Any
 
-from hydrofdi import __version__
 from hydrofdi.api.arguments import Names, Texts, names_of, path_of
 from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
@@ -32,6 +31,7 @@ from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
+from hydrofdi.version import __version__
 
 
 def train(

@@ -19,7 +19,8 @@ import numpy as np
 
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import DetectorFile, Made
-from hydrofdi.detectors.trained.measuring import Judge, records_of
+from hydrofdi.detectors.trained.measuring import records_of
+from hydrofdi.detectors.trained.scoring import windows_along
 from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure
@@ -31,7 +32,7 @@ from hydrofdi.monitor.sources.contract import Position, Reading
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch, windower_of
 from hydrofdi.records import Array, Channel, RecordBatch
-from hydrofdi.records.streams import Chunk, windows_of
+from hydrofdi.records.streams import Chunk
 
 FREQUENCY, WINDOW = 1000.0, 10.0
 N_SAMPLE = round(WINDOW * FREQUENCY)
@@ -150,11 +151,11 @@ def run(file: DetectorFile, source: InMemory, sinks: Sequence[Sink] = ()) -> Arr
 
 def measured(file: DetectorFile, samples: dict[Channel, Array]) -> Array:
     """Wall and processor time of `measure` alone, for the same windows in one batch [s]."""
-    time_axis = np.arange(samples[CHANNELS[0]].size) / FREQUENCY
-    windows = windows_of(time_axis, samples, windower_of(file))
+    stream = RecordBatch({channel: row[None] for channel, row in samples.items()}, FREQUENCY, ("stream",))
+    windows = [*windows_along(stream, 0, windower_of(file))]
     records = records_of(windows, file.channels, FREQUENCY)
     began = clocks()
-    measure(records, {"it": Judge(file).indicator})
+    measure(records, {"it": file.feature.indicator})
     return clocks() - began
 
 

@@ -9,7 +9,7 @@ import pytest
 import xarray
 
 import hydrofdi
-from hydrofdi.errors import ReportError
+from hydrofdi.errors import ConfigError, ReportError
 from tests.commands import run, run_json
 
 RATE = 1000.0
@@ -147,6 +147,8 @@ def test_windows_that_are_no_whole_periods_of_u_are_warned_of(window, is_warned)
 def test_a_score_of_several_numbers_learns_from_labelled_faulty_records_too(files, tmp_path):
     held = {"label": LABELS, "healthy": "sound", "sampling_frequency": "1 kHz"}
     config = {"indicators": ["dwt"], "score": {"kind": "lda", "of": ["dwt.d1", "dwt.d2", "dwt.a3"]}}
+    with pytest.raises(ConfigError, match=r"^indicator: "):
+        hydrofdi.train(files, config=config | {"indicator": "modwt"})
     detector = hydrofdi.train(BOTH, config=config, false_alarm_rate=0.2, **held)
     assert (detector.file.score.n_healthy, detector.file.score.n_faulty) == (30, 40)
     assert detector.left_out.n_leaking == 0
@@ -157,9 +159,8 @@ def test_a_score_of_several_numbers_learns_from_labelled_faulty_records_too(file
     run("train", files, *options, "--out", tmp_path / "detector.json", check=0)
     same = hydrofdi.Detector.load(tmp_path / "detector.json")
     assert (same.file.limits, same.file.score) == (detector.file.limits, detector.file.score)
-    lines = [
-        each for each in detector.watch(noisy(3, 1.05e4, 3).reshape(30, 100)) if each["line"] == "window"
-    ]
+    watched = detector.watch(noisy(3, 1.05e4, 3).reshape(30, 100))
+    lines = [each for each in watched if each["line"] == "window"]
     assert [line["score"] for line in lines] == verdicts["score"][:3].tolist()
     with pytest.raises(hydrofdi.HydrofdiError):
         hydrofdi.train(HEALTHY, config=config, sampling_frequency="1 kHz", false_alarm_rate=0.2)

@@ -1,3 +1,1 @@
-"""The experiments of the report's tests."""
-
 from tests.report.conftest import break_cell, made_up, paper, paper_analysis  # noqa: F401

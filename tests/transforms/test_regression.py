@@ -11,10 +11,8 @@ from hydrofdi.transforms.regression import regress
 
 def test_the_estimates_are_those_of_numpy_and_the_condition_that_of_scaled_columns():
     draw = np.random.default_rng(1)
-    columns, target = (
-        draw.normal(size=(4, 3, 2, 50)) * [[[[1.0]], [[1e6]], [[1e-5]]]],
-        draw.normal(size=(4, 2, 50)),
-    )
+    columns = draw.normal(size=(4, 3, 2, 50)) * [[[[1.0]], [[1e6]], [[1e-5]]]]
+    target = draw.normal(size=(4, 2, 50))
     found = regress(columns, target)
     for row in range(4):
         rows = columns[row].reshape(3, -1).T

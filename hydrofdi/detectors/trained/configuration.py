@@ -368,6 +368,8 @@ def _combine(chosen: Any, source: Source) -> None:
     """State the indicators of a score by label, and the options of the score."""
     if chosen is None:
         chosen = {source.data.get("indicator", "dwt"): source.data.get("options")}
+    elif source.data.get("indicator"):
+        source.mistakes.append(source.mistake(("indicator",), "is one of 'indicators:' already; remove it"))
     made = make_indicators(chosen, source, (_INDICATORS,))
     normalize_score(source, source.data["score"], ("score",), made)
     if source.data.pop("output", None):

@@ -122,7 +122,9 @@ def _gain(detection: Detection) -> str:
             more = joined([symbol(each) for each in scores[0].scored.channels if each not in fewest])
             found = unit.found(able[own].smallest["q90_95"])
             is_better = able[own] is not first and found != unit.found(first.smallest["q90_95"])
-            parts.append(f"with {more} {found}" if is_better else f"{more} would not help")
+            is_open = any(each.keeps_its_rate and "q90_95" not in each.smallest for each in scores)
+            worse = f"if {more} would help, too few records tell" if is_open else f"{more} would not help"
+            parts.append(f"with {more} {found}" if is_better else worse)
     base = f"{joined(symbols(first))} alone {unit.found(first.smallest['q90_95'])} {unit.name}".rstrip()
     return f"More sensors: {'; '.join([base, *parts])}." if parts else ""
 

@@ -464,7 +464,7 @@ LIFE = """
 import sys
 from pathlib import Path
 from tests.monitor.mqtt_streams import source_at
-from tests.monitor.test_mqtt_monitor import run
+from tests.monitor.test_mqtt import run
 run(Path(sys.argv[2]), source_at(sys.argv[1], is_open=False))
 """
 

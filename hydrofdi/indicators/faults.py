@@ -196,7 +196,7 @@ def doubts_of(
         low, high = (
             end if given is None else given for given, end in zip(output.possible, _ANY, strict=True)
         )
-        high = (fits or {}).get(output.name, high)
+        high = (fits or {}).get(prefix + output.name, high)
         value, slack = own[output.name], _DEVIATIONS * own[output.error] if output.error else 0.0
         is_possible = ~(value > high) if output.is_fit else (value >= low - slack) & (value <= high)
         for row in np.flatnonzero(is_measured & ~is_possible).tolist():

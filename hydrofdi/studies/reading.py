@@ -323,7 +323,8 @@ def _made(
     is_fit |= is_shared & is_faulty
     learning = is_fit & (score.needs_faulty | ~is_faulty)
     values = np.stack([each.values for each in numbers], axis=1)
-    kept = [numbers[place] for place in known_numbers(values[learning])]
+    places = known_numbers(values[learning])
+    kept = [numbers[place] for place in places]
     left_out = [
         f"{each.name} is left out: too many fit records lack it." for each in numbers if each not in kept
     ]
@@ -331,10 +332,7 @@ def _made(
     try:
         if is_shared:
             _refuse_few_groups(score.name, records.groups, is_faulty, is_fit)
-        if not kept:
-            raise NotStatedError("no number is measured in at least 90 % of the fit records")
-        values = np.stack([each.values for each in kept], axis=1)
-        scores = cross_fitted_scores(score, values, is_faulty, records.groups, is_fit=is_fit)
+        scores = cross_fitted_scores(score, values[:, places], is_faulty, records.groups, is_fit=is_fit)
     except NotStatedError as refusal:
         scores, notes = np.full(is_fit.size, np.nan), [f"{refusal}.", *left_out]
     used = {channel for each in kept for channel in each.channels}

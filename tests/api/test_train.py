@@ -168,6 +168,7 @@ def test_a_score_of_several_numbers_learns_from_labelled_faulty_records_too(file
         {"score": {"kind": "lda", "of": ["dwt.d9"]}},
         {"score": {"kind": "mahalanobis", "of": ["dwt"], "shrinkage": 2}},
         {**config, "output": "d2"},
+        {"score": {"kind": "mahalanobis", "of": ["dwt"]}, "direction": "falling"},
         {"score": {"kind": "compensated", "of": ["dwt"], "by": ["dwt.d1"]}, "direction": "both"},
     ):
         with pytest.raises(hydrofdi.HydrofdiError):

@@ -1,6 +1,7 @@
 """What a study ranks can be trained and run: its threshold and its numbers, to the bit."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import hydrofdi
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
+from hydrofdi.evaluation.pod.tally import DetectableSeverity
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
 from tests.commands import run_hydrofdi
@@ -102,3 +104,23 @@ def test_the_command_that_the_report_names_trains_the_winner(study, detection):
     for wrong in (["--sensors", "P9"], ["--sensors", "x"], ["--indicator", "dwt"]):
         refused = run_hydrofdi(*arguments, *wrong, cwd=study)
         assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
+    for sources in (["study.yaml"], ["results", "results"]):
+        refused = run_hydrofdi("train", *sources, "--best", "--out", "other.json", cwd=study)
+        assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
+        assert "best: expected the results folder" in refused.stderr
+
+
+def test_a_better_score_that_is_undecided_is_named(study, detection, monkeypatch, caplog):
+    best = winner(detection)
+    bound = {"q90_95": DetectableSeverity("within", 1e-9, 0.9, 0.95)}
+    better = replace(best, scored=replace(best.scored, name="better"), smallest=bound)
+    tested = next(each for each in better.false_alarms if each.kind == "healthy")
+    better = replace(better, counted={tested: 99})
+    assert better.keeps_its_rate is None
+    more = replace(detection, judgements=(*detection.judgements, better))
+    monkeypatch.setattr("hydrofdi.api.detectors.training.judge_study", lambda _: (more,))
+    for judgements, n_said in ((more.judgements, 1), (detection.judgements, 0)):
+        more = replace(more, judgements=judgements)
+        caplog.clear()
+        hydrofdi.train(study / "results", best=True)
+        assert sum("better" in each.getMessage() for each in caplog.records) == n_said

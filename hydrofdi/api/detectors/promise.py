@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import chain
 from typing import Any
 
 from hydrofdi.api.detectors.healthy_records import LeftOut
@@ -18,93 +17,90 @@ _MOST_NAMED = 5
 _UNEVEN = 0.75
 """Samples per period by which a window may miss whole periods: the period is known to half a sample."""
 
-_RESTS = {
-    "windows": "windows taken as independent",
-    "records": "leave-one-record-out",
-    "groups": "leave-one-group-out",
-}
-
 
 def sentences(file: DetectorFile, left_out: LeftOut, *, is_unlabelled: bool) -> Iterator[str]:
     """What the detector judges, what it promises, and what that rests on."""
-    feature, name = file.feature, file.config.indicator or ", ".join(file.feature.indicators)
+    feature, window = file.feature, file.config.window
     channels = ", ".join(f"{channel.symbol} ({channel})" for channel in file.channels)
-    yield f"It judges {_what(file)} at {file.sampling_frequency:g} Hz and needs {channels}."
+    what = {
+        "time": f"windows of {window.duration:g} s" if window.duration else "",
+        "cycle": f"the first {window.duration or 0.0:g} s of each cycle of {window.channel}",
+        "estimate": f"each estimate of {file.config.indicator}",
+    }[window.by]
+    every = f", one every {window.every:g} s," if window.every and window.every != window.duration else ""
+    yield f"It judges {what}{every} at {file.sampling_frequency:g} Hz and needs {channels}."
     if file.score is not None:
         yield f"It combines {counted(len(file.score.numbers), 'number')}: {', '.join(file.score.numbers)}."
     for constants in dict.fromkeys(constants_text(each.options) for each in feature.indicators.values()):
         if constants:
             yield f"It takes the actuator as {constants}."
     if file.assumed:
-        yield f"Warning: {assumption_text(name, file.assumed)}."
+        yield f"Warning: {assumption_text(', '.join(feature.indicators), file.assumed)}."
     if " at " in (meaning := feature.meaning):
         yield f"The score is the {meaning}; studies state mean flows, which are smaller."
     yield f"A score {file.limits_text} is an alarm."
-    yield from _promise(file)
-    yield from _basis(file, left_out)
-    yield from _doubts(file, is_unlabelled=is_unlabelled)
-    yield from _chart(file)
+    yield _threshold(file)
+    yield from _basis(file, left_out, is_unlabelled=is_unlabelled)
+    if file.chart is not None or alarms_per_hour(file):
+        yield promise_text(file)
 
 
 def promise_text(file: DetectorFile) -> str:
-    """What the chart promises; without one, what the threshold does."""
-    return next(chain(_chart(file), _promise(file)))
-
-
-def _what(file: DetectorFile) -> str:
-    window = file.config.window
-    duration, every = window.duration or 0.0, window.every or 0.0
-    if window.by == "estimate":
-        return f"each estimate of {file.config.indicator}"
-    if window.by == "cycle":
-        return f"the first {duration:g} s of each cycle of {window.channel}"
-    return f"windows of {duration:g} s" + ("" if every == duration else f", one every {every:g} s,")
-
-
-def _promise(file: DetectorFile) -> Iterator[str]:
-    limits, what = file.limits, "window" if file.n_sample else "estimate"
-    at_most = "at most " if limits.method == "tolerance limit" else ""
-    low, high = map(percent, limits.interval)
-    yield (
-        f"Designed for a false-alarm rate of {at_most}{percent(limits.false_alarm_rate)} per {what};"
-        f" {100.0 * limits.confidence:.4g} % confidence interval {low} to {high}"
-        f" ({_RESTS[limits.interval_rests_on]})."
+    """What the chart is set for, and what it keeps on healthy scores; without one, what is to be expected."""
+    chart, config, per_hour = file.chart, file.config.chart, alarms_per_hour(file)
+    if chart is None or config is None:
+        if per_hour is None:
+            return _threshold(file)
+        return (
+            f"Without a chart expect {count_text(24.0 * per_hour['wanted'])} false alarms a day; a chart for"
+            " one a day needs 24 h of healthy windows."
+        )
+    kept = "no false alarm" if chart.mean_time is None else f"one in {time_text(chart.mean_time)}"
+    least, most = chart.interval
+    ends = f"{time_text(least)} to {time_text(most)}" if most is not None else f"at least {time_text(least)}"
+    rests = "pieces of records" if chart.rests_on == "pieces" else chart.rests_on
+    return (
+        f"The chart {config.chart} has the limit {plain(chart.limit, 4)} healthy spreads, set for one false"
+        f" alarm in {time_text(config.false_alarm_every)}; its {time_text(chart.hours * _HOUR)} of healthy"
+        f" scores ({rests} resampled and joined) show {kept} ({ends})."
     )
+
+
+def _threshold(file: DetectorFile) -> str:
+    limits, (low, high) = file.limits, file.limits.interval
+    at_most = "at most " if limits.method == "tolerance limit" else ""
+    hourly = ""
     if per_hour := alarms_per_hour(file):
         least, most = map(count_text, per_hour["interval"])
-        window = file.config.window
-        overlap = (window.every or 0.0) < (window.duration or 0.0)
-        runs = "; they come in runs because windows overlap" if overlap else ""
-        yield f"That is {count_text(per_hour['wanted'])} false alarms an hour ({least} to {most}){runs}."
-    if not file.n_sample:
-        yield "False alarms come in runs, as estimates follow each other closely; a chart accounts for that."
-
-
-def _basis(file: DetectorFile, left: LeftOut) -> Iterator[str]:
-    basis = file.basis
-    what = "windows that do not overlap" if file.n_sample else "estimates"
-    groups = f" in {counted(basis.n_group, 'group')}" if basis.n_group else ""
-    names = [f"{label} ({count:,})" for label, count in basis.populations.items()] or [*basis.sources]
-    more = f" and {len(names) - _MOST_NAMED:,} more" if len(names) > _MOST_NAMED else ""
-    yield (
-        f"It rests on {basis.n_window:,} {what}, from {counted(basis.n_record, 'healthy record')}{groups}:"
-        f" {', '.join(names[:_MOST_NAMED])}{more}."
+        hourly = f": {count_text(per_hour['wanted'])} false alarms an hour ({least} to {most})"
+    rests = {"windows": "windows taken as independent"}.get(
+        limits.interval_rests_on, f"leave-one-{limits.interval_rests_on[:-1]}-out"
     )
-    if basis.not_judged:
-        faults = ", ".join(f"{count:,} {kind}" for kind, count in basis.not_judged.items())
-        yield f"Healthy {what} that were not used: {faults}."
+    return (
+        f"Designed for a false-alarm rate of {at_most}{percent(limits.false_alarm_rate)} per"
+        f" {'window' if file.n_sample else 'estimate'}; {100.0 * limits.confidence:.4g} % confidence interval"
+        f" {percent(low)} to {percent(high)} ({rests}){hourly}."
+    )
+
+
+def _basis(file: DetectorFile, left: LeftOut, *, is_unlabelled: bool) -> Iterator[str]:
+    basis, window = file.basis, file.config.window
+    groups = f" in {counted(basis.n_group, 'group')}" if basis.n_group else ""
+    what = "windows that do not overlap" if file.n_sample else "estimates"
+    records, n_more = counted(basis.n_record, "healthy record"), len(basis.sources) - _MOST_NAMED
+    names = ", ".join(basis.sources[:_MOST_NAMED]) + (f" and {n_more:,} more" if n_more > 0 else "")
+    yield f"It rests on {basis.n_window:,} {what}, from {records}{groups}: {names}."
+    counts = {
+        "not judged": ", ".join(f"{count:,} {kind}" for kind, count in basis.not_judged.items()),
+        "records that are not healthy training records": left.n_leaking,
+        "records without a label": left.n_unlabelled,
+    }
+    if out := "; ".join(f"{kind} ({count})" for kind, count in counts.items() if count):
+        yield f"Left out: {out}."
     for name, count in basis.impossible.items():
         yield f"Warning: {name} is physically impossible in {count:,} of them."
-    if left.n_leaking:
-        yield f"Left out because they are not healthy training records: {left.n_leaking:,}."
-    if left.n_unlabelled:
-        yield f"Left out because they have no label: {left.n_unlabelled:,}."
-
-
-def _doubts(file: DetectorFile, *, is_unlabelled: bool) -> Iterator[str]:
-    basis = file.basis
-    if basis.drive_period is not None and file.config.window.by == "time":
-        periods = (file.config.window.duration or 0.0) / basis.drive_period
+    if basis.drive_period is not None and window.by == "time":
+        periods = (window.duration or 0.0) / basis.drive_period
         missed = abs(periods - round(periods)) * basis.drive_period * file.sampling_frequency
         if missed > _UNEVEN * max(1.0, periods):
             yield (
@@ -118,30 +114,6 @@ def _doubts(file: DetectorFile, *, is_unlabelled: bool) -> Iterator[str]:
         yield f"One {one}: nothing is known of other days or machines."
     if file.limits.interval_rests_on == "windows" and basis.n_window > max(basis.n_record, basis.n_group):
         yield "Windows of one record may depend on each other; then the true interval is wider."
-        if not basis.n_group and basis.n_record > 1:
-            yield "The interval does not include how records differ, as each has too few windows."
-
-
-def _chart(file: DetectorFile) -> Iterator[str]:
-    chart, config = file.chart, file.config.chart
-    if chart is None or config is None:
-        if per_hour := alarms_per_hour(file):
-            yield (
-                f"Without a chart expect {count_text(24.0 * per_hour['wanted'])} false alarms a day; a chart"
-                " for one a day needs 24 h of healthy windows."
-            )
-        return
-    mean = "no false alarm"
-    if chart.mean_time is not None:
-        mean = f"a false alarm every {time_text(chart.mean_time)}"
-    least, most = chart.interval
-    ends = f"{time_text(least)} to {time_text(most)}" if most is not None else f"at least {time_text(least)}"
-    rests = "pieces of records" if chart.rests_on == "pieces" else chart.rests_on
-    wanted, lasting = time_text(config.false_alarm_every), time_text(chart.hours * _HOUR)
-    yield (
-        f"The chart {config.chart} has the limit {plain(chart.limit, 4)} healthy spreads: {mean} ({ends}),"
-        f" set for {wanted}, from {lasting} of healthy scores ({rests} resampled and joined)."
-    )
 
 
 def alarms_per_hour(file: DetectorFile) -> dict[str, Any] | None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from os import PathLike
 from typing import Any
 
-from hydrofdi.api.arguments import Names, Texts, names_of, path_of
+from hydrofdi.api.arguments import Names, Texts, names_of, path_of, refusal
 from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators, assumed_constants
@@ -31,7 +32,13 @@ from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
+from hydrofdi.studies.reading import within
+from hydrofdi.studies.records import found_from
 from hydrofdi.version import __version__
+
+_log = logging.getLogger(__name__)
+
+_MOST_NAMED = 5
 
 
 def train(
@@ -119,7 +126,11 @@ def train(
     if best:
         if config is not None or indicator is not None:
             raise ConfigError("best: the study chooses the indicators and the score; give neither")
-        stored = read_results(path_of(data[0] if isinstance(data, list | tuple) and len(data) == 1 else data))
+        source = data[0] if isinstance(data, list | tuple) and len(data) == 1 else data
+        place = path_of(source) if isinstance(source, str | PathLike) else None
+        if place is None or not (place.is_dir() or place.suffix == ".h5"):
+            raise refusal("best", "the results folder of one study", source)
+        stored = read_results(place)
         config = _winner(stored, names_of("sensors", sensors, "symbols of sensors"))
     elif sensors:
         raise ConfigError("sensors: is for best, the winner of a study")
@@ -176,6 +187,18 @@ def _winner(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
     if best is None:
         with_these = f" with {', '.join(each.symbol for each in channels)}" if channels else ""
         raise NotStatedError(f"{stored.path}: no score{with_these} is known to keep its false-alarm rate")
+    better = [
+        each.scored.name
+        for each in detection.judgements
+        if each.keeps_its_rate is None
+        and found_from(each) < found_from(best)
+        and within(each.scored, channels)
+    ]
+    if better:
+        _log.warning(
+            f"{best.scored.name} is the best score known to keep its false-alarm rate; undecided, as too few"
+            f" records test it, but better: {', '.join(better[:_MOST_NAMED])}"
+        )
     return detector_settings(stored.experiment, best, detection.rules)
 
 

@@ -303,6 +303,8 @@ def cross_fitted_scores(
         There is only one group of fit records, or a fold leaves too few of them.
     """
     features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
+    if not features.shape[1]:
+        raise NotStatedError("no number is measured in at least 90 % of the fit records")
     teaches = np.ones(faulty.size, dtype=bool) if is_fit is None else np.asarray(is_fit, dtype=bool)
     fold = _folds(_group_numbers(groups, faulty.size), faulty, teaches, n_fold, seed)
     scores = np.empty(faulty.size)

@@ -131,25 +131,6 @@ class DetectorConfig(Section):
     a day if the healthy records last a day or more; null: only the threshold is used."""
 
 
-@dataclass(frozen=True)
-class Number:
-    """An output of an indicator that is a single number, or a place in one that is an array."""
-
-    label: str
-    output: Output
-    place: tuple[int, ...] = ()
-
-    @property
-    def name(self) -> str:
-        """Name, such as ``dwt.d2`` or ``dwt.d2_phases[3]``."""
-        return f"{self.label}.{self.output.name}{''.join(f'[{part}]' for part in self.place)}"
-
-    def found_in(self, values: Mapping[str, Array]) -> Array:
-        """Its values among those of all outputs by ``label.output``, shape (n_record,)."""
-        place: Any = (slice(None), *self.place)
-        return np.asarray(values[f"{self.label}.{self.output.name}"][place])
-
-
 @dataclass(frozen=True, eq=False)
 class Feature:
     """What is judged: one number, or a score of several.
@@ -158,28 +139,30 @@ class Feature:
     ----------
     indicators : mapping of str to Indicator
         Label → indicator.
-    numbers : tuple of Number
+    numbers : mapping of str to (str, Output, tuple of int)
+        Name, such as ``dwt.d2`` or ``dwt.d2_phases[3]`` → label of the indicator, its output, and the place
+        in it if that is an array.
     score : ScoreConfig or None
     """
 
     indicators: Mapping[str, Indicator[Any]]
-    numbers: tuple[Number, ...]
+    numbers: Mapping[str, tuple[str, Output, tuple[int, ...]]]
     score: ScoreConfig | None = None
 
     @property
     def indicator(self) -> Indicator[Any]:
-        """The indicator of the first number."""
-        return self.indicators[self.numbers[0].label]
+        """The first indicator."""
+        return next(iter(self.indicators.values()))
 
     @property
     def described(self) -> Output:
         """The output that the first number is of."""
-        return self.numbers[0].output
+        return next(iter(self.numbers.values()))[1]
 
     @property
     def label(self) -> str:
         """Label, such as ``dwt.d2``."""
-        return self.numbers[0].name if self.score is None else self.score.kind
+        return next(iter(self.numbers)) if self.score is None else self.score.kind
 
     @property
     def meaning(self) -> str:
@@ -197,22 +180,24 @@ class Feature:
         return frozenset().union(*(each.optional_channels for each in self.indicators.values()))
 
     @property
-    def prefixed(self) -> Mapping[str, Indicator[Any]]:
-        """Prefix of the names of outputs in doubts → indicator; that of a single number is empty."""
-        if self.score is None:
-            return {"": self.indicator}
-        return {f"{label}.": each for label, each in self.indicators.items()}
+    def outputs(self) -> Mapping[str, Output]:
+        """Name in doubts, such as ``weak_rls.leakage`` → output of an indicator."""
+        pairs = self.indicators.items()
+        return {f"{label}.{output.name}": output for label, each in pairs for output in each.outputs}
 
-    @property
-    def outputs(self) -> Iterator[tuple[str, Output]]:
-        """Name in doubts and output, for all outputs of the indicators."""
-        for prefix, indicator in self.prefixed.items():
-            yield from ((prefix + each.name, each) for each in indicator.outputs)
+    def values(self, measured: Mapping[str, Array]) -> Array:
+        """The numbers among the values of all outputs, shape (n_record, n_number)."""
+        everything: Any = slice(None)
+        own = [
+            measured[f"{label}.{output.name}"][(everything, *place)]
+            for label, output, place in self.numbers.values()
+        ]
+        return np.stack(own, axis=1)
 
     def of(self, names: Collection[str]) -> Feature:
         """The same of some numbers alone."""
-        numbers = tuple(each for each in self.numbers if each.name in names)
-        labels = {each.label for each in numbers}
+        numbers = {name: each for name, each in self.numbers.items() if name in names}
+        labels = {label for label, *_ in numbers.values()}
         indicators = {label: each for label, each in self.indicators.items() if label in labels}
         return Feature(indicators, numbers, self.score)
 
@@ -227,40 +212,34 @@ def feature_of(config: DetectorConfig) -> Feature:
     ValidationError
         The options of the indicator are not valid.
     """
-    if config.score is not None:
-        return _combination(config, config.score)
-    indicator = sound_indicator(config.indicator, config.options)
-    outputs = {each.name: each for each in indicator.outputs}
-    name, _, place = config.output.partition("[")
-    name = name or next(each.name for each in indicator.outputs if each.is_score)
-    if name not in outputs:
-        raise ConfigError(f"{indicator.name} has no output {name!r}{nearest(name, [*outputs])}")
-    numbers = {each.name: each for each in _numbers(indicator.name, outputs[name])}
-    full = f"{indicator.name}.{name}" + (f"[{place}" if place else "")
-    if full not in numbers:
-        raise ConfigError(f"{full} is an array, but a score is a single number{nearest(full, [*numbers])}")
-    return Feature({indicator.name: indicator}, (numbers[full],))
-
-
-def _numbers(label: str, output: Output) -> Iterator[Number]:
-    for place in np.ndindex(tuple(output.dims.values())):
-        yield Number(label, output, place)
-
-
-def _combination(config: DetectorConfig, score: ScoreConfig) -> Feature:
-    indicators = make_indicators(config.indicators)
-    numbers = {
-        number.name: number
-        for label, each in indicators.items()
-        for output in each.outputs
-        if output.is_score
-        for number in _numbers(label, output)
-    }
+    if config.score is None:
+        indicator = sound_indicator(config.indicator, config.options)
+        first = next(each.name for each in indicator.outputs if each.is_score)
+        name = f"{indicator.name}.{config.output or first}"
+        numbers = _numbers({indicator.name: indicator}, only_scores=False)
+        if name not in numbers:
+            is_array = any(each.startswith(f"{name}[") for each in numbers)
+            what = "is an array, but a score is a single number" if is_array else "is no output"
+            raise ConfigError(f"{name} {what}{nearest(name, [*numbers])}")
+        return Feature({indicator.name: indicator}, {name: numbers[name]})
+    indicators, score = make_indicators(config.indicators), config.score
+    numbers = _numbers(indicators, only_scores=True)
     make_score(score.kind, score.options)
     if len(combined := combined_numbers(score, [*numbers], score.kind)) > 1:
         raise ConfigError(f"of: compensated is of one number here, not of {len(combined)}")
-    chosen = tuple(numbers[name] for name in combined[0])
-    return Feature(indicators, chosen, score).of({each.name for each in chosen})
+    return Feature(indicators, {name: numbers[name] for name in combined[0]}, score).of(combined[0])
+
+
+def _numbers(
+    indicators: Mapping[str, Indicator[Any]], *, only_scores: bool
+) -> dict[str, tuple[str, Output, tuple[int, ...]]]:
+    return {
+        f"{label}.{output.name}{''.join(f'[{part}]' for part in place)}": (label, output, place)
+        for label, each in indicators.items()
+        for output in each.outputs
+        if output.is_score or not only_scores
+        for place in np.ndindex(tuple(output.dims.values()))
+    }
 
 
 def direction_of(config: DetectorConfig) -> Direction:
@@ -269,7 +248,7 @@ def direction_of(config: DetectorConfig) -> Direction:
     Raises
     ------
     ConfigError
-        No direction is chosen, and that of the output depends on the actuator.
+        No direction is chosen, and that of the output depends on the actuator; or a score has another.
     """
     feature = feature_of(config)
     own = None if feature.score is None else score_kind(feature.score.kind).direction
@@ -278,44 +257,40 @@ def direction_of(config: DetectorConfig) -> Direction:
         raise ConfigError(
             f"choose the direction in which {feature.label} raises an alarm: rising, falling or both"
         )
+    if own is not None and direction is not own:
+        raise ConfigError(f"a leak makes {feature.label} a {own} score; found {direction}")
     return direction
 
 
 def unmakable(config: DetectorConfig) -> Iterator[tuple[KeyPath, str]]:
     """Key and message of each reason for which the detector's score or chart cannot be made."""
-    faults: list[tuple[KeyPath, str]] = []
-    key = "output"
-    if config.score is None:
-        faults += _unmakable("indicator", sound_indicator, indicator_kind, config.indicator, config.options)
-    else:
-        key, own = "score", config.score
-        found = _unmakable("kind", make_score, score_kind, own.kind, own.options)
-        faults += [((key, *path), text) for path, text in found]
-    for place, make in ((key, feature_of), ("direction", direction_of)):
+    score, chart = config.score, config.chart
+    parts: list[tuple[KeyPath, str, Callable[..., Any], Callable[..., Any], str, Mapping[str, Any]]] = [
+        ((), "indicator", sound_indicator, indicator_kind, config.indicator, config.options)
+        if score is None
+        else (("score",), "kind", make_score, score_kind, score.kind, score.options)
+    ]
+    if chart is not None:
+        parts.append((("chart",), "chart", make_chart, chart_kind, chart.chart, chart.options))
+    is_whole = True
+    for path, key, make, kind, name, options in parts:
         try:
-            if not faults:
+            make(name, options)
+        except ValidationError as errors:
+            is_whole &= path == ("chart",)
+            known = [*kind(name).Options.model_fields]
+            for error in errors.errors():
+                yield (*path, "options", *error["loc"]), describe_error(error, known)
+        except ConfigError as fault:
+            is_whole &= path == ("chart",)
+            yield (*path, key), str(fault)
+    for key, make in (("output" if score is None else "score", feature_of), ("direction", direction_of)):
+        try:
+            if is_whole:
                 make(config)
         except (ConfigError, ValidationError) as fault:
-            faults.append(((place,), str(fault)))
-    yield from faults
-    if config.chart is not None:
-        for path, text in _unmakable(
-            "chart", make_chart, chart_kind, config.chart.chart, config.chart.options
-        ):
-            yield ("chart", *path), text
-
-
-def _unmakable(
-    key: str, make: Callable[..., Any], kind: Callable[..., Any], name: str, options: Mapping[str, Any]
-) -> Iterator[tuple[KeyPath, str]]:
-    try:
-        make(name, options)
-    except ValidationError as errors:
-        known = [*kind(name).Options.model_fields]
-        for error in errors.errors():
-            yield ("options", *error["loc"]), describe_error(error, known)
-    except ConfigError as fault:
-        yield (key,), str(fault)
+            is_whole = False
+            yield (key,), str(fault)
 
 
 def stated_detector(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Iterator
 from functools import cached_property
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import AfterValidator, ConfigDict, Field, ValidationError
 
 from hydrofdi.detectors.registry import score_kind
 from hydrofdi.detectors.scores.contract import Fitted, from_data
@@ -28,7 +27,7 @@ from hydrofdi.settings.validation import known_keys
 from hydrofdi.settings.yaml_source import dotted
 from hydrofdi.units import convert
 
-SCHEMA, VERSION = "hydrofdi.detector", 2
+SCHEMA = "hydrofdi.detector"
 
 MOST_BYTES = 2**24
 """Maximum size of a detector file [bytes]."""
@@ -40,7 +39,23 @@ _NUMBERS_PER_LINE = re.compile(r"\[\n\s+([-+\d.eE,\snul]+?)\n\s*\]")
 Count = Annotated[int, Field(ge=0)]
 
 
-class Made(Section):
+def _ordered(ends: tuple[float, float]) -> tuple[float, float]:
+    if ends[0] > ends[1]:
+        raise ValueError("expected the lower value first")
+    return ends
+
+
+Range = Annotated[tuple[float, float], AfterValidator(_ordered)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class Part(Section):
+    """A section of a detector file, of finite numbers."""
+
+    model_config = ConfigDict(allow_inf_nan=False)
+
+
+class Made(Part):
     """Origin of the file."""
 
     hydrofdi: str
@@ -53,7 +68,7 @@ class Made(Section):
     """Command line."""
 
 
-class Basis(Section):
+class Basis(Part):
     """Data behind the stated false-alarm rate."""
 
     sources: tuple[str, ...] = Field(min_length=1)
@@ -81,7 +96,7 @@ class Basis(Section):
     """Period of the drive of the first healthy record [s]; null if none is known or found."""
 
 
-class Scale(Section):
+class Scale(Part):
     """Median, spread and range of the healthy score, in the unit of the output."""
 
     centre: float
@@ -90,11 +105,11 @@ class Scale(Section):
     spread: float = Field(gt=0.0)
     """Interquartile range over 1.349."""
 
-    range: tuple[float, float] | None = None
+    range: Range | None = None
     """Lowest and highest healthy score; null if the file does not state them."""
 
 
-class Limits(Section):
+class Limits(Part):
     """Limits of the score, in the unit of the output, and the false-alarm rate."""
 
     low: float | None
@@ -106,7 +121,7 @@ class Limits(Section):
     false_alarm_rate: float = Field(ge=1e-9, le=0.5)
     """Required fraction of healthy windows that raise an alarm."""
 
-    interval: tuple[float, float]
+    interval: Annotated[tuple[Share, Share], AfterValidator(_ordered)]
     """Confidence interval of the true fraction."""
 
     confidence: float = Field(ge=0.5, le=0.9999)
@@ -120,7 +135,7 @@ class Limits(Section):
     record or group is tested with the limits of the others."""
 
 
-class ChartLimit(Section):
+class ChartLimit(Part):
     """Limit of the control chart."""
 
     limit: float = Field(gt=0.0)
@@ -139,7 +154,7 @@ class ChartLimit(Section):
     """Resampled units: groups, records, or pieces of records if there are few records."""
 
 
-class TrainedScore(Section):
+class TrainedScore(Part):
     """What a score of several numbers learned."""
 
     numbers: tuple[str, ...] = Field(min_length=1)
@@ -169,23 +184,23 @@ class TrainedScore(Section):
         return fitted
 
 
-class ChannelRange(Section):
+class ChannelRange(Part):
     """Range of a channel in healthy windows, widened by a margin; a window outside it is novel."""
 
-    low: tuple[float, float]
+    low: Range
     """Range of the 1 % quantile."""
 
-    high: tuple[float, float]
+    high: Range
     """Range of the 99 % quantile."""
 
-    activity: tuple[float, float]
+    activity: Range
     """Range of the RMS of differences between adjacent samples."""
 
-    at_end: float = Field(ge=0.0, le=1.0)
+    at_end: Share
     """Largest fraction of samples at the lowest or at the highest value; above it a window is clipped."""
 
 
-class DetectorFile(Section):
+class DetectorFile(Part):
     """A trained detector."""
 
     schema_name: Literal["hydrofdi.detector"] = Field(default="hydrofdi.detector", alias="schema")
@@ -237,7 +252,7 @@ class DetectorFile(Section):
     """Output that states how well the model explains a window → largest value without a doubt: that of the
     indicator, or the largest of the healthy windows if that is larger."""
 
-    drive: tuple[float, float] | None = None
+    drive: Range | None = None
     """Lowest and highest value of the channel whose edges start cycles."""
 
     @cached_property
@@ -297,23 +312,13 @@ def load_detector(path: Path) -> DetectorFile:
         The file cannot be read, is not a detector file, is inconsistent, or was made for another version of
         hydrofdi or of its indicator.
     """
-    text = _read(path)
+    content = _read(path)
     try:
-        data = json.loads(text, object_pairs_hook=_mapping, parse_float=_number, parse_constant=_number)
-    except (RecursionError, ValueError) as error:
-        raise ConfigError(f"{path}: is not a detector file: {_shown(str(error))}") from None
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        raise ConfigError(f'{path}: is not a detector file; those contain "schema": "{SCHEMA}"')
-    if type(data.get("version")) is not int or data["version"] != VERSION:
-        found = _shown(repr(data.get("version")))
-        message = f"this hydrofdi reads version {VERSION}, not {found}; train the detector again"
-        raise ConfigError([Issue(message, "version", str(path))])
-    try:
-        file = DetectorFile.model_validate_json(text, strict=True)
+        file = DetectorFile.model_validate_json(content, strict=True)
         mistakes = [*_inconsistencies(file)]
     except ValidationError as errors:
         mistakes = [_mistake(error) for error in errors.errors()]
-    if mistakes:
+    if mistakes := [each for each in mistakes if each[0] == "version"] or mistakes:
         raise ConfigError([Issue(_shown(text), _shown(where), str(path)) for where, text in mistakes])
     return file
 
@@ -321,13 +326,13 @@ def load_detector(path: Path) -> DetectorFile:
 def is_detector(path: Path) -> bool:
     """Whether a file declares itself a detector file, of any version."""
     try:
-        data = json.loads(_read(path))
-    except (ConfigError, ValueError, RecursionError):
+        return bool(_read(path))
+    except ConfigError:
         return False
-    return isinstance(data, dict) and data.get("schema") == SCHEMA
 
 
-def _read(path: Path) -> str:
+def _read(path: Path) -> bytes:
+    """The content of a file that declares itself a detector file."""
     if path.exists() and not path.is_file():
         raise ConfigError(f"{path}: is not a regular file")
     try:
@@ -335,27 +340,13 @@ def _read(path: Path) -> str:
             content = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from None
-    if len(content) > MOST_BYTES:
-        raise ConfigError(f"{path}: is larger than {MOST_BYTES >> 20} MiB, so it is not a detector file")
     try:
-        return content.decode("utf-8")
-    except UnicodeDecodeError:
-        raise ConfigError(f"{path}: is not a text file in UTF-8") from None
-
-
-def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    mapping = dict(pairs)
-    if len(mapping) < len(pairs):
-        names = [name for name, _ in pairs]
-        raise ValueError(f"key {next(name for name in names if names.count(name) > 1)!r} is given twice")
-    return mapping
-
-
-def _number(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError(f"{text} is not finite")
-    return value
+        data = json.loads(content) if len(content) <= MOST_BYTES else None
+    except (RecursionError, ValueError):
+        data = None
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        raise ConfigError(f'{path}: is not a detector file; those contain "schema": "{SCHEMA}"')
+    return content
 
 
 def _mistake(error: Any) -> tuple[str, str]:
@@ -371,22 +362,20 @@ def _shown(text: str) -> str:
 
 def _inconsistencies(file: DetectorFile) -> Iterator[tuple[str, str]]:
     """Key and message of what makes a file unusable, in itself or with this version of hydrofdi."""
-    unsound = [(dotted(("config", *path)), text) for path, text in unmakable(file.config)]
+    config, window = file.config, file.config.window
+    unsound = [(dotted(("config", *path)), text) for path, text in unmakable(config)]
     yield from unsound
-    yield from ((where, text) for is_wrong, where, text in _checks(file) if is_wrong)
-    if unsound:
+    yield from ((where, text) for where, is_wrong, text in _checks(file) if is_wrong)
+    if unsound or (config.score is None) != (file.score is None):
         return
-    if (file.config.score is None) != (file.score is None):
-        yield "score", "requires config.score, and vice versa"
-        return
-    feature = feature_of(file.config)
-    for name in file.score.numbers if file.score else ():
-        if name not in {each.name for each in feature.numbers}:
-            yield "score.numbers", f"{name} is not among those of config.score"
-            return
-    if file.score and file.config.score:
+    feature = feature_of(config)
+    if file.score and config.score:
+        for name in file.score.numbers:
+            if name not in feature.numbers:
+                yield "score.numbers", f"{name} is not among those of config.score"
+                return
         try:
-            file.score.fitted(file.config.score.kind)
+            file.score.fitted(config.score.kind)
         except ValueError as error:
             where, _, text = str(error).partition(": ")
             yield where, text
@@ -396,53 +385,30 @@ def _inconsistencies(file: DetectorFile) -> Iterator[tuple[str, str]]:
             yield "indicator_versions", text
     if missing := sorted(file.feature.channels - set(file.channels)):
         yield "channels", f"{file.score_name} needs {missing[0]}, which is missing"
-    is_recursive = isinstance(feature.indicator, RecursiveIndicator) and feature.score is None
-    if file.config.window.by == "estimate" and not is_recursive:
+    if window.by == "estimate" and (file.score or not isinstance(feature.indicator, RecursiveIndicator)):
         yield "config.window.by", f"{feature.label} does not follow a stream; use 'time' or 'cycle'"
 
 
-def _checks(file: DetectorFile) -> Iterator[tuple[bool, str, str]]:
-    """Whether a number is wrong, its key, and what is allowed."""
-    limits, direction, centre = file.limits, file.config.direction, file.healthy.centre
-    low = -math.inf if limits.low is None else limits.low
-    high = math.inf if limits.high is None else limits.high
-    sides = "is required unless the direction is {}, and allowed only then"
-    least, most = limits.interval
-    yield direction is None, "config.direction", "is missing"
-    yield not (file.config.output or file.config.score), "config.output", "is missing"
-    yield (limits.low is None) is not (direction is Direction.RISING), "limits.low", sides.format("rising")
-    yield (
-        (limits.high is None) is not (direction is Direction.FALLING),
-        "limits.high",
-        sides.format("falling"),
-    )
-    yield low > high, "limits.high", "must not be below limits.low"
-    yield not 0.0 <= least <= most <= 1.0, "limits.interval", "expected two shares, the lower one first"
-    yield low > centre, "limits.low", "must not be above healthy.centre"
-    yield high < centre, "limits.high", "must not be below healthy.centre"
-    for channel, healthy in file.ranges.items():
-        for name in ("low", "high", "activity"):
-            lower, upper = getattr(healthy, name)
-            yield lower > upper, f"ranges.{channel}.{name}", "the lower value must come first"
-        yield healthy.low[0] > healthy.high[1], f"ranges.{channel}.high", "must not be below the range of low"
-    yield (
-        (file.config.chart is None) is not (file.chart is None),
-        "chart",
-        "requires config.chart, and vice versa",
-    )
-    window, n_sample = file.config.window, file.n_sample
+def _checks(file: DetectorFile) -> Iterator[tuple[str, bool, str]]:
+    """Key, whether it is wrong, and what is allowed."""
+    config, window, centre = file.config, file.config.window, file.healthy.centre
+    yield "config.direction", config.direction is None, "is missing"
+    yield "config.output", not (config.output or config.score), "is missing"
+    yield "score", (config.score is None) != (file.score is None), "requires config.score, and vice versa"
+    yield "chart", (config.chart is None) != (file.chart is None), "requires config.chart, and vice versa"
+    for key, end, sign, without in (
+        ("limits.low", file.limits.low, 1.0, Direction.RISING),
+        ("limits.high", file.limits.high, -1.0, Direction.FALLING),
+    ):
+        is_wrong = (end is None) is not (config.direction is without)
+        yield key, is_wrong, f"is required unless the direction is {without}, and allowed only then"
+        beyond = end is not None and sign * end > sign * centre
+        yield key, beyond, "healthy.centre must lie within the limits"
     if window.by == "estimate":
-        yield n_sample > 0, "n_sample", "must be 0 if estimates are judged"
+        yield "n_sample", file.n_sample > 0, "must be 0 if estimates are judged"
         return
-    duration, drive = window.duration or 0.0, file.drive or (0.0, 0.0)
-    matches = n_sample == round(duration * file.sampling_frequency) and n_sample >= 2
-    yield window.duration is None, "config.window.duration", "is missing"
-    yield not matches, "n_sample", f"{n_sample} does not match config.window.duration = {duration:g} s"
-    yield window.by == "time" and window.every is None, "config.window.every", "is missing"
-    is_cycle = window.by == "cycle"
-    yield (
-        is_cycle and not drive[0] < drive[1],
-        "drive",
-        "expected the lowest and the highest value of the drive",
-    )
-    yield is_cycle and window.channel not in file.channels, "channels", f"must contain {window.channel}"
+    n_sample = round((window.duration or 0.0) * file.sampling_frequency)
+    yield "n_sample", file.n_sample != n_sample or n_sample < 2, "does not match config.window.duration"
+    if window.by == "cycle":
+        yield "drive", file.drive is None, "is missing"
+        yield "channels", window.channel not in file.channels, f"must contain {window.channel}"

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.registry import make_chart
-from hydrofdi.detectors.trained.configuration import Feature, direction_of, feature_of
+from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.detectors.trained.file import DetectorFile, Scale
 from hydrofdi.detectors.trained.measuring import Verdict, findings, verdict_of
 from hydrofdi.errors import ConfigError, Issue
@@ -96,12 +96,12 @@ class Estimator:
         indicator = feature.indicator
         if not isinstance(indicator, RecursiveIndicator):
             raise ConfigError(f"{indicator.name} is not recursive; judge it by windows")
-        followed = indicator.estimates[0].name
-        if feature.described.name != followed:
-            raise ConfigError(f"only the output {followed} of {indicator.name} can be judged by estimate")
+        followed = f"{next(iter(feature.indicators))}.{indicator.estimates[0].name}"
+        if feature.label != followed:
+            raise ConfigError(f"only {followed} can be judged by estimate, not {feature.label}")
         self.indicator: RecursiveIndicator[Any] = indicator
         self._score, self._channels, self.sampling_frequency = followed, tuple(channels), sampling_frequency
-        self._fits = fits
+        self._prefix, self._fits = followed.partition(".")[0] + ".", fits
 
     def start(self) -> State:
         """State before the first sample: only arrays."""
@@ -123,18 +123,16 @@ class Estimator:
         for first, stop, is_missing in _runs(np.any(missing, axis=0)):
             if is_missing:
                 if not state["is_missing"][0]:
-                    found.append(self._missing(piece, first, missing))
+                    rows = zip(self._channels, missing, strict=True)
+                    lost = " and ".join(channel for channel, row in rows if row[first])
+                    fault = Issue(f"no sample of {lost}; {self._anew}", kind="missing")
+                    found.append(Estimate(first, float(piece.time[first]), np.nan, fault))
                 state = {**self.start(), "is_missing": np.array([True])}
                 continue
             while first < stop:
                 state, first, estimates = self._advance(state, piece, first, stop)
                 found += estimates
         return state, found
-
-    def _missing(self, piece: Chunk, place: int, missing: NDArray[np.bool_]) -> Estimate:
-        lost = [channel for channel, row in zip(self._channels, missing, strict=True) if row[place]]
-        text = f"no sample of {' and '.join(lost)}; {self._anew}"
-        return Estimate(place, float(piece.time[place]), np.nan, Issue(text, kind="missing"))
 
     def _advance(
         self, state: State, piece: Chunk, first: int, stop: int
@@ -152,19 +150,22 @@ class Estimator:
         followed, trace = indicator.step(own, self._records(n_before, samples))
         due = instants(n_before, stop - first, indicator.samples_per_estimate(self.sampling_frequency))
         is_settled = (n_before + due) / self.sampling_frequency >= indicator.options.transient - 1e-9
-        values = {name: rows[0, is_settled] for name, rows in trace.values.items()}
-        doubts = doubts_of(indicator, values, fits=self._fits)
-        fits = [each.name for each in indicator.outputs if each.is_fit]
+        values = {self._prefix + name: rows[0, is_settled] for name, rows in trace.values.items()}
+        doubts = doubts_of(indicator, values, self._prefix, self._fits)
+        fits = [self._prefix + each.name for each in indicator.outputs if each.is_fit]
         found: list[Estimate] = []
         for row, place in enumerate(first + due[is_settled]):
-            score = values[self._score][row]
-            has_score = bool(np.isfinite(score))
+            score, fault = float(values[self._score][row]), None
+            has_score = math.isfinite(score)
             n_lost, had_score = 0 if has_score else n_lost + 1, had_score or has_score
-            is_given_up = n_lost == self._patience(had_score)
-            fault = None if has_score else self._lost(n_lost, is_given_up)
+            patience = indicator.options.transient if had_score else _LOST_AT_FIRST
+            is_given_up = n_lost == max(_LOST, math.ceil(patience / self.interval))
+            if not has_score:
+                lost = f"{self._score} has had no value for {n_lost * self.interval:.4g} s"
+                fault = Issue(f"{lost}; {self._anew}" if is_given_up else lost, kind="no_number")
             explained = {name: float(values[name][row]) for name in fits}
             time = float(piece.time[place])
-            found.append(Estimate(int(place), time, float(score), fault, doubts[row], explained))
+            found.append(Estimate(int(place), time, score, fault, doubts[row], explained))
             if is_given_up:
                 return self.start(), int(place) + 1, found
         after: dict[str, NDArray[Any]] = {
@@ -176,19 +177,10 @@ class Estimator:
         }
         return after, stop, found
 
-    def _patience(self, had_score: bool) -> int:
-        """Number of consecutive estimates without a score after which the indicator restarts."""
-        time = self.indicator.options.transient if had_score else _LOST_AT_FIRST
-        return max(_LOST, math.ceil(time / self.interval))
-
     @property
     def interval(self) -> float:
         """Time between estimates [s]."""
         return self.indicator.samples_per_estimate(self.sampling_frequency) / self.sampling_frequency
-
-    def _lost(self, n_lost: int, is_given_up: bool) -> Issue:
-        text = f"{self.indicator.name} has had no {self._score} for {n_lost * self.interval:.4g} s"
-        return Issue(f"{text}; {self._anew}" if is_given_up else text, kind="no_number")
 
     @property
     def _anew(self) -> str:
@@ -229,8 +221,8 @@ class Follower:
 
     def __init__(self, file: DetectorFile) -> None:
         self.file = file
-        feature, frequency = feature_of(file.config), file.sampling_frequency
-        self._estimator = Estimator(feature, file.channels, frequency, file.fits)
+        frequency = file.sampling_frequency
+        self._estimator = Estimator(file.feature, file.channels, frequency, file.fits)
         self._n_look = samples_looked_at(self._estimator.indicator, frequency)
         self.n_every = self._estimator.indicator.samples_per_estimate(frequency)
 
@@ -300,9 +292,10 @@ class ScoreChart:
     def __init__(self, file: DetectorFile) -> None:
         assert file.chart is not None
         assert file.config.chart is not None
+        assert file.config.direction is not None
         self._chart = make_chart(file.config.chart.chart, file.config.chart.options)
         self._limit, self._healthy = file.chart.limit, file.healthy
-        self._direction = direction_of(file.config)
+        self._direction = file.config.direction
 
     def start(self) -> State:
         """State before the first window: only arrays."""
@@ -313,10 +306,8 @@ class ScoreChart:
         judged = math.nan if verdict.alarm is None or verdict.score is None else verdict.score
         score = standardised(judged, self._healthy, self._direction)
         after, statistic = self._chart.step(state, score.reshape(1, 1), self._limit)
-        reached = float(statistic[0, 0])
-        if math.isnan(reached):
-            return after, ChartReading(None, self._limit, False)
-        return after, ChartReading(reached, self._limit, reached >= self._limit)
+        value = float(statistic[0, 0])
+        return after, ChartReading(None if math.isnan(value) else value, self._limit, value >= self._limit)
 
 
 def standardised(scores: ArrayLike, healthy: Scale, direction: Direction) -> Array:

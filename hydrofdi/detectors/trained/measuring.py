@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -61,26 +61,14 @@ def measured_numbers(
     records: RecordBatch, feature: Feature, fits: Mapping[str, float] | None = None
 ) -> Measured:
     """Measure the numbers of valid windows; `fits` as of `doubts_of`."""
-    measures = measure(records, feature.indicators)
-    values = {
-        prefix + name.partition(".")[2]: array
-        for (prefix, _), label in zip(feature.prefixed.items(), feature.indicators, strict=True)
-        for name, array in measures.values.items()
-        if name.startswith(f"{label}.")
-    }
-    doubts = [
-        doubts_of(
-            each, values, prefix, {name.removeprefix(prefix): limit for name, limit in (fits or {}).items()}
-        )
-        for prefix, each in feature.prefixed.items()
-    ]
-    own = [each.found_in(measures.values) for each in feature.numbers]
-    obstacles = zip(*(measures.obstacles[label] for label in feature.indicators), strict=True)
+    measures, indicators = measure(records, feature.indicators), feature.indicators
+    doubts = [doubts_of(each, measures.values, f"{label}.", fits) for label, each in indicators.items()]
+    obstacles = zip(*(measures.obstacles[label] for label in indicators), strict=True)
     return Measured(
-        np.stack(own, axis=1),
+        feature.values(measures.values),
         [next(filter(None, reasons), None) for reasons in obstacles],
         [tuple(chain.from_iterable(each)) for each in zip(*doubts, strict=True)],
-        {name: values[name] for name, output in feature.outputs if output.is_fit},
+        {name: measures.values[name] for name, output in feature.outputs.items() if output.is_fit},
     )
 
 
@@ -113,38 +101,19 @@ _COMMANDS = (Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION)
 """Channels that normally rest at their end values."""
 
 
-@dataclass(frozen=True)
-class ChannelFacts:
-    """Statistics of one channel in windows.
-
-    Attributes
-    ----------
-    low, high : ndarray, shape (n_window,)
-        1 % and 99 % quantile, as order statistics.
-    activity : ndarray, shape (n_window,)
-        RMS difference between adjacent samples.
-    at_end : ndarray, shape (n_window,)
-        Fraction of samples at the lowest or at the highest value, whichever is larger.
-    lowest, highest : ndarray, shape (n_window,)
-    is_at_high : ndarray of bool, shape (n_window,)
-        Whether that end is the highest value.
-    """
-
-    low: Array
-    high: Array
-    activity: Array
-    at_end: Array
-    lowest: Array
-    highest: Array
-    is_at_high: np.ndarray
-
-
-def channel_facts(samples: Array) -> ChannelFacts:
+def channel_facts(samples: Array) -> dict[str, Array]:
     """Statistics of a channel in each window, independent of the other windows.
 
     Parameters
     ----------
     samples : ndarray, shape (n_window, n_time)
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n_window,)
+        ``low`` and ``high``: 1 % and 99 % quantile, as order statistics. ``activity``: RMS difference between
+        adjacent samples. ``at_end``: fraction of samples at the lowest or at the highest value, whichever is
+        larger; ``is_at_high``: whether that is the highest. ``lowest`` and ``highest``.
     """
     n_time = samples.shape[1]
     rank = int(_TAIL * (n_time - 1))
@@ -155,40 +124,30 @@ def channel_facts(samples: Array) -> ChannelFacts:
         activity = (
             np.sqrt(np.mean(np.diff(samples, axis=1) ** 2, axis=1)) if n_time > 1 else np.zeros(len(samples))
         )
-    return ChannelFacts(
-        ordered[:, rank],
-        ordered[:, n_time - 1 - rank],
-        activity,
-        np.maximum(at_low, at_high),
-        lowest,
-        highest,
-        at_high > at_low,
+    return {
+        "low": ordered[:, rank],
+        "high": ordered[:, n_time - 1 - rank],
+        "activity": activity,
+        "at_end": np.maximum(at_low, at_high),
+        "lowest": lowest,
+        "highest": highest,
+        "is_at_high": at_high > at_low,
+    }
+
+
+def learned_range(channel: Channel, facts: Sequence[Mapping[str, Array]]) -> ChannelRange:
+    """Range of a channel, learned from the statistics of all healthy windows."""
+    low, high, activity, at_end = (
+        np.concatenate([each[name] for each in facts]) for name in ("low", "high", "activity", "at_end")
     )
-
-
-def learned_range(channel: Channel, facts: ChannelFacts) -> ChannelRange:
-    """Range of a channel, learned from healthy windows.
-
-    Parameters
-    ----------
-    channel : Channel
-    facts : ChannelFacts
-        Statistics of all healthy windows.
-    """
-    span, wider = float(facts.high.max() - facts.low.min()), 1.0 + _FEW / facts.low.size
-    piled, factor = float(facts.at_end.max()), _ACTIVITY**wider
+    span, wider = float(high.max() - low.min()), 1.0 + _FEW / low.size
+    factor = _ACTIVITY**wider
     return ChannelRange(
-        low=_widened(facts.low, span, wider),
-        high=_widened(facts.high, span, wider),
-        activity=(float(facts.activity.min()) / factor, float(facts.activity.max()) * factor),
-        at_end=1.0 if channel in _COMMANDS else min(1.0, _PILE * piled + _PILE_LEAST),
+        low=_widened(low, span, wider),
+        high=_widened(high, span, wider),
+        activity=(float(activity.min()) / factor, float(activity.max()) * factor),
+        at_end=1.0 if channel in _COMMANDS else min(1.0, _PILE * float(at_end.max()) + _PILE_LEAST),
     )
-
-
-def joined(facts: Sequence[ChannelFacts]) -> ChannelFacts:
-    """Concatenate statistics of windows."""
-    names = [each.name for each in fields(ChannelFacts)]
-    return ChannelFacts(*(np.concatenate([getattr(each, name) for each in facts]) for name in names))
 
 
 def _widened(values: Array, span: float, wider: float) -> tuple[float, float]:
@@ -261,11 +220,10 @@ class Judge:
             return verdicts
         records = records_of([windows[at] for at in sound], self.file.channels, self.file.sampling_frequency)
         found = measured_numbers(records, self._feature, self.file.fits)
-        scores = self.file.scores(found.numbers)
-        for row, fault in enumerate(findings(records, self.file.ranges)):
-            verdicts[sound[row]] = verdict_of(
-                self.file, float(scores[row]), fault, found.obstacles[row], found.doubts[row]
-            )
+        scores = self.file.scores(found.numbers).tolist()
+        faults = findings(records, self.file.ranges)
+        for place, *told in zip(sound, scores, faults, found.obstacles, found.doubts, strict=True):
+            verdicts[place] = verdict_of(self.file, *told)
         return verdicts
 
 
@@ -302,18 +260,14 @@ def verdict_of(
     distance = min(limits, default=math.inf)
     margin = distance / file.healthy.spread
     if distance >= 0.0:
-        fault = fault or _not_positive(file, doubts) or _wrong_side(file, score)
+        no_sign = (each for each in doubts if each.kind == "not_positive" and each.where in file.positive)
+        novel = next((Issue(each.message, kind="novel") for each in no_sign), None)
+        fault = fault or novel or _wrong_side(file, score)
     if fault is None:
         return Verdict(score, distance < 0.0, margin, doubt="; ".join(doubt.message for doubt in doubts))
     if distance < 0.0:
         fault = replace(fault, message=f"{fault.message}; the score is also beyond its limit")
     return Verdict(score, None, margin, fault)
-
-
-def _not_positive(file: DetectorFile, doubts: Sequence[Issue]) -> Issue | None:
-    """Why a window is novel: a quantity is not positive, but is so in all healthy windows."""
-    found = (each for each in doubts if each.kind == "not_positive" and each.where in file.positive)
-    return next((Issue(each.message, kind="novel") for each in found), None)
 
 
 def _wrong_side(file: DetectorFile, score: float) -> Issue | None:
@@ -349,38 +303,38 @@ def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> li
         Healthy ranges.
     """
     facts = {channel: channel_facts(records[channel]) for channel in ranges if channel in records.channels}
-    return [_finding(row, facts, ranges) for row in range(records.n_record)]
+    found = []
+    for row in range(records.n_record):
+        values = {channel: {name: each[row] for name, each in own.items()} for channel, own in facts.items()}
+        found.append(_finding(values, ranges))
+    return found
 
 
 def _finding(
-    row: int, facts: Mapping[Channel, ChannelFacts], ranges: Mapping[Channel, ChannelRange]
+    facts: Mapping[Channel, Mapping[str, float]], ranges: Mapping[Channel, ChannelRange]
 ) -> Issue | None:
-    for kind, found in (("stuck", _stuck), ("clipped", _clipped), ("novel", _novel)):
-        texts = [text for channel in facts for text in found(row, channel, facts[channel], ranges[channel])]
+    kinds: dict[str, list[str]] = {"stuck": [], "clipped": [], "novel": []}
+    for channel, own in facts.items():
+        healthy = ranges[channel]
+        if own["lowest"] == own["highest"] and healthy.at_end < 1.0:
+            kinds["stuck"].append(f"{channel} is constant, but varies in healthy windows")
+        if own["at_end"] > healthy.at_end:
+            end = "highest" if own["is_at_high"] else "lowest"
+            shown = shown_quantity(float(own[end]), channel.unit)
+            kinds["clipped"].append(
+                f"{own['at_end']:.1%} of {channel} are at its {end} value, {shown};"
+                f" healthy windows allow {healthy.at_end:.1%}"
+            )
+        for name, quantity in _QUANTITIES.items():
+            low, high = getattr(healthy, name)
+            if not low <= own[name] <= high:
+                now, least, most = (
+                    shown_quantity(float(each), channel.unit) for each in (own[name], low, high)
+                )
+                kinds["novel"].append(
+                    f"the {quantity} of {channel} is {now}; healthy windows allow {least} to {most}"
+                )
+    for kind, texts in kinds.items():
         if texts:
-            more = f" (and {len(texts) - 1} more)" if len(texts) > 1 else ""
-            return Issue(texts[0] + more, kind=kind)
+            return Issue(texts[0] + (f" (and {len(texts) - 1} more)" if len(texts) > 1 else ""), kind=kind)
     return None
-
-
-def _stuck(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
-    if facts.lowest[row] == facts.highest[row] and healthy.at_end < 1.0:
-        yield f"{channel} is constant, but varies in healthy windows"
-
-
-def _clipped(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
-    share = float(facts.at_end[row])
-    if share > healthy.at_end:
-        end, value = ("highest", facts.highest) if facts.is_at_high[row] else ("lowest", facts.lowest)
-        yield (
-            f"{share:.1%} of {channel} are at its {end} value,"
-            f" {shown_quantity(float(value[row]), channel.unit)}; healthy windows allow {healthy.at_end:.1%}"
-        )
-
-
-def _novel(row: int, channel: Channel, facts: ChannelFacts, healthy: ChannelRange) -> Iterator[str]:
-    for name, quantity in _QUANTITIES.items():
-        value, bounds = float(getattr(facts, name)[row]), getattr(healthy, name)
-        if not bounds[0] <= value <= bounds[1]:
-            shown, low, high = (shown_quantity(each, channel.unit) for each in (value, *bounds))
-            yield f"the {quantity} of {channel} is {shown}; healthy windows allow {low} to {high}"

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.detectors.trained.configuration import Feature
-from hydrofdi.detectors.trained.following import Estimator, samples_looked_at
-from hydrofdi.detectors.trained.measuring import (
-    ChannelFacts,
-    channel_facts,
-    measured_numbers,
-    records_of,
-)
+from hydrofdi.detectors.trained.following import Estimator
+from hydrofdi.detectors.trained.measuring import channel_facts, measured_numbers, records_of
 from hydrofdi.errors import Issue
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk, EvenStream, TimeWindower, Window, Windower
@@ -30,57 +23,31 @@ _MOST_SAMPLES = 2**21
 """Number of samples per channel that are measured at a time."""
 
 
-@dataclass(eq=False)
-class ScoreLine:
-    """Scores of a record over time.
-
-    Attributes
-    ----------
-    duration : float
-        Duration of the record [s].
-    group, label : str
-        Empty if unknown.
-    numbers : list of ndarray, shape (n_number,)
-        What is measured of each window; NaN if there is none.
-    scores : ndarray, shape (n_window,)
-        Set when all numbers are known.
-    is_apart : list of bool
-        Whether a score is used to set limits: only those of non-overlapping windows are.
-    """
-
-    duration: float
-    group: str
-    label: str
-    numbers: list[Array] = field(default_factory=list)
-    scores: Array = field(default_factory=lambda: np.empty(0))
-    is_apart: list[bool] = field(default_factory=list)
-
-    def add(self, numbers: Array, is_apart: bool) -> int:
-        """Append a window, and return its index."""
-        self.numbers.append(numbers)
-        self.is_apart.append(is_apart)
-        return len(self.numbers) - 1
-
-    @cached_property
-    def chosen(self) -> Array:
-        """Scores that are used to set limits."""
-        return self.scores[np.array(self.is_apart, dtype=bool) & ~np.isnan(self.scores)]
-
-
-class HealthyScores(ABC):
+class HealthyScores:
     """Scores of healthy records, and statistics of their channels.
 
     Parameters
     ----------
-    n_sample : int
-        Samples per window; 0 if estimates are judged.
-    channels : sequence of Channel
-        Channels that a window needs.
+    feature : Feature
+    windower : Windower
+        Windows that are scored, or the samples before estimates that are checked.
+    estimator : Estimator, optional
+        Estimates along the records are scored instead of windows.
 
     Attributes
     ----------
-    lines : list of ScoreLine
-    facts : dict of Channel to list of ChannelFacts
+    durations, own_groups, labels : list
+        Duration [s], group and label of each record; texts are empty if unknown.
+    record : list of int, length n_score
+        Index of the record of each window or estimate.
+    numbers : list of ndarray, shape (n_number,)
+        What is measured of it; NaN if there is none.
+    is_apart : list of bool
+        Whether it is used to set limits: only non-overlapping windows are.
+    all_scores : ndarray, shape (n_score,)
+        Set when all numbers are known.
+    facts : dict of Channel to list of mapping of str to ndarray, shape (n_window,)
+        As from `channel_facts`.
     not_judged, reasons : Counter of str
         Kind of fault and message → number of windows or estimates that have no score.
     n_impossible, n_not_positive : Counter of str
@@ -89,83 +56,124 @@ class HealthyScores(ABC):
         Output that states how well the model explains a window → largest value.
     """
 
-    def __init__(self, n_sample: int, channels: Sequence[Channel]) -> None:
-        self.n_sample, self.channels = n_sample, tuple(channels)
-        self.lines: list[ScoreLine] = []
-        self.facts: dict[Channel, list[ChannelFacts]] = {}
+    def __init__(self, feature: Feature, windower: Windower, estimator: Estimator | None = None) -> None:
+        self.feature, self.windower, self.estimator = feature, windower, estimator
+        self.n_sample = 0 if estimator else windower.n_sample
+        self.durations: list[float] = []
+        self.own_groups: list[str] = []
+        self.labels: list[str] = []
+        self.record: list[int] = []
+        self.numbers: list[Array] = []
+        self.is_apart: list[bool] = []
+        self.all_scores: Array = np.empty(0)
+        self.facts: dict[Channel, list[Mapping[str, Array]]] = {}
         self.not_judged: Counter[str] = Counter()
         self.reasons: Counter[str] = Counter()
         self.n_impossible: Counter[str] = Counter()
         self.n_not_positive: Counter[str] = Counter()
         self.fits: dict[str, float] = {}
+        self._waiting: list[tuple[int, bool, Window]] = []
 
     def take(self, batch: RecordBatch) -> None:
-        """Score the windows of records; some may wait until `finish`."""
+        """Score the windows of records; some wait until `finish`."""
         for row in range(batch.n_record):
-            line = ScoreLine(batch.duration, batch.groups[row], batch.labels[row] if batch.labels else "")
-            self.lines.append(line)
-            self._score(line, batch, row)
+            self.durations.append(batch.duration)
+            self.own_groups.append(batch.groups[row])
+            self.labels.append(batch.labels[row] if batch.labels else "")
+            if self.estimator is not None:
+                self._follow(self.estimator, batch, row)
+            end = -np.inf
+            for window in windows_along(batch, row, self.windower):
+                is_apart = bool(window.time[0] > end)
+                end = float(window.time[-1]) if is_apart else end
+                if window.fault is None:
+                    self._waiting.append((len(self.numbers), is_apart, window))
+                if self.estimator is None:
+                    self._add(np.full(len(self.feature.numbers), np.nan), is_apart, window.fault)
+                if len(self._waiting) * self.windower.n_sample >= _MOST_SAMPLES:
+                    self.finish()
 
-    @abstractmethod
-    def _score(self, line: ScoreLine, batch: RecordBatch, row: int) -> None:
-        """Add the scores of a record."""
-
-    @abstractmethod
     def finish(self) -> None:
-        """Score what is waiting."""
+        """Score all windows that wait."""
+        if not self._waiting:
+            return
+        places, apart, windows = zip(*self._waiting, strict=True)
+        self._waiting = []
+        channels, are_apart = self.windower.channels, np.array(apart)
+        records = records_of(windows, channels, self.windower.sampling_frequency)
+        for channel in channels if are_apart.any() else ():
+            self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
+        if self.estimator is not None:
+            return
+        found = measured_numbers(records, self.feature)
+        is_known = [bool(each.all()) for each in np.isfinite(found.numbers)]
+        for row, place in enumerate(places):
+            self.numbers[place] = found.numbers[row]
+            if are_apart[row] and is_known[row]:
+                self._doubt(found.doubts[row], {name: float(own[row]) for name, own in found.fits.items()})
+            if are_apart[row] and found.obstacles[row] is not None:
+                self._leave_out(Issue(found.obstacles[row] or "", kind="no_number"))
+
+    def _follow(self, estimator: Estimator, batch: RecordBatch, row: int) -> None:
+        state = estimator.start()
+        for piece in _pieces_along(batch, row, self.windower.channels):
+            state, found = estimator.step(state, piece)
+            for each in found:
+                self._add(np.array([each.score]), True, each.fault)
+                self._doubt(each.doubts, each.fits)
+
+    def _add(self, numbers: Array, is_apart: bool, fault: Issue | None) -> None:
+        self.record.append(len(self.durations) - 1)
+        self.numbers.append(numbers)
+        self.is_apart.append(is_apart)
+        if fault is not None and is_apart:
+            self._leave_out(fault)
 
     @property
-    @abstractmethod
     def interval(self) -> float:
         """Mean time between scores [s]."""
+        if self.estimator is not None:
+            return self.estimator.interval
+        if isinstance(self.windower, TimeWindower):
+            return self.windower.n_every / self.windower.sampling_frequency
+        return sum(self.durations) / len(self.record)
 
     @property
-    @abstractmethod
     def duration(self) -> float:
         """Duration of a window, or time between estimates if those are judged [s]."""
+        return self.n_sample / self.windower.sampling_frequency if self.n_sample else self.interval
 
-    @property
-    def numbers(self) -> Array:
-        """Numbers of all windows, shape (n_window, n_number)."""
-        return np.array([numbers for line in self.lines for numbers in line.numbers])
-
-    @property
-    def is_apart(self) -> NDArray[np.bool_]:
-        """Whether each window is used to set limits, shape (n_window,)."""
-        return np.array([each for line in self.lines for each in line.is_apart], dtype=bool)
-
-    def set_scores(self, scores: Array) -> None:
-        """Set the scores of all windows, shape (n_window,)."""
-        places = np.cumsum([len(line.numbers) for line in self.lines])
-        for line, own in zip(self.lines, np.split(scores, places[:-1]), strict=True):
-            line.scores = own
+    @cached_property
+    def is_used(self) -> NDArray[np.bool_]:
+        """Whether each score is used to set limits, shape (n_score,)."""
+        return np.array(self.is_apart, dtype=bool) & ~np.isnan(self.all_scores)
 
     @cached_property
     def scores(self) -> Array:
-        """All scores that are used to set limits."""
-        return np.concatenate([line.chosen for line in self.lines] or [np.empty(0)])
+        """The scores that are used to set limits."""
+        return self.all_scores[self.is_used]
 
     @property
     def hours(self) -> float:
         """Time that has scores [h]."""
-        n_score = sum(int(np.isfinite(line.scores).sum()) for line in self.lines)
+        n_score = int(np.isfinite(self.all_scores).sum())
         return n_score * self.interval / 3600.0 if n_score else 0.0
 
     @cached_property
     def groups(self) -> list[str]:
         """Group of each record; a record without a group is its own group."""
-        return [line.group or f"record {place}" for place, line in enumerate(self.lines)]
+        return [group or f"record {place}" for place, group in enumerate(self.own_groups)]
 
     @cached_property
     def of_scores(self) -> NDArray[np.intp]:
         """Group index of each score that is used to set limits."""
         numbers = np.unique(np.asarray(self.groups), return_inverse=True)[1]
-        return np.repeat(numbers, [line.chosen.size for line in self.lines])
+        return numbers[np.array(self.record, dtype=np.intp)[self.is_used]]
 
     @property
     def has_groups(self) -> bool:
         """Whether groups were stated."""
-        return any(line.group for line in self.lines)
+        return any(self.own_groups)
 
     def _doubt(self, doubts: Iterable[Issue], fits: Mapping[str, float]) -> None:
         """Count the doubts about a window."""
@@ -178,94 +186,6 @@ class HealthyScores(ABC):
     def _leave_out(self, fault: Issue) -> None:
         self.not_judged[fault.kind] += 1
         self.reasons[fault.message] += 1
-
-
-class WindowScores(HealthyScores):
-    """Scores of windows, measured in batches."""
-
-    def __init__(self, windower: Windower, feature: Feature) -> None:
-        super().__init__(windower.n_sample, windower.channels)
-        self.windower, self.feature = windower, feature
-        self._waiting: list[tuple[ScoreLine, int, Window]] = []
-
-    def _score(self, line: ScoreLine, batch: RecordBatch, row: int) -> None:
-        end = -np.inf
-        for window in windows_along(batch, row, self.windower):
-            is_apart = bool(window.time[0] > end)
-            end = float(window.time[-1]) if is_apart else end
-            place = line.add(np.full(len(self.feature.numbers), np.nan), is_apart)
-            if window.fault is None:
-                self._waiting.append((line, place, window))
-            elif is_apart:
-                self._leave_out(window.fault)
-            if len(self._waiting) * self.n_sample >= _MOST_SAMPLES:
-                self.finish()
-
-    def finish(self) -> None:
-        """Score all pending windows."""
-        if not self._waiting:
-            return
-        windows = [window for _, _, window in self._waiting]
-        are_apart = np.array([line.is_apart[place] for line, place, _ in self._waiting])
-        records = records_of(windows, self.channels, self.windower.sampling_frequency)
-        found = measured_numbers(records, self.feature)
-        is_known = np.isfinite(found.numbers).all(axis=1)
-        for channel in self.channels if are_apart.any() else ():
-            self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
-        for row in np.flatnonzero(are_apart & is_known).tolist():
-            self._doubt(found.doubts[row], {name: float(own[row]) for name, own in found.fits.items()})
-        for (line, place, _), numbers, obstacle in zip(
-            self._waiting, found.numbers, found.obstacles, strict=True
-        ):
-            line.numbers[place] = numbers
-            if obstacle is not None and line.is_apart[place]:
-                self._leave_out(Issue(obstacle, kind="no_number"))
-        self._waiting = []
-
-    @property
-    def interval(self) -> float:
-        """Mean time between scores [s]."""
-        if isinstance(self.windower, TimeWindower):
-            return self.windower.n_every / self.windower.sampling_frequency
-        return sum(line.duration for line in self.lines) / sum(len(line.numbers) for line in self.lines)
-
-    @property
-    def duration(self) -> float:
-        """Duration of a window [s]."""
-        return self.n_sample / self.windower.sampling_frequency
-
-
-class EstimateScores(HealthyScores):
-    """Estimates of a recursive indicator, and statistics of the samples before them."""
-
-    def __init__(self, estimator: Estimator, channels: Sequence[Channel]) -> None:
-        super().__init__(0, channels)
-        self.estimator = estimator
-        n_look = samples_looked_at(estimator.indicator, estimator.sampling_frequency)
-        self._looks = TimeWindower(n_look, n_look, self.channels, estimator.sampling_frequency)
-
-    def _score(self, line: ScoreLine, batch: RecordBatch, row: int) -> None:
-        state = self.estimator.start()
-        for piece in _pieces_along(batch, row, self.channels):
-            state, found = self.estimator.step(state, piece)
-            for each in found:
-                line.add(np.array([each.score]), is_apart=True)
-                self._doubt(each.doubts, each.fits)
-                if each.fault is not None:
-                    self._leave_out(each.fault)
-        for window in windows_along(batch, row, self._looks):
-            for channel in self.channels if window.fault is None else ():
-                self.facts.setdefault(channel, []).append(channel_facts(window.channels[channel][None]))
-
-    def finish(self) -> None:
-        """Nothing waits."""
-
-    @property
-    def interval(self) -> float:
-        """Time between estimates [s]."""
-        return self.estimator.interval
-
-    duration = interval
 
 
 def windows_along(records: RecordBatch, row: int, windower: Windower) -> Iterator[Window]:

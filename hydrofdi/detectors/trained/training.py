@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import chain
 from typing import Any, Literal
@@ -24,9 +24,9 @@ from hydrofdi.detectors.trained.configuration import (
     stated_indicators,
 )
 from hydrofdi.detectors.trained.file import Basis, ChartLimit, DetectorFile, Limits, Made, Scale, TrainedScore
-from hydrofdi.detectors.trained.following import Estimator, standardised
-from hydrofdi.detectors.trained.measuring import joined, learned_range, without_scale
-from hydrofdi.detectors.trained.scoring import EstimateScores, HealthyScores, WindowScores
+from hydrofdi.detectors.trained.following import Estimator, samples_looked_at, standardised
+from hydrofdi.detectors.trained.measuring import learned_range, without_scale
+from hydrofdi.detectors.trained.scoring import HealthyScores
 from hydrofdi.errors import ConfigError, DataError, NotStatedError
 from hydrofdi.evaluation.rates import Rule, alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
@@ -35,6 +35,7 @@ from hydrofdi.evaluation.threshold import THRESHOLDS, Threshold
 from hydrofdi.indicators.faults import CAUSES
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
+from hydrofdi.records.streams import TimeWindower
 from hydrofdi.records.stuck import found_period
 from hydrofdi.settings.readable import time_text
 
@@ -86,37 +87,48 @@ def train(
     first = next(batches, None)
     if first is None:
         raise NotStatedError(f"{healthy.name}: no healthy record")
-    channels = _channels(feature, config, first)
-    found = _scorer(feature, window, first, channels, drive)
-    for batch in chain([first], batches):
-        _check(batch, first, channels, config)
-        found.take(batch)
-    found.finish()
-    trained = _learn(found, feature, config, _teachers(faulty, found, first, channels, config))
+    seen = feature.channels | (feature.optional_channels & first.channels.keys())
+    seen |= {window.channel} if window.by == "cycle" else set()
+    channels = tuple(channel for channel in Channel if channel in seen)
+    found = _scores(chain([first], batches), first, channels, feature, config, drive)
+    teachers = None
+    if faulty is not None and config.score is not None:
+        teachers = _scores(faulty.batches(labels=True), first, channels, feature, config, drive)
+    trained = _learn(found, feature, config, teachers)
     _require_scores(found, feature, config, healthy)
     chart = _chart(config, found, direction)
-    limits = limits_of(found, config, direction)
     centre, spread = healthy_scale(found.scores)
-    lowest, highest = float(np.nanmin(found.scores)), float(np.nanmax(found.scores))
-    own = Scale(centre=centre, spread=spread, range=(lowest, highest))
+    own = Scale(centre=centre, spread=spread, range=(float(found.scores.min()), float(found.scores.max())))
     used = feature if trained is None else feature.of(trained.numbers)
-    fits = {name: each.possible[1] or 0.0 for name, each in used.outputs if each.is_fit}
+    fits = {name: each.possible[1] or 0.0 for name, each in used.outputs.items() if each.is_fit}
+    in_full: dict[str, Any] = {
+        "direction": direction,
+        "chart": chart,
+        "window": _window_in_full(window, found),
+    }
+    if config.score is None:
+        in_full["options"] = feature.indicator.options.model_dump(mode="json")
+        in_full["output"] = feature.label.removeprefix(f"{config.indicator}.")
+    else:
+        in_full["indicators"] = stated_indicators(feature.indicators, in_full=True)
     return DetectorFile(
         made=made,
-        config=_in_full(config, found, feature, direction, chart),
+        config=config.model_copy(update=in_full),
         indicator_versions={label: each.version for label, each in used.indicators.items()},
         score=trained,
-        unit=_unit(feature, first),
+        unit="1"
+        if config.score is not None and config.score.kind != "compensated"
+        else output_unit(feature.indicator, feature.described, first),
         channels=channels,
         sampling_frequency=first.sampling_frequency,
         n_sample=found.n_sample,
         basis=_basis(found, sources, found_period(first)),
         healthy=own,
-        limits=limits,
+        limits=limits_of(found, config, direction),
         chart=None if chart is None else _chart_limit(found, chart, own, direction, config.confidence),
-        ranges={channel: learned_range(channel, joined(facts)) for channel, facts in found.facts.items()},
+        ranges={channel: learned_range(channel, facts) for channel, facts in found.facts.items()},
         positive=tuple(
-            name for name, each in used.outputs if each.is_positive and not found.n_not_positive[name]
+            name for name, each in used.outputs.items() if each.is_positive and not found.n_not_positive[name]
         ),
         fits={name: max(limit, found.fits.get(name, limit)) for name, limit in fits.items()},
         drive=drive,
@@ -139,47 +151,46 @@ def _drive(healthy: RecordSource, channel: Channel) -> Drive:
     return low, high
 
 
-def _channels(feature: Feature, config: DetectorConfig, first: RecordBatch) -> tuple[Channel, ...]:
-    """Channels that a window needs, including optional ones of the indicator that healthy records have."""
-    seen = feature.channels | (feature.optional_channels & first.channels.keys())
-    if config.window.by == "cycle":
-        seen |= {config.window.channel}
-    return tuple(channel for channel in Channel if channel in seen)
-
-
-def _scorer(
-    feature: Feature,
-    window: WindowConfig,
+def _scores(
+    batches: Iterable[RecordBatch],
     first: RecordBatch,
     channels: Sequence[Channel],
+    feature: Feature,
+    config: DetectorConfig,
     drive: Drive | None,
 ) -> HealthyScores:
-    """What scores windows or estimates; without a duration, windows are whole records."""
-    frequency = first.sampling_frequency
+    """The scores of records by windows or estimates; without a duration, windows are whole records."""
+    window, frequency = config.window, first.sampling_frequency
+    if window.by == "estimate" and feature.score is not None:
+        raise ConfigError("by=estimate: a score of several numbers is judged by windows")
+    if window.by == "estimate" and (window.duration or window.every):
+        raise ConfigError("by=estimate: there are no windows; 'interval' of the indicator sets the time")
+    if window.by == "cycle" and (window.duration is None or window.every is not None):
+        raise ConfigError("by=cycle: give the length of each cycle, counted from its edge, as 'window' alone")
     if window.by == "estimate":
-        if feature.score is not None:
-            raise ConfigError("by=estimate: a score of several numbers is judged by windows")
-        if window.duration is not None or window.every is not None:
-            raise ConfigError(
-                f"by=estimate: this setting has no windows; the option 'interval' of"
-                f" {feature.indicator.name} sets the time between estimates"
-            )
-        return EstimateScores(Estimator(feature, channels, frequency), channels)
-    if window.by == "cycle" and window.duration is None:
-        raise ConfigError("by=cycle: give the length of each cycle, counted from its edge, as 'window'")
-    if window.by == "cycle" and window.every is not None:
-        raise ConfigError("every: windows by cycle start at the edges of the drive; remove this setting")
-    duration = first.duration if window.duration is None else window.duration
-    n_sample = round(duration * frequency)
-    if n_sample < 2:
-        raise ConfigError(
-            f"window: {duration:g} s at {frequency:g} Hz contain {n_sample} samples; use at least 2"
-        )
-    return WindowScores(window.windower(n_sample, channels, frequency, drive), feature)
+        estimator = Estimator(feature, channels, frequency)
+        n_look = samples_looked_at(estimator.indicator, frequency)
+        found = HealthyScores(feature, TimeWindower(n_look, n_look, channels, frequency), estimator)
+    else:
+        duration = first.duration if window.duration is None else window.duration
+        n_sample = round(duration * frequency)
+        if n_sample < 2:
+            raise ConfigError(f"window: {duration:g} s at {frequency:g} Hz are fewer than 2 samples")
+        found = HealthyScores(feature, window.windower(n_sample, channels, frequency, drive))
+    for batch in batches:
+        if batch.n_record:
+            _check(batch, first, channels, feature, config)
+            found.take(batch)
+    found.finish()
+    return found
 
 
 def _check(
-    batch: RecordBatch, first: RecordBatch, channels: Sequence[Channel], config: DetectorConfig
+    batch: RecordBatch,
+    first: RecordBatch,
+    channels: Sequence[Channel],
+    feature: Feature,
+    config: DetectorConfig,
 ) -> None:
     """Check that a batch matches the first one.
 
@@ -195,9 +206,8 @@ def _check(
             f" {first.sampling_frequency:g} Hz; a detector needs a single sampling frequency"
         )
     if missing := [channel for channel in channels if channel not in batch.channels]:
-        indicators = feature_of(config).indicators.items()
-        needing = [(label, each) for label, each in indicators if not each.channels.isdisjoint(missing)]
-        label, needs = needing[0] if needing else (config.window.by, feature_of(config).indicator)
+        pairs = (pair for pair in feature.indicators.items() if not pair[1].channels.isdisjoint(missing))
+        label, needs = next(pairs, (config.window.by, feature.indicator))
         remedy = spool_remedy(missing, needs)
         raise DataError(f"{source}: has no {' and no '.join(missing)}, which {label} needs{remedy}")
     if obstacle := without_scale(batch, channels):
@@ -211,29 +221,6 @@ def _check(
             f"{source}: lasts {batch.duration:g} s, but {other} {first.duration:g} s; give the duration of a"
             f" window as 'window'"
         )
-
-
-def _teachers(
-    faulty: RecordSource | None,
-    found: HealthyScores,
-    first: RecordBatch,
-    channels: Sequence[Channel],
-    config: DetectorConfig,
-) -> HealthyScores | None:
-    """Windows of faulty records, measured as the healthy ones.
-
-    A study deals them to the folds of every score, also of those that do not learn from them.
-    """
-    if faulty is None or config.score is None:
-        return None
-    assert isinstance(found, WindowScores)
-    teachers = WindowScores(found.windower, found.feature)
-    for batch in faulty.batches(labels=True):
-        if batch.n_record:
-            _check(batch, first, channels, config)
-            teachers.take(batch)
-    teachers.finish()
-    return teachers
 
 
 _N_PIECE = 20
@@ -250,31 +237,26 @@ def _learn(
     NotStatedError
         There are too few windows for the score.
     """
-    n_healthy = sum(len(line.numbers) for line in found.lines)
+    n_healthy, both = len(found.numbers), [found] if teachers is None else [found, teachers]
     if config.score is None or not n_healthy:
-        found.set_scores(found.numbers[:, 0] if n_healthy else np.empty(0))
+        found.all_scores = np.array(found.numbers).reshape(-1)
         return None
-    both = [found] if teachers is None or not teachers.numbers.size else [found, teachers]
-    values = np.concatenate([each.numbers for each in both])
-    is_fit = np.concatenate([each.is_apart for each in both])
+    values = np.array([numbers for each in both for numbers in each.numbers])
+    is_fit = np.array([is_apart for each in both for is_apart in each.is_apart])
     is_faulty = np.arange(len(values)) >= n_healthy
     score = make_score(config.score.kind, config.score.options)
     kept = known_numbers(values[is_fit & (score.needs_faulty | ~is_faulty)])
-    if not kept:
-        raise NotStatedError(f"no number of {feature.label} is measured in at least 90 % of the windows")
-    lines = [line for each in both for line in each.lines]
-    groups = np.repeat(
-        [line.group or f"record {place:09d}" for place, line in enumerate(lines)],
-        [len(line.numbers) for line in lines],
-    ).tolist()
+    first, groups = 0, list[str]()
+    for each in both:
+        groups += [each.own_groups[record] or f"record {first + record:09d}" for record in each.record]
+        first += len(each.durations)
     if len(set(groups)) == 1:
         groups = [f"piece {_N_PIECE * place // n_healthy}" for place in range(n_healthy)]
     used = np.ascontiguousarray(values[:, kept])
-    scores = cross_fitted_scores(score, used, is_faulty, groups, is_fit=is_fit)
-    found.set_scores(scores[:n_healthy])
+    found.all_scores = cross_fitted_scores(score, used, is_faulty, groups, is_fit=is_fit)[:n_healthy]
     fitted = score.fit(used[is_fit], is_faulty[is_fit])
     return TrainedScore(
-        numbers=tuple(feature.numbers[place].name for place in kept),
+        numbers=tuple(name for place, name in enumerate(feature.numbers) if place in kept),
         rule=plain_data(fitted.rule),
         n_healthy=fitted.n_healthy,
         n_faulty=fitted.n_faulty,
@@ -282,18 +264,25 @@ def _learn(
 
 
 def _chart(config: DetectorConfig, found: HealthyScores, direction: Direction) -> ChartConfig | None:
-    """The chart that is asked for; one with the usual promise if nothing is said and the records carry it."""
+    """The chart that is asked for, with all options; the usual one if the records carry its promise.
+
+    Its direction refers to scores that rise with leakage.
+    """
     chart, usual = config.chart, ChartConfig()
     if "chart" not in config.model_fields_set and found.hours * 3600.0 >= usual.false_alarm_every:
         chart = usual
-    return None if chart is None else _chart_in_full(chart, direction)
-
-
-def _chart_in_full(chart: ChartConfig, direction: Direction) -> ChartConfig:
-    """Chart configuration with all options; the direction refers to scores that rise with leakage."""
+    if chart is None:
+        return None
     turned = Direction.BOTH if direction is Direction.BOTH else Direction.RISING
     made = make_chart(chart.chart, {"direction": turned, **chart.options})
     return chart.model_copy(update={"options": made.options.model_dump(mode="json")})
+
+
+def _window_in_full(window: WindowConfig, found: HealthyScores) -> WindowConfig:
+    if not found.n_sample:
+        return window
+    every = window.every or (found.duration if window.by == "time" else None)
+    return window.model_copy(update={"duration": found.duration, "every": every})
 
 
 def _chart_limit(
@@ -301,23 +290,14 @@ def _chart_limit(
 ) -> ChartLimit:
     """Limit that healthy scores, in time order, reach once within the required time on average.
 
-    Parameters
-    ----------
-    found : HealthyScores
-    chart : ChartConfig
-        Chart configuration with all options.
-    healthy : Scale
-    direction : Direction
-        Direction of the score.
-    confidence : float
-
     Raises
     ------
     NotStatedError
         The healthy records are shorter in total than the required time; the message states the required
         length.
     """
-    lines = [standardised(each.scores, healthy, direction) for each in found.lines]
+    starts = np.searchsorted(found.record, range(1, len(found.durations)))
+    lines = np.split(standardised(found.all_scores, healthy, direction), starts)
     groups: list[str] | None = None
     rests_on: Literal["pieces", "records", "groups"] = "pieces"
     if len(set(found.groups)) >= FEWEST_GROUPS:
@@ -345,13 +325,6 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _unit(feature: Feature, records: RecordBatch) -> str:
-    """Unit of the score: that of its number; scores of several have none, but for compensated numbers."""
-    if feature.score is not None and feature.score.kind != "compensated":
-        return "1"
-    return output_unit(feature.indicator, feature.described, records)
-
-
 def _require_scores(
     found: HealthyScores, feature: Feature, config: DetectorConfig, healthy: RecordSource
 ) -> None:
@@ -363,7 +336,9 @@ def _require_scores(
         They are not.
     """
     if not found.scores.size:
-        reason = next((text for text, _ in found.reasons.most_common(1)), "") or _absence(found, config)
+        longest = time_text(max(found.durations))
+        absent = f"no window or estimate ends within its records, of which the longest lasts {longest}"
+        reason = next((text for text, _ in found.reasons.most_common(1)), absent)
         raise NotStatedError(f"no healthy record has {feature.label}: {reason}")
     for name, count in () if config.accept else found.n_impossible.items():
         if 2 * count > found.scores.size:
@@ -373,51 +348,13 @@ def _require_scores(
             )
 
 
-def _absence(found: HealthyScores, config: DetectorConfig) -> str:
-    """Why there are no windows."""
-    longest = f"the longest one lasts {time_text(max(line.duration for line in found.lines))}"
-    window = config.window
-    if window.by == "estimate":
-        return f"{longest}, but the first estimate comes later; use longer records"
-    if window.by == "cycle":
-        return f"no record has a cycle that starts with an edge of {window.channel}; choose another"
-    return f"{longest}, but a window {time_text(window.duration or 0.0)}; give a shorter window"
-
-
-def _in_full(
-    config: DetectorConfig,
-    found: HealthyScores,
-    feature: Feature,
-    direction: Direction,
-    chart: ChartConfig | None,
-) -> DetectorConfig:
-    """Configuration with all defaults filled in."""
-    window = config.window
-    if found.n_sample:
-        every = window.every or (found.duration if window.by == "time" else None)
-        window = window.model_copy(update={"duration": found.duration, "every": every})
-    own: dict[str, Any] = {"indicators": stated_indicators(feature.indicators, in_full=True)}
-    if feature.score is None:
-        options = feature.indicator.options.model_dump(mode="json")
-        own = {"options": options, "output": feature.label.removeprefix(f"{config.indicator}.")}
-    return config.model_copy(
-        update={
-            **own,
-            "direction": direction,
-            "window": window,
-            "chart": chart,
-        }
-    )
-
-
 def _basis(found: HealthyScores, sources: Sequence[str], drive_period: float | None) -> Basis:
-    populations: Counter[str] = Counter()
-    for line in found.lines:
-        populations[line.label] += line.chosen.size
+    used = zip(found.record, found.is_used.tolist(), strict=True)
+    populations = Counter(found.labels[record] for record, is_used in used if is_used)
     del populations[""]
     return Basis(
         sources=tuple(sources),
-        n_record=len(found.lines),
+        n_record=len(found.durations),
         n_window=found.scores.size,
         n_group=len(set(found.groups)) if found.has_groups else 0,
         populations=dict(sorted(populations.items())),

@@ -100,7 +100,9 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
         " test them."
     )
     n_kept = sum(each.keeps_its_rate is True for each in judgements)
-    yield f"{n_kept} of {counted(len(judgements), 'score')} kept to the false-alarm rate."
+    n_open = sum(each.keeps_its_rate is None for each in judgements)
+    undecided = f"; {n_open} are undecided, as too few records test them" if n_open else ""
+    yield f"{n_kept} of {counted(len(judgements), 'score')} kept to the false-alarm rate{undecided}."
     of_all = judgements[0].smallest.get("q90_95_of_all") if judgements else None
     if of_all is not None and len(judgements) > 1 and judgements[0].keeps_its_rate:
         unit = severity_unit(detection)

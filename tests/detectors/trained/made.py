@@ -45,7 +45,9 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=No
     config = config.model_copy(update={"output": feature.described.name})
     channels = tuple(sorted(feature.indicator.channels))
     learned = {
-        channel: learned_range(channel, channel_facts(np.stack([each.channels[channel] for each in ranges])))
+        channel: learned_range(
+            channel, [channel_facts(np.stack([each.channels[channel] for each in ranges]))]
+        )
         for channel in channels
         if ranges
     }

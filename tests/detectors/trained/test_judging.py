@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.detectors.registry import make_chart
-from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig, Feature, Number, feature_of
+from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig, Feature, feature_of
 from hydrofdi.detectors.trained.file import ChartLimit, Made
 from hydrofdi.detectors.trained.following import Estimator, Follower, ScoreChart
 from hydrofdi.detectors.trained.measuring import Judge, Verdict, channel_facts, learned_range, records_of
@@ -141,7 +141,7 @@ def windows(seed, is_constant):
 def trained(is_constant):
     healthy = windows(1, is_constant)
     ranges = {
-        each: learned_range(each, channel_facts(np.stack([w.channels[each] for w in healthy])))
+        each: learned_range(each, [channel_facts(np.stack([w.channels[each] for w in healthy]))])
         for each in CHANNELS
     }
     more = {"channels": CHANNELS, "ranges": ranges}
@@ -307,7 +307,9 @@ def test_missing_samples_are_said_once_and_the_estimates_begin_anew_behind_them(
 def test_an_indicator_that_lost_its_score_for_good_begins_anew_and_says_so():
     options = SLIDING | {"interval": 0.01, "transient": 0.1, "window": 0.1}
     made = Forgetful(Forgetful.Options.model_validate(options))
-    feature = Feature({made.name: made}, (Number(made.name, made.estimates[0]),))
+    feature = Feature(
+        {made.name: made}, {f"{made.name}.{made.estimates[0].name}": (made.name, made.estimates[0], ())}
+    )
     estimator = Estimator(feature, tuple(feature.indicator.channels), FREQUENCY)
 
     def estimates(*cuts):
@@ -319,7 +321,7 @@ def test_an_indicator_that_lost_its_score_for_good_begins_anew_and_says_so():
 
     found = estimates()
     said = [(time, fault.message) for time, fault, _ in found if fault is not None]
-    assert said[0] == (pytest.approx(0.509), "sliding has had no d2 for 0.01 s")
+    assert said[0] == (pytest.approx(0.509), "sliding.d2 has had no value for 0.01 s")
     assert said[9] == (
         pytest.approx(0.599),
         "sliding has had no d2 for 0.1 s; it restarts and gives no score for 0.1 s",
@@ -352,7 +354,7 @@ def test_its_state_is_arrays_and_stays_as_it_was():
 def healthy_ranges(channels):
     """What ten seconds of such a stream teach, looked at second by second."""
     rows = signals(3, 10 * N_SAMPLE)
-    return {each: learned_range(each, channel_facts(rows[each].reshape(10, -1))) for each in channels}
+    return {each: learned_range(each, [channel_facts(rows[each].reshape(10, -1))]) for each in channels}
 
 
 def long_piece(change):

@@ -155,6 +155,7 @@ def test_a_chart_keeps_a_stated_time_between_false_alarms_if_the_hours_carry_it(
     assert done.returncode == 0, done.stderr
     file = load_detector(tmp_path / "detector.json")
     assert (file.config.chart.chart, file.config.chart.false_alarm_every) == ("ewma", 10.0)
+    assert "set for one false alarm in 10 s" in " ".join(done.stdout.split())
     refused = hydrofdi(*asked, "30 days")
     assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
     assert "needs 720 h" in refused.stderr

@@ -25,12 +25,7 @@ _MOST_GROUPS, _MOST_ROWS = 12, 20
 
 
 def inspect(
-    source: Annotated[
-        Path,
-        typer.Argument(
-            help="A results folder, an experiment file, a description of measured files, or one data file."
-        ),
-    ],
+    sources: Sources,
     figure: Figure = None,
     json: Json = False,
     **settings: Any,
@@ -42,7 +37,7 @@ def inspect(
     """
     from hydrofdi.api.measuring import inspect as look_at
 
-    found = look_at(source, **settings)
+    found = look_at(sources, **settings)
     draw(found, figure)
     answer(found, _inspection, json=json)
     tell(*(f"note: {assumption}" for assumption in found.assumptions))

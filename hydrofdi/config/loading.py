@@ -81,20 +81,22 @@ def normalize_indicators(source: Source) -> bool:
         return True
     own = Source(source.data, source.origins)
     chosen = chosen_options(source.data["indicators"], own, ("indicators",))
-    if isinstance(chosen.get(DWT), dict):
-        chosen[DWT] = _moved_to_wavelet(own, chosen[DWT])
+    options = chosen.get(DWT)
+    wavelet = _wavelet_with(own, options) if isinstance(options, dict) else {}
     try:
         make_chosen(chosen, own, ("indicators",))
     except ConfigError:
         source.mistakes.extend(own.mistakes)
         del source.data["indicators"]
         return False
+    if options:
+        source.data["wavelet"], chosen[DWT] = wavelet, {}
     source.data["indicators"] = {label: dict(options or {}) for label, options in chosen.items()}
     return True
 
 
-def _moved_to_wavelet(source: Source, options: dict[str, Any]) -> dict[str, Any]:
-    """What is left of the options of ``dwt`` once the section ``wavelet`` has taken them over."""
+def _wavelet_with(source: Source, options: dict[str, Any]) -> Any:
+    """The section ``wavelet`` with the options of ``dwt``."""
     wavelet = source.data.get("wavelet") or {}
     for name, value in options.items():
         if name in ("channel", "kind"):
@@ -105,8 +107,7 @@ def _moved_to_wavelet(source: Source, options: dict[str, Any]) -> dict[str, Any]
             source.report(("indicators", DWT, name), f"wavelet.{name} says {wavelet[name]!r}; give it once")
         source.origins[("wavelet", name)] = source.origin(("indicators", DWT, name))
         wavelet = {**wavelet, name: value} if isinstance(wavelet, dict) else wavelet
-    source.data["wavelet"] = wavelet
-    return {}
+    return wavelet
 
 
 PARAMETER_MAPPINGS = ("baseline", "grid", "zip", "over", "per_record")

@@ -64,6 +64,15 @@ def test_defects_of_a_plain_file_are_named(tmp_path):
     assert "never changes" in text
 
 
+def test_several_files_are_inspected_together(tmp_path):
+    for name, level in (("a", 50), ("b", 60)):
+        (tmp_path / f"{name}.csv").write_text(f"time [s],P1 [bar]\n0,{level}\n1,{level + 1}\n2,{level}\n")
+    found = run_json("inspect", tmp_path / "a.csv", tmp_path / "b.csv")
+    assert found["records"] == 2
+    channel = found["channels"]["chamber_1_pressure"]
+    assert (channel["min"], channel["max"]) == (50e5, 61e5)
+
+
 @pytest.mark.parametrize("name", ["record.png", "record.svg"])
 def test_a_figure_of_the_record_that_is_asked_for(tmp_path, name):
     file = MUSEUM / "pressures.h5"

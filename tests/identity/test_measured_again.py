@@ -215,7 +215,8 @@ def test_outputs_are_what_the_indicators_measure_of_the_stored_signals(several):
     [
         ("indicators: [dvt]\n", r":1: indicators.dvt: there is no indicator 'dvt'; did you mean 'dwt'"),
         ("indicators:\n  dwt: {}\n  m: {kind: modwt, levls: 3}\n", r":3: indicators.m.levls: unknown key"),
-        ("indicators:\n  dwt: {levels: 99}\n", r":2: wavelet.levels: must be at most 20"),
+        ("indicators:\n  dwt: {levels: 99}\n", r":2: indicators.dwt.levels: must be at most 20"),
+        ("indicators:\n  dwt: {level: 3}\n", r":2: indicators.dwt.level: unknown key"),
         ("wavelet: {levels: 3}\nindicators:\n  dwt: {levels: 4}\n", r":3: .*says 3; give it once"),
         ("indicators:\n  dwt: {channel: chamber_2_pressure}\n", r":2: indicators.dwt.channel: the label"),
     ],

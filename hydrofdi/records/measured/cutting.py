@@ -12,7 +12,7 @@ from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.measured.description.sections import CyclesConfig, SegmentConfig, TrimConfig
 from hydrofdi.records.measured.formats.table import RejectionError
-from hydrofdi.records.measured.recording import Recording, Sampling
+from hydrofdi.records.measured.recording import Recording
 from hydrofdi.records.stuck import BAND, Direction, drive_edges
 
 
@@ -118,13 +118,9 @@ def short_stroke(recording: Recording, stroke: Stroke | None, shortest: float | 
 
 def part(recording: Recording, first: int, stop: int, start_time: float | None = None) -> Recording:
     """The samples from `first` to before `stop`; time continues unless `start_time` is given."""
-    sampling = recording.sampling
-    start = sampling.start + first / sampling.frequency if start_time is None else start_time
-    return replace(
-        recording,
-        channels={channel: samples[first:stop] for channel, samples in recording.channels.items()},
-        sampling=Sampling(sampling.frequency, start),
-    )
+    start = recording.start_time + first / recording.sampling_frequency if start_time is None else start_time
+    channels = {channel: samples[first:stop] for channel, samples in recording.channels.items()}
+    return replace(recording, channels=channels, start_time=start)
 
 
 def trimmed(recording: Recording, trim: TrimConfig) -> Recording:
@@ -135,7 +131,7 @@ def trimmed(recording: Recording, trim: TrimConfig) -> Recording:
     RejectionError
         Nothing is left.
     """
-    frequency, n_time = recording.sampling.frequency, recording.n_time
+    frequency, n_time = recording.sampling_frequency, recording.n_time
     first, stop = _samples(trim.start, frequency), n_time - _samples(trim.end, frequency)
     if stop - first < 2:
         raise RejectionError("short", f"lasts {n_time / frequency:g} s; nothing is left after trimming")
@@ -156,7 +152,7 @@ def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording 
     left_out = _left_out(recording, spans)
     for number, (first, stop) in enumerate(spans):
         cycle = part(recording, first, stop, start_time=0.0)
-        cycle = replace(cycle, remarks=(*cycle.remarks, *left_out)) if number == 0 else cycle
+        cycle = cycle.remarked(left_out) if number == 0 else cycle
         try:
             yield of_length(cycle, cycles.length, "the cycle")
         except RejectionError as rejection:
@@ -187,12 +183,12 @@ def of_length(recording: Recording, length: float | None, what: str) -> Recordin
     RejectionError
         It is shorter.
     """
-    frequency = recording.sampling.frequency
+    frequency = recording.sampling_frequency
     n_time = recording.n_time if length is None else _samples(length, frequency)
     if not 2 <= n_time <= recording.n_time:
         lasts = recording.n_time / frequency
         raise RejectionError("short", f"{what} lasts {lasts:g} s; the description requires {length or 0:g} s")
-    return recording if n_time == recording.n_time else part(recording, 0, n_time, recording.sampling.start)
+    return recording if n_time == recording.n_time else part(recording, 0, n_time, recording.start_time)
 
 
 def _samples(duration: float, frequency: float) -> int:
@@ -202,7 +198,7 @@ def _samples(duration: float, frequency: float) -> int:
 def _spans(recording: Recording, cycles: CyclesConfig) -> list[tuple[int, int]]:
     if cycles.by == "period":
         assert cycles.period is not None
-        per_cycle = cycles.period * recording.sampling.frequency
+        per_cycle = cycles.period * recording.sampling_frequency
         n_cycle = int((recording.n_time + 1e-6) / per_cycle) if per_cycle >= 2.0 else 0
         starts = [round(number * per_cycle) for number in range(n_cycle)]
         return [(start, start + int(per_cycle + 1e-6)) for start in starts]
@@ -217,13 +213,13 @@ def _left_out(recording: Recording, spans: list[tuple[int, int]]) -> tuple[Issue
     before, after = spans[0][0], recording.n_time - spans[-1][1]
     if not before + after:
         return ()
-    durations = [n / recording.sampling.frequency for n in (before, after)]
+    durations = [n / recording.sampling_frequency for n in (before, after)]
     text = f"{durations[0]:g} s before the first cycle and {durations[1]:g} s after the last are left out"
     return (Issue(text, kind="left_out"),)
 
 
 def _segment_span(stroke: Stroke, segment: SegmentConfig, recording: Recording) -> tuple[int, int]:
-    frequency = recording.sampling.frequency
+    frequency = recording.sampling_frequency
     match segment.part:
         case "motion":
             return stroke.start, stroke.arrival

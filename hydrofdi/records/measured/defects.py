@@ -111,7 +111,7 @@ def _of_channel(
 ) -> Iterator[Issue]:
     missing = np.flatnonzero(~np.isfinite(samples))
     if missing.size:
-        first, last = recording.sampling.start + missing[[0, -1]] / recording.sampling.frequency
+        first, last = recording.start_time + missing[[0, -1]] / recording.sampling_frequency
         text = (
             f"{missing.size} of {counted(samples.size, 'sample')} of {channel} are missing or not finite"
             f" ({first:.6g} to {last:.6g} s); to use the rest, set 'trim' or 'cycles' in a description, or"
@@ -122,7 +122,7 @@ def _of_channel(
     if channel in ranges:
         yield from _out_of_range(channel, samples, ranges[channel])
     if channel is Channel.PISTON_POSITION and (
-        frozen := frozen_time(recording.channels, recording.sampling.frequency)
+        frozen := frozen_time(recording.channels, recording.sampling_frequency)
     ):
         text = f"{channel} does not change for {frozen:.3g} s while the pressures do"
         yield Issue(text, channel, kind="stuck", is_unusable=True)
@@ -176,7 +176,7 @@ def _at_next_value(samples: Array) -> int:
 
 
 def _hum(recording: Recording, channel: Channel, samples: Array, limits: LimitsConfig) -> Iterator[Issue]:
-    shares = {mains: hum_share(samples, recording.sampling.frequency, mains) for mains in limits.mains}
+    shares = {mains: hum_share(samples, recording.sampling_frequency, mains) for mains in limits.mains}
     mains = max(shares, key=shares.__getitem__)
     if shares[mains] > limits.hum:
         text = f"{shares[mains]:.0%} of the power of {channel} above 20 Hz is hum of {mains:g} Hz"
@@ -188,7 +188,7 @@ _TOLERANCE = 0.01
 
 def differences(recording: Recording, first: Recording) -> Iterator[Issue]:
     """Remarks if the sampling, or a header's unit under a gain, differs from the first record."""
-    found, usual = recording.sampling.frequency, first.sampling.frequency
+    found, usual = recording.sampling_frequency, first.sampling_frequency
     if abs(found / usual - 1.0) > _TOLERANCE:
         text = f"sampled at {found:g} Hz, the first record at {usual:g} Hz: bands of d1, d2, … differ"
         yield Issue(text, kind="sampling_varies")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TypeVar
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,11 +21,8 @@ from hydrofdi.records.measured.columns import (
     unknown_header_unit,
 )
 from hydrofdi.records.measured.description.sections import MeasuredConfig, TimeConfig
-from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import RejectionError, Table
 from hydrofdi.settings.messages import counted
-
-Key = TypeVar("Key")
 
 _GAP = 1.75
 """Longest step between samples without a gap, in median steps."""
@@ -37,39 +32,13 @@ _FEWER = 0.99
 _MOST_SAMPLES = 2**28
 
 
-@dataclass(frozen=True)
-class Sampling:
-    """Even sampling.
-
-    Attributes
-    ----------
-    frequency : float
-        [Hz].
-    start : float
-        Instant of the first sample [s].
-    """
-
-    frequency: float
-    start: float = 0.0
-
-
 def counts_samples(values: Array) -> bool:
     """Whether a column rises by one from sample to sample: a counter, if it has no unit."""
     return values.size > 1 and bool(np.all(np.diff(values) == 1.0))
 
 
-def given_sampling(config: MeasuredConfig) -> tuple[Sampling, tuple[Issue, ...]]:
-    """The sampling that a description states."""
-    assert config.sampling_frequency is not None
-    sampling = Sampling(config.sampling_frequency)
-    if config.sampling_frequency_is == "given":
-        return sampling, ()
-    text = f"the sampling frequency of {sampling.frequency:g} Hz is inferred, not documented"
-    return sampling, (Issue(text, kind=INFERRED_SAMPLING),)
-
-
-def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, tuple[Issue, ...]]:
-    """The sampling of instants, and remarks on gaps and uneven steps.
+def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[float, list[Issue]]:
+    """The sampling frequency of instants [Hz], and remarks on gaps and uneven steps.
 
     Parameters
     ----------
@@ -98,7 +67,7 @@ def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[Sampling, t
     frequency = float(f"{1.0 / step:.{_DIGITS}g}")
     if not 0.0 < frequency < np.inf:
         raise RejectionError("time", f"time goes from {times[0]:g} s to {times[-1]:g} s")
-    return Sampling(frequency, float(times[0])), tuple(_unevenness(times, steps, config))
+    return frequency, _unevenness(times, steps, config)
 
 
 def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Issue]:
@@ -117,20 +86,7 @@ def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Issu
     return [Issue(text, kind="uneven")]
 
 
-def folding(sampling: Sampling, frequency: float) -> tuple[Issue, ...]:
-    """A remark if resampling reduces the sampling frequency."""
-    if frequency > _FEWER * sampling.frequency:
-        return ()
-    text = (
-        f"resampled from {sampling.frequency:g} Hz to {frequency:g} Hz without a filter:"
-        f" frequencies above {frequency / 2:g} Hz are aliased"
-    )
-    return (Issue(text, kind="folded"),)
-
-
-def resampled(
-    channels: dict[Key, Array], times: Array, frequency: float
-) -> tuple[dict[Key, Array], Sampling]:
+def _resampled(channels: dict[Channel, Array], times: Array, frequency: float) -> dict[Channel, Array]:
     """Channels interpolated linearly at even instants.
 
     Raises
@@ -142,10 +98,7 @@ def resampled(
     if n_time > _MOST_SAMPLES:
         raise RejectionError("long", f"would have {counted(n_time, 'sample')} at {frequency:g} Hz")
     instants = times[0] + np.arange(n_time) / frequency
-    return (
-        {key: np.interp(instants, times, samples) for key, samples in channels.items()},
-        Sampling(frequency, float(times[0])),
-    )
+    return {channel: np.interp(instants, times, samples) for channel, samples in channels.items()}
 
 
 _TOLERANCE = 0.01
@@ -154,13 +107,14 @@ _TOLERANCE = 0.01
 
 @dataclass(frozen=True)
 class Recording:
-    """Channels of one file, or of a part of it.
+    """Channels of one file, or of a part of it: a record that is not yet in a batch.
 
     Attributes
     ----------
     channels : dict of Channel to ndarray, shape (n_time,)
         In SI, or in counts.
-    sampling : Sampling
+    sampling_frequency, start_time : float
+        [Hz], and instant of the first sample [s].
     relative : frozenset of Channel
         Channels without a scale.
     normalized : frozenset of Channel
@@ -172,16 +126,30 @@ class Recording:
         Units that the file states for channels with a gain.
     units : dict of Channel to str
         Units that the file, or its description, states for its numbers.
+    record_id, source, group, label : str
+        As in a batch.
+    stroke : float
+        Last minus first piston position; zero if unknown.
     """
 
     channels: dict[Channel, Array]
-    sampling: Sampling
+    sampling_frequency: float
+    start_time: float = 0.0
     relative: frozenset[Channel] = frozenset()
     normalized: frozenset[Channel] = frozenset()
     remarks: tuple[Issue, ...] = ()
     values: Mapping[str, str] = field(default_factory=dict)
     scaled_headers: Mapping[Channel, str] = field(default_factory=dict)
     units: Mapping[Channel, str] = field(default_factory=dict)
+    record_id: str = ""
+    source: str = ""
+    group: str = ""
+    label: str = ""
+    stroke: float = 0.0
+
+    def remarked(self, remarks: Iterable[Issue]) -> Recording:
+        """The recording with more remarks."""
+        return replace(self, remarks=(*self.remarks, *remarks))
 
     def unit(self, channel: Channel) -> str:
         """Unit of a channel: SI, or ``counts``."""
@@ -191,20 +159,6 @@ class Recording:
     def n_time(self) -> int:
         """Number of samples."""
         return next(iter(self.channels.values())).size
-
-
-def read_recording(path: Path, place: str, config: MeasuredConfig) -> Recording:
-    """A file, read according to its description.
-
-    Raises
-    ------
-    DataError
-        The file is not as described.
-    RejectionError
-        It cannot be read, or its columns have different lengths.
-    """
-    with open_table(path, place, config.format) as table:
-        return recording_of(table, config)
 
 
 def recording_of(table: Table, config: MeasuredConfig) -> Recording:
@@ -227,15 +181,24 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
     n_time = _common_length(channels, times)
     if n_time < 2:
         raise RejectionError("short", f"contains {counted(n_time, 'sample')}")
-    sampling, remarks = given_sampling(config) if times is None else sampling_of_times(times, config)
-    if times is not None and config.resample is not None:
-        remarks += folding(sampling, config.resample)
-        channels, sampling = resampled(channels, times, config.resample)
+    frequency, start, wanted = config.sampling_frequency or 0.0, 0.0, config.resample
+    if times is not None:
+        frequency, uneven = sampling_of_times(times, config)
+        start, doubts = float(times[0]), [*doubts, *uneven]
+    elif config.sampling_frequency_is == "inferred":
+        text = f"the sampling frequency of {frequency:g} Hz is inferred, not documented"
+        doubts.append(Issue(text, kind=INFERRED_SAMPLING))
+    if times is not None and wanted is not None:
+        if wanted <= _FEWER * frequency:
+            text = f"resampled from {frequency:g} Hz to {wanted:g} Hz without a filter"
+            doubts.append(Issue(f"{text}: frequencies above {wanted / 2:g} Hz are aliased", kind="folded"))
+        channels, frequency = _resampled(channels, times, wanted), wanted
     return Recording(
         channels,
-        sampling,
+        frequency,
+        start,
         frozenset(channel for channel, column in columns.items() if is_counts(column.unit)),
-        remarks=(*table.remarks, *doubts, *remarks),
+        remarks=(*table.remarks, *doubts),
         values=values,
         scaled_headers={
             channel: table.unit(column.position)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,20 +15,31 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel, RecordBatch, RejectedRecord
-from hydrofdi.records.measured.defects import differences
+from hydrofdi.records.measured.cutting import (
+    cycles_of,
+    find_stroke,
+    normalized,
+    reference_pressure,
+    segment_of,
+    short_stroke,
+    trimmed,
+)
+from hydrofdi.records.measured.defects import Ranges, defects, differences
 from hydrofdi.records.measured.description.checks import contradictions
 from hydrofdi.records.measured.description.sections import OF_STREAMS, MeasuredConfig
-from hydrofdi.records.measured.formats.table import Table
+from hydrofdi.records.measured.formats.opening import open_table
+from hydrofdi.records.measured.formats.table import RejectionError, Table
 from hydrofdi.records.measured.forming import (
     MOST_SAMPLES,
-    Forming,
-    MeasuredRecord,
     batched,
+    filled,
     in_natural_order,
     matching_files,
+    names_of_path,
+    path_pattern,
 )
 from hydrofdi.records.measured.headers import completed
-from hydrofdi.records.measured.recording import Recording
+from hydrofdi.records.measured.recording import Recording, recording_of
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
 
@@ -38,10 +52,10 @@ class MeasuredSource:
     ----------
     name : str
         The description, or the file.
-    folder : path
-        Base of record ids.
     config : MeasuredConfig
     files : sequence of path
+    folder : path
+        Base of record ids.
     remarks : tuple of Issue
         Remarks on every record.
     most_samples : int
@@ -49,9 +63,9 @@ class MeasuredSource:
     """
 
     name: str
-    folder: Path
     config: MeasuredConfig
-    files: Sequence[Path]
+    files: Sequence[Path] = ()
+    folder: Path = Path()
     remarks: tuple[Issue, ...] = ()
     most_samples: int = MOST_SAMPLES
 
@@ -65,30 +79,77 @@ class MeasuredSource:
         """
         cycles = self.config.cycles
         period = self.config.drive_period or (None if cycles is None else cycles.period)
-        yield from batched(self._judged(), period, labels, self.most_samples)
+        yield from batched(self._remarked(), period, labels, self.most_samples)
 
     @property
     def is_labelled(self) -> bool:
         """Whether the description says how records are labelled."""
         return bool(self.config.label)
 
-    def _judged(self) -> Iterator[MeasuredRecord | RejectedRecord]:
+    def _remarked(self) -> Iterator[Recording | RejectedRecord]:
         """The records, with remarks on differences from the first, and on outliers if requested."""
         limit = self.config.limits.outliers
-        found = {} if limit is None else outliers(self._records(), limit)
+        far = {} if limit is None else outliers(self._records(), limit)
         first: Recording | None = None
         for record in self._records():
-            remarks = found.get(record.record_id, ())
             if isinstance(record, RejectedRecord):
                 yield record
                 continue
-            first = first or replace(record.recording, channels={})
-            yield record.remarked((*self.remarks, *remarks, *differences(record.recording, first)))
+            first = first or replace(record, channels={})
+            own = far.get(record.record_id, ())
+            yield record.remarked((*self.remarks, *own, *differences(record, first)))
 
-    def _records(self) -> Iterator[MeasuredRecord | RejectedRecord]:
-        forming = Forming(self.folder, self.config)
+    def _records(self) -> Iterator[Recording | RejectedRecord]:
+        """The records of all files, or a rejection with the reason."""
         for path in self.files:
-            yield from forming.records(path)
+            with np.errstate(all="ignore"):
+                records = [*self._of_file(path)]
+            yield from records
+
+    def _of_file(self, path: Path) -> Iterator[Recording | RejectedRecord]:
+        place, config = Path(os.path.relpath(path, self.folder)).as_posix(), self.config
+        names = names_of_path(place, self._pattern)
+        try:
+            if names is None:
+                raise RejectionError("path", f"the path does not match {config.path!r}")
+            with open_table(path, str(path), config.format) as table:
+                recording = recording_of(table, config)
+            recording = trimmed(recording, config.trim)
+            cycles = [recording] if config.cycles is None else list(cycles_of(recording, config.cycles))
+        except RejectionError as rejection:
+            yield RejectedRecord(place, place, "", rejection.remark)
+            return
+        for number, cycle in enumerate(cycles, 1):
+            record_id = place if config.cycles is None else f"{place}#{number}"
+            if isinstance(cycle, RejectionError):
+                yield RejectedRecord(record_id, place, "", cycle.remark)
+            else:
+                yield self._formed(replace(cycle, record_id=record_id, source=place), names)
+
+    def _formed(self, cycle: Recording, names: Mapping[str, str]) -> Recording | RejectedRecord:
+        """The requested part of a cycle, with its group, label and findings."""
+        config, position = self.config, cycle.channels.get(Channel.PISTON_POSITION)
+        stroke = None if position is None else find_stroke(position)
+        known = {**names, **cycle.values, "direction": stroke.direction if stroke else "0"}
+        group, label = (filled(template, known) for template in (config.group, config.label))
+        try:
+            record = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)
+            found = [*short_stroke(cycle, stroke, config.limits.shortest_stroke)]
+            record = record.remarked((*found, *defects(record, config.limits, self._ranges)))
+            if config.normalize != "none":
+                record = normalized(record, config.normalize, reference_pressure(cycle, config.normalize))
+        except RejectionError as rejection:
+            return RejectedRecord(cycle.record_id, cycle.source, group, rejection.remark, label)
+        return replace(record, group=group, label=label, stroke=stroke.distance if stroke else 0.0)
+
+    @cached_property
+    def _pattern(self) -> re.Pattern[str]:
+        return path_pattern(self.config.path)
+
+    @cached_property
+    def _ranges(self) -> Ranges:
+        pairs = ((name, column.plausible_range(name.unit)) for name, column in self.config.channels.items())
+        return {channel: limits for channel, limits in pairs if limits is not None}
 
 
 def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> MeasuredSource:
@@ -117,7 +178,7 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
     if not config.channels:
         config, unused = completed(config, files)
         _require_consistent(config, source)
-    return MeasuredSource(str(path), file.parent, config, files, unused, most_samples)
+    return MeasuredSource(str(path), config, files, file.parent, unused, most_samples)
 
 
 def _files(config: MeasuredConfig, source: Source, folder: Path) -> set[Path]:
@@ -129,19 +190,6 @@ def _files(config: MeasuredConfig, source: Source, folder: Path) -> set[Path]:
             raise ConfigError([source.mistake(("files", number), message)])
         files.update(found)
     return files
-
-
-def described(source: Source) -> MeasuredConfig:
-    """The description in a source.
-
-    Raises
-    ------
-    ConfigError
-        The description is wrong; all mistakes are listed.
-    """
-    config = validated(MeasuredConfig, source)
-    _require_consistent(config, source)
-    return config
 
 
 def _require_consistent(config: MeasuredConfig, source: Source) -> None:
@@ -181,49 +229,44 @@ class HeldTable(Table):
         """Values of a column, shape (n_time,)."""
         return self.columns[position]
 
-    def text(self, position: int) -> str:
-        """Raise `DataError`: these columns contain only numbers."""
-        raise DataError(f"{self.place}: column {self.titles[position]!r} is not text")
-
 
 @dataclass(frozen=True)
-class HeldSource:
+class HeldSource(MeasuredSource):
     """Records in memory.
 
     Attributes
     ----------
-    name : str
-        Name in messages.
     tables : sequence of HeldTable
         One for each record.
-    config : MeasuredConfig
     is_simulated : bool
         Whether an experiment file states the plant.
     """
 
-    name: str
-    tables: Sequence[HeldTable]
-    config: MeasuredConfig
+    tables: Sequence[HeldTable] = ()
     is_simulated: bool = False
-
-    def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """All records in their order.
-
-        Raises
-        ------
-        DataError
-            A unit is unknown, or of another dimension.
-        """
-        yield from batched(map(self._record, self.tables), None, labels)
 
     @property
     def is_labelled(self) -> bool:
         """Whether any record has a label."""
         return any(table.label for table in self.tables)
 
-    def _record(self, table: HeldTable) -> MeasuredRecord | RejectedRecord:
-        record = Forming(Path(), self.config).held(table, table.record_id)
-        return replace(record, group=table.group, label=table.label)
+    def _records(self) -> Iterator[Recording | RejectedRecord]:
+        for table in self.tables:
+            with np.errstate(all="ignore"):
+                yield self._held(table)
+
+    def _held(self, table: HeldTable) -> Recording | RejectedRecord:
+        own = {
+            "record_id": table.record_id,
+            "source": table.place,
+            "group": table.group,
+            "label": table.label,
+        }
+        try:
+            record = replace(recording_of(table, self.config), record_id=table.record_id, source=table.place)
+        except RejectionError as rejection:
+            return RejectedRecord(**own, remark=rejection.remark)
+        return replace(self._formed(record, {}), group=table.group, label=table.label)
 
 
 def held_source(
@@ -246,7 +289,10 @@ def held_source(
     """
     columns = {channel.value: dict(column) for channel, column in channels.items()}
     name = tables[0].place if tables else "the records"
-    return HeldSource(name, tables, described(Source({"files": name, "channels": columns, **sampling})))
+    source = Source({"files": name, "channels": columns, **sampling})
+    config = validated(MeasuredConfig, source)
+    _require_consistent(config, source)
+    return HeldSource(name, config, tables=tables)
 
 
 _SUFFIXES_IN_FOLDERS = (".csv", ".tsv", ".parquet", ".pq", ".mat", ".npz", ".csv.gz", ".tsv.gz")
@@ -279,7 +325,7 @@ def plain_source(path: Path | str, sampling_frequency: float | None = None) -> M
     sampling = {} if sampling_frequency is None else {"sampling_frequency": sampling_frequency}
     named = validated(MeasuredConfig, Source({"files": [file.name for file in files]} | sampling))
     config, unused = completed(named, files, is_plain=True)
-    return MeasuredSource(str(path), place if place.is_dir() else place.parent, config, files, unused)
+    return MeasuredSource(str(path), config, files, place if place.is_dir() else place.parent, unused)
 
 
 def plain_files(folder: Path) -> list[Path]:
@@ -302,9 +348,7 @@ Key = tuple[str, Channel]
 """Group and channel."""
 
 
-def outliers(
-    records: Iterable[MeasuredRecord | RejectedRecord], limit: float
-) -> dict[str, tuple[Issue, ...]]:
+def outliers(records: Iterable[Recording | RejectedRecord], limit: float) -> dict[str, tuple[Issue, ...]]:
     """Record id → remarks, for records that are further from the median of their group than others.
 
     The check compares the stroke, and the logarithm of the RMS of each pressure's changes from sample to
@@ -312,7 +356,7 @@ def outliers(
 
     Parameters
     ----------
-    records : iterable of MeasuredRecord or RejectedRecord
+    records : iterable of Recording or RejectedRecord
         Only a few numbers of each are kept.
     limit : float
         Largest usual distance from the median, in robust standard deviations.
@@ -320,7 +364,7 @@ def outliers(
     names: dict[Key, list[str]] = defaultdict(list)
     numbers: dict[Key, list[float]] = defaultdict(list)
     for record in records:
-        if isinstance(record, MeasuredRecord):
+        if isinstance(record, Recording):
             for channel, number in _looked_at(record).items():
                 names[record.group, channel].append(record.record_id)
                 numbers[record.group, channel].append(number)
@@ -332,8 +376,8 @@ def outliers(
     return found
 
 
-def _looked_at(record: MeasuredRecord) -> dict[Channel, float]:
-    channels = record.recording.channels
+def _looked_at(record: Recording) -> dict[Channel, float]:
+    channels = record.channels
     numbers = {Channel.PISTON_POSITION: record.stroke} if Channel.PISTON_POSITION in channels else {}
     for channel, samples in channels.items():
         if channel.is_pressure:

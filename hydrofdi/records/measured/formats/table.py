@@ -74,15 +74,15 @@ class Table(ABC):
         """
         return self.numbers(position)
 
-    @abstractmethod
     def text(self, position: int) -> str:
         """The value of a constant column.
 
         Raises
         ------
         DataError
-            The column changes.
+            The column changes, or contains no text.
         """
+        raise DataError(f"{self.place}: column {self.titles[position]!r} is not text")
 
 
 class RejectionError(Exception):

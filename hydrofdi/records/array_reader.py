@@ -119,23 +119,24 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    opened: Opened | None = None
+    opened: Opened = {}, {}, lambda: None
     while True:
         try:
-            seconds, kind, action, *of = pickle.load(sys.stdin.buffer)
+            seconds, action, *of = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
         faulthandler.dump_traceback_later(seconds, exit=True)
         try:
             answer: Any = None
             if action == "open":
-                content = of[0] if isinstance(of[0], str) else BytesIO(of[0])
-                opened = (_hdf5 if kind == "HDF5" else _mat)(content)
+                kind, content = of
+                opened = (_hdf5 if kind == "HDF5" else _mat)(
+                    content if isinstance(content, str) else BytesIO(content)
+                )
                 answer = {name: array.shape for name, array in opened[0].items()}, opened[1]
-            elif action == "array" and opened:
-                found = opened[0][of[0]]
-                answer = _plain(_unpacked(found) if hasattr(found, "attrs") else found)
-            elif opened:
+            elif action == "array":
+                answer = _plain(opened[0][of[0]])
+            else:
                 opened[2]()
         except Exception as error:
             answer = OSError(" ".join(str(error).split())[:120] or type(error).__name__)
@@ -145,8 +146,8 @@ def main() -> None:
 
 
 def _plain(array: Any) -> Any:
-    """An array without objects of a library: numbers, dates or texts."""
-    values = np.asarray(array)
+    """Values of an array or a dataset without objects of a library: numbers, dates or texts."""
+    values = np.asarray(_unpacked(array) if hasattr(array, "attrs") else array)
     if values.dtype.kind in "biufcSU":
         return values
     return np.array([_text(value) for value in values.reshape(-1).tolist()], dtype=object).reshape(

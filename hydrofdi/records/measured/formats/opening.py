@@ -1,120 +1,222 @@
-"""Opening a measured file by its kind.
+"""Opening a measured file by its kind; arrays by name: the content of HDF5, MAT, NPZ and Parquet files.
 
 HDF5 and MAT files are read in a process of their own: their libraries may crash or hang on damaged bytes.
 """
 
 from __future__ import annotations
 
-import atexit
+import gzip
 import os
 import pickle
 import subprocess
 import sys
-import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, cast
 
+import numpy as np
+
 from hydrofdi.errors import DataError
 from hydrofdi.records import array_reader
+from hydrofdi.records.batch import Array
+from hydrofdi.records.measured.columns import split_title
 from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats.arrays import ArrayTable, Content, content_of, npz_table
-from hydrofdi.records.measured.formats.table import RejectionError, Table, damage_named
+from hydrofdi.records.measured.formats.table import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.records.measured.formats.text import TextTable
-from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.messages import counted, nearest
 
+_EXACT = 2**53
+"""Integers up to here are exact as floats."""
+_MOST_COLUMNS = 1000
 SECONDS = 60.0
 """Time limit of a request [s], plus one second for each megabyte of the file."""
 _BYTES_PER_SECOND = 1e6
+Content = Path | BytesIO
+
+
+class ArrayTable(Table):
+    """Columns in arrays: vectors by their name, columns of matrices as ``name[1]``, ``name[2]``, …
+
+    Parameters
+    ----------
+    place : str
+    what : str
+        Kind of file, for messages.
+    shapes : mapping of str to tuple of int
+        Name → shape, known before the arrays are read. The longer axis of a matrix is time.
+    load : callable
+        Name → array, as the file contains it.
+    units : mapping of str to str, optional
+        Name → unit that the file states.
+    """
+
+    def __init__(
+        self,
+        place: str,
+        what: str,
+        shapes: Mapping[str, tuple[int, ...]],
+        load: Callable[[str], Any],
+        units: Mapping[str, str] | None = None,
+    ) -> None:
+        self.place, self._what, self._load, self._units = place, what, load, units or {}
+        self._columns = [column for name, shape in shapes.items() for column in _columns(name, shape)]
+        self._last: tuple[str, Any] = "", None
+        self.titles = [name if number is None else f"{name}[{number + 1}]" for name, number in self._columns]
+
+    def unit(self, position: int) -> str:
+        """Unit that the file states."""
+        name = self._columns[position][0]
+        return self._units.get(name) or split_title(name)[1]
+
+    def numbers(self, position: int) -> Array:
+        """Values of a column, shape (n_row,)."""
+        values, where = self._vector(position), f"{self.place}: {self.titles[position]}"
+        if values.dtype.kind in "iu" and values.size and _magnitude(values) > _EXACT:
+            raise DataError(f"{where}: contains integers beyond 2^53, which are not exact")
+        if values.dtype.kind == "c":
+            raise DataError(f"{where}: contains complex numbers")
+        if values.dtype.kind not in "biuf":
+            raise DataError(f"{where}: contains {values.dtype.name}, not numbers")
+        return np.asarray(values, dtype=np.float64)
+
+    def is_dated(self, position: int) -> bool:
+        """Whether a column contains dates."""
+        return bool(self._vector(position).dtype.kind == "M")
+
+    def instants(self, position: int) -> Array:
+        """Values of a time column; of dates, the time since the first one [s]."""
+        values = self._vector(position)
+        if values.dtype.kind != "M":
+            return self.numbers(position)
+        known = values[~np.isnat(values)]
+        return (values - known[:1]) / np.timedelta64(1, "s") if known.size else np.full(values.size, np.nan)
+
+    def text(self, position: int) -> str:
+        """The value of a constant column."""
+        values = {_as_text(value) for value in self._vector(position).tolist()}
+        if len(values) != 1:
+            raise DataError(
+                f"{self.place}: {self.titles[position]}: contains {counted(len(values), 'different value')}"
+            )
+        return values.pop()
+
+    def _vector(self, position: int) -> Any:
+        name, number = self._columns[position]
+        if name != self._last[0]:
+            with damage_named(self._what):
+                values = np.asarray(self._load(name))
+            self._last = name, values.T if values.ndim == 2 and values.shape[1] > values.shape[0] else values
+        values = self._last[1]
+        return values.reshape(-1) if number is None else values[:, number]
+
+
+def _columns(name: str, shape: tuple[int, ...]) -> list[tuple[str, int | None]]:
+    if sum(length != 1 for length in shape) <= 1:
+        return [(name, None)]
+    if len(shape) != 2 or shape[0] == shape[1] or 0 in shape or min(shape) > _MOST_COLUMNS:
+        return []
+    return [(name, number) for number in range(min(shape))]
+
+
+def _magnitude(values: Any) -> int:
+    return max(abs(int(values.max())), abs(int(values.min())))
+
+
+def _as_text(value: Any) -> str:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def content_of(path: Path) -> Content:
+    """Input of a library: the path itself, or the decompressed bytes if its name ends in ``.gz``.
+
+    Raises
+    ------
+    DataError
+        It is larger than 2 GiB.
+    RejectionError
+        It cannot be decompressed.
+    """
+    if path.suffix.lower() != ".gz":
+        return path
+    with damage_named("gzip"), gzip.open(path, "rb") as file:
+        data = file.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise DataError(f"{path}: is larger than {MOST_BYTES / 2**30:g} GiB")
+    if not data:
+        raise RejectionError("empty", "is empty")
+    return BytesIO(data)
+
+
+_idle: list[subprocess.Popen[bytes]] = []
+"""Processes that wait for the next file; each open table has its own."""
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_idle.clear)
 
 
 @contextmanager
 def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayTable]:
-    """The arrays of an HDF5 or MAT file; each is read on demand.
+    """The arrays of an HDF5 or MAT file; another process reads each on demand.
 
     Raises
     ------
     RejectionError
         The file cannot be read, or reading it crashes or takes too long.
     """
-    reader = _idle.pop() if _idle else _Reader()
-    if reader.process.poll() is not None:  # it was killed while it waited
-        reader.end()
-        reader = _Reader()
-    reader.kind = kind
-    try:
-        with damage_named(kind):
-            given = str(content.absolute()) if isinstance(content, Path) else content.getvalue()
-            size = content.stat().st_size if isinstance(content, Path) else len(given)
-            reader.seconds = SECONDS + size / _BYTES_PER_SECOND
-            shapes, units = reader.ask("open", given)
-        yield ArrayTable(place, kind, shapes, lambda name: reader.ask("array", name), units)
-    finally:
+    with damage_named(kind):
+        given = str(content.absolute()) if isinstance(content, Path) else content.getvalue()
+        size = content.stat().st_size if isinstance(content, Path) else len(given)
+    seconds = SECONDS + size / _BYTES_PER_SECOND
+    process = _idle.pop() if _idle else _new_reader()
+    if process.poll() is not None:  # it was killed while it waited
+        process = _new_reader()
+
+    def ask(*request: Any) -> Any:
+        """The answer to a request; a process that gives none has ended."""
         try:
-            reader.ask("close")
-            _idle.append(reader)
-        except (RejectionError, OSError):
-            reader.end()
-
-
-class _Reader:
-    """A process that reads one file at a time; it ends with its parent, or if a request takes too long."""
-
-    def __init__(self) -> None:
-        command = [sys.executable, "-P", array_reader.__file__]
-        pipe = subprocess.PIPE
-        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
-        self.kind, self.seconds = "", SECONDS
-
-    def ask(self, action: str, *of: Any) -> Any:
-        """The answer to a request.
-
-        Raises
-        ------
-        OSError
-            The library cannot read it; the message says why.
-        RejectionError
-            The process has ended.
-        """
-        start, requests = time.monotonic(), cast(IO[bytes], self.process.stdin)
-        try:
-            pickle.dump((self.seconds, self.kind, action, *of), requests)
-            requests.flush()
-            answer = pickle.load(cast(IO[bytes], self.process.stdout))
-        except (EOFError, OSError, ValueError, pickle.UnpicklingError):
-            self.end()
-            late = time.monotonic() - start >= self.seconds
-            what = f"took longer than {self.seconds:.3g} s" if late else "crashed"
-            raise RejectionError("damaged", f"reading it as {self.kind} {what}") from None
-        except BaseException:
-            self.end()
-            raise
+            pickle.dump((seconds, *request), cast(IO[bytes], process.stdin))
+            cast(IO[bytes], process.stdin).flush()
+            answer = pickle.load(cast(IO[bytes], process.stdout))
+        except BaseException as error:
+            process.kill()
+            process.communicate()
+            if not isinstance(error, EOFError | OSError | ValueError | pickle.UnpicklingError):
+                raise
+            text = f"reading it as {kind} crashed, or took longer than {seconds:.3g} s"
+            raise RejectionError("damaged", text) from None
         if isinstance(answer, OSError):
             raise answer
         return answer
 
-    def end(self) -> None:
-        """End the process; a second call does nothing."""
-        self.process.kill()
-        self.process.wait()
-        for pipe in (self.process.stdin, self.process.stdout):
-            with suppress(OSError):
-                cast(IO[bytes], pipe).close()
+    try:
+        with damage_named(kind):
+            shapes, units = ask("open", kind, given)
+        yield ArrayTable(place, kind, shapes, lambda name: ask("array", name), units)
+    finally:
+        with suppress(RejectionError, OSError):
+            ask("close")
+            _idle.append(process)
 
 
-_idle: list[_Reader] = []
-"""Processes that wait for the next file; each open table has its own."""
+def _new_reader() -> subprocess.Popen[bytes]:
+    """A process that reads one file at a time; it ends with its parent, or if a request takes too long."""
+    command, pipe = [sys.executable, "-P", array_reader.__file__], subprocess.PIPE
+    return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
 
 
-@atexit.register
-def _end_all() -> None:
-    while _idle:
-        _idle.pop().end()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_idle.clear)
+@contextmanager
+def npz_table(place: str, content: Content) -> Iterator[ArrayTable]:
+    """The arrays of an archive."""
+    with damage_named("NPZ"):
+        archive: Any = np.load(content, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise RejectionError("damaged", "cannot be read as NPZ: it is not an archive of arrays")
+    with archive:
+        with damage_named("NPZ"):
+            arrays = {name: np.asarray(archive[name]) for name in archive.files}
+        shapes = {name: array.shape for name, array in arrays.items()}
+        yield ArrayTable(place, "NPZ", shapes, arrays.__getitem__)
 
 
 def parquet_table(place: str, content: Content) -> ArrayTable:

@@ -10,6 +10,8 @@ from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.columns import find_column, split_title
 
+MOST_BYTES = 2**31
+
 
 class Table(ABC):
     """Columns of one file.

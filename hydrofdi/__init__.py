@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from hydrofdi.api.evaluation import Evaluation, evaluate
     from hydrofdi.api.exporting import Exported, export
     from hydrofdi.api.folders import rerun, status, verify, why
-    from hydrofdi.api.measuring import Inspection, indicators, inspect, measure
+    from hydrofdi.api.inspecting import Inspection, inspect
+    from hydrofdi.api.measuring import indicators, measure
     from hydrofdi.api.plan import plan
     from hydrofdi.api.replaying import replay
     from hydrofdi.api.results import Results, load, report
@@ -44,7 +45,8 @@ _HOMES = {
         "api.evaluation": "Evaluation evaluate",
         "api.exporting": "Exported export",
         "api.folders": "rerun status verify why",
-        "api.measuring": "Inspection indicators inspect measure",
+        "api.inspecting": "Inspection inspect",
+        "api.measuring": "indicators measure",
         "api.plan": "plan",
         "api.replaying": "replay",
         "api.results": "Results load report",

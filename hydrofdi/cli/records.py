@@ -17,7 +17,7 @@ from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.evaluation import Evaluation
-    from hydrofdi.api.measuring import Inspection
+    from hydrofdi.api.inspecting import Inspection
     from hydrofdi.indicators.record_measures import Column, RecordMeasures
 
 _MOST_GROUPS, _MOST_ROWS = 12, 20
@@ -35,7 +35,7 @@ def inspect(
     Simulates at most 32 records of an experiment file (.yaml), spread evenly over its runs.
     Exit code 1 if records are rejected.
     """
-    from hydrofdi.api.measuring import inspect as look_at
+    from hydrofdi.api.inspecting import inspect as look_at
 
     found = look_at(sources, **settings)
     draw(found, figure)
@@ -47,23 +47,22 @@ def inspect(
 def _inspection(found: Inspection) -> Iterator[Any]:
     from rich.text import Text
 
-    overview = found.overview
-    rejected = f", and {overview.n_rejected:,} rejected" if overview.n_rejected else ""
-    rates = _counts({f"{rate:g} Hz": n for rate, n in overview.sampling_frequencies.items()})
-    periods = overview.drive_periods.items()
-    yield Text(overview.name, "bold")
+    rejected = f", and {found.n_rejected:,} rejected" if found.n_rejected else ""
+    rates = _counts({f"{rate:g} Hz": n for rate, n in found.sampling_frequencies.items()})
+    periods = found.drive_periods.items()
+    yield Text(found.name, "bold")
     yield from facts([
-        ("records", f"{overview.n_record:,}{rejected}"),
-        ("sampling", rates + (" (inferred)" if overview.is_inferred else "")),
-        ("samples", _counts({f"{length:,}": n for length, n in overview.lengths.items()})),
+        ("records", f"{found.n_record:,}{rejected}"),
+        ("sampling", rates + (" (inferred)" if found.is_inferred else "")),
+        ("samples", _counts({f"{length:,}": n for length, n in found.lengths.items()})),
         ("drive", _counts({f"period {each:g} s" if each else "no known period": n for each, n in periods})),
-        ("groups", _counts(overview.groups)),
-        ("labels", _counts(overview.labels)),
+        ("groups", _counts(found.groups)),
+        ("labels", _counts(found.labels)),
     ])  # fmt: skip
     for table in (found.channels, found.findings):
         if len(table):
             yield from ("", table)
-    if not overview.findings:
+    if not found.remarked:
         yield from ("", "no remarks")
 
 

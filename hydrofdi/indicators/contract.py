@@ -84,7 +84,7 @@ class Indicator(Protocol[Chosen]):
     version : int
         Increased whenever results change for the same record and options.
     summary : str
-        What it measures, in one sentence.
+        What it measures, in one sentence; by default the class's docstring.
     source : str
         Publication.
     equation : str
@@ -114,6 +114,12 @@ class Indicator(Protocol[Chosen]):
     needs_scale: ClassVar[bool] = False
     Options: ClassVar[type[Section]] = Section
     options: Chosen
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        """Take the summary from the docstring."""
+        super().__init_subclass__(**more)
+        if cls.__doc__ and "summary" not in vars(cls):
+            cls.summary = " ".join(cls.__doc__.partition("\n\n")[0].split())
 
     def __init__(self, options: Chosen | None = None) -> None:
         chosen: Any = self.Options() if options is None else options

@@ -72,17 +72,17 @@ def _fault_of_outputs(measured: Any, indicator: Indicator[Any], n_record: int) -
     if not isinstance(measured, Mapping):
         return f"{type(measured).__name__}, not a mapping of its outputs"
     expected = {output.name: (n_record, *output.dims.values()) for output in indicator.outputs}
-    if missing := [name for name in expected if name not in measured]:
-        return f"no {' and no '.join(map(repr, missing))}"
-    if unknown := [name for name in measured if name not in expected]:
-        return f"{unknown[0]!r}, which is not one of its outputs"
-    for name, shape in expected.items():
-        if not isinstance(measured[name], np.ndarray):
-            return f"{name!r} as {type(measured[name]).__name__}, not as an array of shape {shape}"
-        if measured[name].shape != shape:
-            return f"{name!r} of shape {measured[name].shape}, not {shape}"
-        if measured[name].dtype.kind != "f":
-            return f"{name!r} of type {measured[name].dtype}, not of real floating-point numbers"
+    for name in {**expected, **measured}:
+        found = measured.get(name)
+        if name not in expected:
+            return f"{name!r}, which is not one of its outputs"
+        if not isinstance(found, np.ndarray) or found.shape != expected[name] or found.dtype.kind != "f":
+            kind = (
+                f"{found.dtype} of shape {found.shape}"
+                if isinstance(found, np.ndarray)
+                else type(found).__name__
+            )
+            return f"{name!r} as {kind}, not as real floating-point numbers of shape {expected[name]}"
     return ""
 
 
@@ -128,20 +128,12 @@ class AbsentIndicator(Indicator[Any]):
     version = 0
     summary = "An indicator that is not installed."
     source = "none"
+    channels: frozenset[Channel] = frozenset()
+    outputs = ()
 
     def __init__(self, reason: str) -> None:
         super().__init__()
         self.reason = reason
-
-    @property
-    def channels(self) -> frozenset[Channel]:
-        """None."""
-        return frozenset()
-
-    @property
-    def outputs(self) -> tuple[Output, ...]:
-        """None."""
-        return ()
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message that the indicator is not installed."""

@@ -11,7 +11,6 @@ import hydrofdi
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import open_source
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.records.overview import look_at
 from tests.commands import run, run_json
 
 MANY = """
@@ -129,4 +128,4 @@ def test_no_content_is_a_fault(folder_contents, content, suffix, frequency):
     with contextlib.suppress(HydrofdiError):
         source = open_source(path, sampling_frequency=frequency)
         if not isinstance(source, SimulatedRecords):
-            look_at([source])
+            hydrofdi.inspect(path, sampling_frequency=frequency)

@@ -33,11 +33,10 @@ class A4Options(Section):
 
 
 class A4(Indicator[A4Options]):
-    """RMS of approximation a4 of both chamber pressures, essentially their mean times 2^(level/2)."""
+    """RMS of the level-4 approximation of each chamber pressure, which external leakage changes."""
 
     name = "a4"
     version = 1
-    summary = "RMS of the level-4 approximation of each chamber pressure, which external leakage changes."
     source = "Goharrizi and Sepehri, International Journal of Fluid Power (abstract); its RMS is a choice"
     equation = "a_4 = sqrt(mean over k of a_4[k]²) of P_1 and of P_2"
     Options = A4Options

@@ -35,11 +35,10 @@ class BandPowerOptions(ChannelOptions):
 
 
 class BandPower(SingleChannelIndicator[BandPowerOptions]):
-    """RMS in each band."""
+    """RMS in frequency bands, from the power spectrum of overlapping segments."""
 
     name = "band_power"
     version = 1
-    summary = "RMS in frequency bands, from the power spectrum of overlapping segments."
     source = "Welch, IEEE Trans. Audio Electroacoust. 15(2) (1967) 70"
     equation = "b_i = sqrt(integral of S(f) over band i); S: one-sided density, Hann windows, half overlap"
     Options = BandPowerOptions

@@ -22,11 +22,10 @@ class CrossCorrelationOptions(Section):
 
 
 class CrossCorrelation(Indicator[CrossCorrelationOptions]):
-    """Coefficient, peak and lag of the cross-covariance of both chamber pressures."""
+    """Correlation coefficient of the chamber pressures; peak and lag of their cross-covariance."""
 
     name = "cross_correlation"
     version = 1
-    summary = "Correlation coefficient of the chamber pressures; peak and lag of their cross-covariance."
     source = (
         "ASME/BATH Symposium on Fluid Power and Motion Control, FPMC2014, paper V001T01A003; only its"
         " abstract was available"

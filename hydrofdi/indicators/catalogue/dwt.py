@@ -92,11 +92,10 @@ class DwtOptions(ChannelOptions, WaveletConfig):
 
 
 class Dwt(SingleChannelIndicator[DwtOptions]):
-    """RMS of details d1, d2, … and approximations a1, a2, … of a decimated transform."""
+    """RMS of the detail and approximation coefficients of the discrete wavelet transform."""
 
     name = "dwt"
     version = 1
-    summary = "RMS of the detail and approximation coefficients of the discrete wavelet transform."
     source = (
         "Maddahi et al. (2015, the paper that hydrofdi reproduces); Goharrizi and Sepehri, IEEE Trans. Ind."
         " Electron. (2010)"

@@ -102,11 +102,10 @@ class EmdOptions(ChannelOptions):
 
 
 class Emd(SingleChannelIndicator[EmdOptions]):
-    """RMS of the instantaneous amplitude of the first empirical modes."""
+    """RMS of the instantaneous amplitude of the first empirical modes, highest frequency first."""
 
     name = "emd"
     version = 1
-    summary = "RMS of the instantaneous amplitude of the first empirical modes, highest frequency first."
     source = "Goharrizi and Sepehri, IEEE Trans. Instrum. Meas. 61(2) (2012) 368"
     equation = "imf_k = sqrt(mean over t of |c_k + i H c_k|²), c_k: mode after a fixed number of siftings"
     is_cheap = False

@@ -79,11 +79,10 @@ class EnvelopeOptions(SteppedChannelOptions):
 
 
 class Envelope(SingleChannelIndicator[EnvelopeOptions]):
-    """RMS of the envelope, and its rate of decay after steps of the drive."""
+    """RMS of the envelope of a band, and its rate of decay after steps of the drive."""
 
     name = "envelope"
     version = 1
-    summary = "RMS of the envelope of a band, and its rate of decay after steps of the drive."
     source = "Feldman, Hilbert Transform Applications in Mechanical Vibration (2011)"
     equation = "A(t) = |x + i H x| in the band; ln A = c − σ t by least squares weighted by A²"
     caution = (

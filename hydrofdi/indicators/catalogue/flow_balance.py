@@ -6,11 +6,10 @@ from hydrofdi.indicators.balancing import BalanceIndicator, BalanceOptions
 
 
 class FlowBalance(BalanceIndicator[BalanceOptions]):
-    """K_i, β and valve parameters from the volume balance."""
+    """Internal leakage, bulk modulus and valve parameters from the volume balance of the chambers."""
 
     name = "flow_balance"
     version = 3
-    summary = "Internal leakage, bulk modulus and valve parameters from the volume balance of the chambers."
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); balance: equations (5) to (8) and (11) of the paper;"
         " deviations: Tarantola, Inverse Problem Theory (2005), section 3.2"

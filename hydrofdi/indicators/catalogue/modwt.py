@@ -33,13 +33,10 @@ class ModwtOptions(ChannelOptions):
 
 
 class Modwt(SingleChannelIndicator[ModwtOptions]):
-    """RMS of details d1, d2, … and approximations a1, a2, … of an undecimated transform."""
+    """RMS of the coefficients of the undecimated wavelet transform: dwt averaged over all start phases."""
 
     name = "modwt"
     version = 1
-    summary = (
-        "RMS of the coefficients of the undecimated wavelet transform: dwt averaged over all start phases."
-    )
     source = "Percival and Walden, Wavelet Methods for Time Series Analysis (2000), chapter 5"
     equation = "d_j = sqrt(2^j · mean over t of W_j[t]²), W_j: MODWT; level j covers f_s/2^(j+1) to f_s/2^j"
     Options = ModwtOptions

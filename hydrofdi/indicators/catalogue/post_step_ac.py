@@ -35,14 +35,12 @@ class PostStepAcOptions(SteppedChannelOptions):
 
 
 class PostStepAc(SingleChannelIndicator[PostStepAcOptions]):
-    """RMS of the detrended pressure after the steps, absolute and relative to the mean level."""
+    """RMS of the pressure about its trend after the steps of the drive, absolute and relative to its
+    level.
+    """
 
     name = "post_step_ac"
     version = 1
-    summary = (
-        "RMS of the pressure about its trend after the steps of the drive, absolute and relative to its"
-        " level."
-    )
     source = (
         "a choice of hydrofdi; Goharrizi and Sepehri, IEEE Trans. Ind. Electron. (2010), analyse transients"
         " after steps"

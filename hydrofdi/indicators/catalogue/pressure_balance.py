@@ -36,11 +36,10 @@ class PressureBalanceOptions(BalanceOptions):
 
 
 class PressureBalance(BalanceIndicator[PressureBalanceOptions]):
-    """K_i, β and valve parameters from the volume balance, with pressures only."""
+    """Internal leakage from the volume balance, with the spring load in place of a position sensor."""
 
     name = "pressure_balance"
     version = 2
-    summary = "Internal leakage from the volume balance, with the spring load in place of a position sensor."
     source = "flow_balance with A x_p' = A² ΔP'/K_ex: specific to hydrofdi"
     equation = (
         "∫φ q_1 = K_i ∫φ sgn(ΔP) √abs(ΔP) + (A²/K_ex) ∫φ ΔP' + (1/β) ∫φ (V + A² ΔP/K_ex) P_1'; q_1 and"

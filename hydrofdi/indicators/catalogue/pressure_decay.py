@@ -136,14 +136,12 @@ class PressureDecayOptions(Section):
 
 
 class PressureDecay(Indicator[PressureDecayOptions]):
-    """Rates of change of the chamber pressures and of the magnitude of their difference at rest."""
+    """Rates of change of the chamber pressures, and of the magnitude of their difference, while the
+    actuator rests.
+    """
 
     name = "pressure_decay"
     version = 1
-    summary = (
-        "Rates of change of the chamber pressures, and of the magnitude of their difference, while the"
-        " actuator rests."
-    )
     source = (
         "EN 1779 (1999), leak testing by pressure change; least squares over the rests is specific to"
         " hydrofdi"

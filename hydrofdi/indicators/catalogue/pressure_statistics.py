@@ -12,11 +12,10 @@ from hydrofdi.records import Array, RecordBatch
 
 
 class PressureStatistics(SingleChannelIndicator[ChannelOptions]):
-    """Mean, standard deviations, kurtosis, crest factor and peak to peak."""
+    """Mean, standard deviation, increments, kurtosis, crest factor and peak to peak of a channel."""
 
     name = "pressure_statistics"
     version = 1
-    summary = "Mean, standard deviation, increments, kurtosis, crest factor and peak to peak of a channel."
     source = "Dyer and Stewart, J. Mech. Des. 100 (1978) 229: kurtosis for condition monitoring"
     equation = "x = P − mean; s² = mean(x²); kurtosis = mean(x⁴)/s⁴; crest = max abs(x)/s"
     Options = ChannelOptions

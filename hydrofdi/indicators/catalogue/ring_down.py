@@ -54,11 +54,10 @@ class RingDownOptions(SteppedChannelOptions):
 
 
 class RingDown(SingleChannelIndicator[RingDownOptions]):
-    """Frequency and damping of the hydraulic mode."""
+    """Natural frequency and damping ratio of the pressure after the steps of the drive."""
 
     name = "ring_down"
     version = 1
-    summary = "Natural frequency and damping ratio of the pressure after the steps of the drive."
     source = "Hua and Sarkar, IEEE Trans. Acoust., Speech, Signal Process. (1990): matrix pencil"
     equation = "P = polynomial + Re(c exp(s t)) by least squares; s = 2π f_h (−ζ + i √(1 − ζ²))"
     absence = "no step of the drive is followed by a full window in which the pressure moves"

@@ -66,11 +66,10 @@ class SlidingOptions(RecursiveOptions):
 
 
 class Sliding(RecursiveIndicator[SlidingOptions]):
-    """One output of another indicator, measured in each position of a sliding window."""
+    """An output of another indicator in a sliding window along the record, e.g. wavelets on line."""
 
     name = "sliding"
     version = 1
-    summary = "An output of another indicator in a sliding window along the record, e.g. wavelets on line."
     source = "Goharrizi, Sepehri and Wu, Int. J. Fluid Power 11 (2010) 61, for the RMS of d2"
     equation = "s(t) = indicator of the samples from t − window to t"
     caution = (

@@ -80,11 +80,10 @@ class StftOptions(ChannelOptions):
 
 
 class Stft(SingleChannelIndicator[StftOptions]):
-    """Frequency and amplitude of the ridge of a short-time Fourier transform."""
+    """The strongest frequency of a band over time, and its amplitude: mean and spread."""
 
     name = "stft"
     version = 1
-    summary = "The strongest frequency of a band over time, and its amplitude: mean and spread."
     source = "Allen, IEEE Trans. Acoust. Speech Signal Process. 25(3) (1977) 235"
     equation = "f(t) = argmax over the band of |X(t, f)|, A(t) = |X(t, f(t))|; mean of f weighted by A²"
     Options = StftOptions

@@ -103,11 +103,10 @@ class VmdOptions(ChannelOptions):
 
 
 class Vmd(SingleChannelIndicator[VmdOptions]):
-    """RMS and mean frequency of the variational modes of a record with its mean removed."""
+    """RMS and mean frequency of narrow-band modes whose sum approximates the record."""
 
     name = "vmd"
     version = 1
-    summary = "RMS and mean frequency of narrow-band modes whose sum approximates the record."
     source = "Dragomiretskiy and Zosso, IEEE Trans. Signal Process. 62(3) (2014) 531"
     equation = "minimise α Σ bandwidth(u_k)² + |x − Σ u_k|²; rms_k = sqrt(mean of u_k²)"
     is_cheap = False

@@ -58,11 +58,10 @@ class WaveletPacketOptions(ChannelOptions):
 
 
 class WaveletPacket(SingleChannelIndicator[WaveletPacketOptions]):
-    """RMS of the coefficients of every node of one level, in frequency order."""
+    """RMS of the coefficients of each node of a wavelet packet: bands of equal width."""
 
     name = "wavelet_packet"
     version = 1
-    summary = "RMS of the coefficients of each node of a wavelet packet: bands of equal width."
     source = "Coifman and Wickerhauser, IEEE Trans. Inf. Theory 38(2) (1992) 713"
     equation = "n_k = sqrt(mean over i of w_k[i]²); node k covers k to k + 1 times f_s/2^(level+1)"
     Options = WaveletPacketOptions

@@ -174,11 +174,10 @@ class AdaptiveObserverOptions(ObserverOptions):
 
 
 class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
-    """K_i, and optionally 1/β, by adaptation laws from a Lyapunov function."""
+    """Internal leakage and bulk modulus from adaptive pressure observers."""
 
     name = "adaptive_observer"
     version = 1
-    summary = "Internal leakage and bulk modulus from adaptive pressure observers."
     source = "Garimella and Yao, Proc. American Control Conference (2005) 484; laws: Lyapunov's direct method"
     equation = (
         "V_1 P̂_1'/β̂ = q_1 − A v − K̂_i S + V_1 L e_1/β̂, chamber 2 alike, e = P − P̂, S = sgn(ΔP) √abs(ΔP);"

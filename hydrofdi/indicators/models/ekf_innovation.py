@@ -40,14 +40,12 @@ class InnovationOptions(KalmanOptions):
 
 
 class EkfInnovation(KalmanFilter[InnovationOptions]):
-    """Deviation of a record from the healthy plant, and the leakage that explains it."""
+    """Innovations of an extended Kalman filter of the healthy actuator, and the leakage estimated from
+    them.
+    """
 
     name = "ekf_innovation"
     version = 2
-    summary = (
-        "Innovations of an extended Kalman filter of the healthy actuator, and the leakage estimated from"
-        " them."
-    )
     source = (
         "An & Sepehri, Proc. American Control Conference (2003) and Int. J. Fluid Power 6(2) (2005);"
         " signature of a fault: Friedland, IEEE Trans. Automatic Control 14 (1969), and Willsky & Jones,"

@@ -27,11 +27,10 @@ class JointOptions(KalmanOptions):
 
 
 class EkfJoint(KalmanFilter[JointOptions]):
-    """K_i, β and valve parameters as states of the plant."""
+    """Internal leakage, bulk modulus and valve parameters as states of an extended Kalman filter."""
 
     name = "ekf_joint"
     version = 3
-    summary = "Internal leakage, bulk modulus and valve parameters as states of an extended Kalman filter."
     source = (
         "An & Sepehri, Int. J. Fluid Power 6(2) (2005); Sepasi & Sassani, IJCAS 8 (2010); considered"
         " parameters: Schmidt, Advances in Control Systems 3 (1966)"

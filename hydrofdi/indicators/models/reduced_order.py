@@ -168,13 +168,10 @@ class ReducedOrderOptions(ObserverOptions):
 
 
 class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
-    """Flow that the nominal actuator does not explain, and a bound on the effect of its errors."""
+    """Internal leakage from the residual of the volume balance, with a fixed or an adaptive threshold."""
 
     name = "reduced_order"
     version = 1
-    summary = (
-        "Internal leakage from the residual of the volume balance, with a fixed or an adaptive threshold."
-    )
     source = "Nurmi and Mattila, Int. J. Fluid Power 12 (2011), parts 1 and 2"
     equation = (
         "r = ∫(q_1 + q_2) − (A_1 + A_2) Δx_p − (V_1 ΔP_1 − V_2 ΔP_2)/β; residual = √Δp_ref ∫r S/∫2S²; bound ="

@@ -30,14 +30,12 @@ class UnscentedOptions(JointOptions):
 
 
 class UkfJoint(EkfJoint):
-    """K_i, β and valve parameters as states of the plant, propagated by sigma points."""
+    """Internal leakage, bulk modulus and valve parameters as states of a square-root unscented Kalman
+    filter.
+    """
 
     name = "ukf_joint"
     version = 3
-    summary = (
-        "Internal leakage, bulk modulus and valve parameters as states of a square-root unscented Kalman"
-        " filter."
-    )
     source = (
         "van der Merwe & Wan, ICASSP (2001); leakage: Sepasi & Sassani, IJCAS 8 (2010); Liu, Proc. Inst."
         " Mech. Eng. I 228 (2014)"

@@ -120,11 +120,10 @@ class VolterraOptions(Section):
 
 
 class Volterra(Indicator[VolterraOptions]):
-    """A polynomial in past values of input and signal."""
+    """Coefficients of a second-order Volterra model with feedback (NARX) of the record."""
 
     name = "volterra"
     version = 1
-    summary = "Coefficients of a second-order Volterra model with feedback (NARX) of the record."
     source = (
         "Tan and Sepehri, IEEE Trans. Ind. Electron. 49 (2002) 96; Leontaritis and Billings, Int. J. Control"
         " 41 (1985) 303"

@@ -63,14 +63,12 @@ class WeakRlsOptions(WindowOptions, RecursiveOptions):
 
 
 class WeakRls(RecursiveIndicator[WeakRlsOptions]):
-    """K_i, β and valve parameters from the volume balance, estimated recursively."""
+    """Internal leakage, bulk modulus and valve parameters by recursive least squares on the volume
+    balance.
+    """
 
     name = "weak_rls"
     version = 5
-    summary = (
-        "Internal leakage, bulk modulus and valve parameters by recursive least squares on the volume"
-        " balance."
-    )
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
         " Recursive Identification (1983), chapter 2; a prior that is not forgotten is specific to hydrofdi"

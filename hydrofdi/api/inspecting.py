@@ -1,0 +1,352 @@
+"""First inspection of records: what they contain, and their defects."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from itertools import chain
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hydrofdi.api.arguments import Names, Texts, refusal
+from hydrofdi.api.measuring import Indicators, assumed_plants, indicators_of
+from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.errors import DataError, Issue, ReportError
+from hydrofdi.indicators.record_measures import measure_sources
+from hydrofdi.indicators.selection import make_indicators
+from hydrofdi.records import Channel
+from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
+from hydrofdi.records.stuck import found_period
+from hydrofdi.report.table import Table, finite
+from hydrofdi.settings.messages import Guessable, counted
+from hydrofdi.settings.readable import readable_unit
+from hydrofdi.units import convert, parse_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_MOST_SIMULATED = 32
+"""Records of an experiment file that are simulated for a first look."""
+
+
+_WITHOUT_SCALE = ("counts", "1")
+"""Units of channels that have no scale."""
+
+_EXAMPLES = 3
+"""Examples that are kept of each kind of remark."""
+
+
+@dataclass
+class Range:
+    """Values of a channel over all records; in SI, or in counts.
+
+    Attributes
+    ----------
+    unit : str
+        Unit of the values.
+    units : set of str
+        Units of the channel in the files.
+    n_record, n_sample : int
+        Number of records with the channel, and of finite samples in them.
+    least, largest, total : float
+        Minimum, maximum and sum of these samples.
+    """
+
+    unit: str
+    units: set[str] = field(default_factory=set)
+    n_record: int = 0
+    n_sample: int = 0
+    least: float = np.inf
+    largest: float = -np.inf
+    total: float = 0.0
+
+    @property
+    def mean(self) -> float:
+        """Mean over all finite samples; NaN if there are none."""
+        return self.total / self.n_sample if self.n_sample else np.nan
+
+    @property
+    def shown_unit(self) -> str:
+        """Unit for display: the unit of the files, else one that suits the size of the values."""
+        if self.unit not in _WITHOUT_SCALE and len(self.units) == 1:
+            (stated,) = self.units
+            if parse_unit(stated) != parse_unit(self.unit):
+                return stated
+        return readable_unit(self.unit, max(abs(self.least), abs(self.largest)))
+
+    def shown(self, value: float) -> float:
+        """A value in `shown_unit`."""
+        return value if self.shown_unit == self.unit else convert(value, self.shown_unit)
+
+    def add(self, samples: Array) -> None:
+        """Add the samples of some records, shape (n_record, n_time)."""
+        finite = samples[np.isfinite(samples)]
+        self.n_record += len(samples)
+        self.n_sample += finite.size
+        self.total += float(finite.sum())
+        self.least = min(self.least, float(finite.min(initial=np.inf)))
+        self.largest = max(self.largest, float(finite.max(initial=-np.inf)))
+
+
+@dataclass
+class Finding:
+    """A kind of remark: the number of records with it, and a few examples."""
+
+    n_record: int = 0
+    is_rejection: bool = False
+    examples: list[tuple[str, str]] = field(default_factory=list)
+
+    def add(self, record_id: str, remark: Issue) -> None:
+        """Count a record."""
+        self.n_record += 1
+        if len(self.examples) < _EXAMPLES:
+            self.examples.append((record_id, remark.message))
+
+
+@dataclass(repr=False)
+class Inspection(Guessable):
+    """Contents and defects of records, as `hydrofdi.inspect` returns them.
+
+    Attributes
+    ----------
+    name : str
+        The sources.
+    n_record, n_rejected : int
+        Number of records that can be measured, and of rejected records.
+    lengths : counter of int
+        Number of samples → number of records.
+    sampling_frequencies : counter of float
+        [Hz] → number of records.
+    drive_periods : counter of (float or None)
+        [s] → number of records, known or found in u; None if there is none.
+    groups, labels : counter of str
+    ranges : dict of Channel to Range
+    remarked : dict of str to Finding
+        Kind of a remark, or of a rejection → its records.
+    example : RecordBatch or None
+        The requested record, or the first.
+    assumptions : tuple of str
+        What indicators assume of the actuator behind measured records.
+    """
+
+    name: str
+    n_record: int = 0
+    n_rejected: int = 0
+    lengths: Counter[int] = field(default_factory=Counter)
+    sampling_frequencies: Counter[float] = field(default_factory=Counter)
+    drive_periods: Counter[float | None] = field(default_factory=Counter)
+    groups: Counter[str] = field(default_factory=Counter)
+    labels: Counter[str] = field(default_factory=Counter)
+    ranges: dict[Channel, Range] = field(default_factory=dict)
+    remarked: dict[str, Finding] = field(default_factory=dict)
+    example: RecordBatch | None = None
+    assumptions: tuple[str, ...] = ()
+
+    @property
+    def is_inferred(self) -> bool:
+        """Whether a sampling frequency is inferred, not documented."""
+        return INFERRED_SAMPLING in self.remarked
+
+    @property
+    def remarks(self) -> dict[str, int]:
+        """Kind of a remark → number of records that have it."""
+        return {kind: finding.n_record for kind, finding in self.remarked.items()}
+
+    def add(self, batch: RecordBatch) -> None:
+        """Add a batch."""
+        n_record = batch.n_record
+        self.n_record += n_record
+        self.n_rejected += len(batch.rejected)
+        if n_record:
+            self.lengths[batch.n_time] += n_record
+            self.sampling_frequencies[batch.sampling_frequency] += n_record
+            self.drive_periods.update(found_period(batch, row) for row in range(n_record))
+        self.groups.update(filter(None, batch.groups))
+        self.labels.update(filter(None, batch.labels or ()))
+        for channel, samples in batch.channels.items():
+            found = self.ranges.setdefault(channel, Range(batch.unit(channel)))
+            found.add(samples)
+            found.units |= batch.units.get(channel, frozenset())
+        for record_id, remarks in zip(batch.record_ids, batch.remarks, strict=True):
+            for remark in {remark.kind: remark for remark in reversed(remarks)}.values():
+                self.remarked.setdefault(remark.kind, Finding()).add(record_id, remark)
+        for rejected in batch.rejected:
+            finding = self.remarked.setdefault(rejected.remark.kind, Finding(is_rejection=True))
+            finding.add(rejected.record_id, rejected.remark)
+
+    def plot(self) -> Figure:
+        """Figure of the chosen record, or of the first: signals, spectra, details.
+
+        Raises
+        ------
+        ReportError
+            No record can be drawn.
+        """
+        from hydrofdi.report.figures.signals import draw_record
+
+        if self.example is None:
+            raise ReportError(f"{self.name}: has no record that can be drawn")
+        return draw_record(self.example)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``hydrofdi inspect --json`` prints."""
+        frequency_is = "inferred" if self.is_inferred else "given"
+        return {
+            "source": self.name,
+            "records": self.n_record,
+            "rejected": self.n_rejected,
+            "samples": [{"samples": n, "records": count} for n, count in sorted(self.lengths.items())],
+            "sampling_frequencies_Hz": [
+                {"frequency": rate, "records": count, "is": frequency_is}
+                for rate, count in sorted(self.sampling_frequencies.items())
+            ],
+            "drive_periods_s": [
+                {"period": period, "records": count}
+                for period, count in sorted(self.drive_periods.items(), key=lambda item: item[0] or 0.0)
+            ],
+            "channels": {channel: _range_record(found) for channel, found in self.ranges.items()},
+            "groups": dict(self.groups),
+            "labels": dict(self.labels),
+            "findings": {
+                kind: {
+                    "records": finding.n_record,
+                    "rejects": finding.is_rejection,
+                    "examples": [{"record_id": name, "text": text} for name, text in finding.examples],
+                }
+                for kind, finding in self.remarked.items()
+            },
+            "assumptions": list(self.assumptions),
+        }
+
+    @property
+    def channels(self) -> Table:
+        """A row for each channel: its range in the ``unit`` of the files, or in one that suits it."""
+        found = self.ranges
+        ranges = {
+            "min": [each.shown(each.least) for each in found.values()],
+            "mean": [each.shown(each.mean) for each in found.values()],
+            "max": [each.shown(each.largest) for each in found.values()],
+        }
+        return Table.of(
+            {
+                "channel": [channel.value for channel in found],
+                "unit": [each.shown_unit for each in found.values()],
+                **ranges,
+                "records": [each.n_record for each in found.values()],
+            },
+            n_lead=2,
+            title="Channels",
+        )
+
+    @property
+    def findings(self) -> Table:
+        """A row for each kind of remark: ``records`` that have it, and one as an ``example``."""
+        found = self.remarked
+        examples = [each.examples[0] for each in found.values()]
+        return Table.of(
+            {
+                "remark": [f"{kind}{' (rejected)' * each.is_rejection}" for kind, each in found.items()],
+                "records": [each.n_record for each in found.values()],
+                "example": [f"{record_id}: {text}" for record_id, text in examples],
+            },
+            title="Remarks",
+        )
+
+    def _title(self) -> str:
+        rates = ", ".join(f"{rate:g} Hz" for rate in self.sampling_frequencies)
+        rejected = f", {self.n_rejected:,} rejected" if self.n_rejected else ""
+        records = f"{counted(self.n_record, 'record')}{rejected}"
+        return f"{self.name}: {records} at {rates or 'no known rate'}"
+
+    def __repr__(self) -> str:
+        tables = [self.channels, self.findings] if self.remarked else [self.channels]
+        return "\n\n".join([self._title(), *map(repr, tables)])
+
+    def _repr_html_(self) -> str:
+        tables = replace(self.channels, title=self._title()), self.findings
+        return "".join(each._repr_html_() for each in tables if len(each))
+
+
+def inspect(
+    data: Any,
+    indicators: Indicators | None = None,
+    *,
+    record: str | None = None,
+    sampling_frequency: str | float | None = None,
+    channel: Names = None,
+    unit: Names = None,
+    label: Texts = None,
+    group: Texts = None,
+) -> Inspection:
+    """Inspect records: channels, rates, lengths, ranges and defects.
+
+    Parameters
+    ----------
+    data : path, Run, Results, array_like, mapping, DataFrame, DataArray, Dataset, or list of these
+        Records, as `hydrofdi.measure` takes them. Of an experiment file, at most 32 records are simulated,
+        spread evenly over its runs, and the one that `record` names.
+    indicators : str, list or mapping, optional
+        Indicators whose doubts about the records are remarks, too; as in `hydrofdi.measure`.
+    record : str, optional
+        Record of the figure, or the beginning of its name [default: the first].
+    sampling_frequency, channel, unit, label, group
+        Of records in memory, as in `hydrofdi.measure`.
+
+    Raises
+    ------
+    ConfigError, DataError, StoreError
+        An argument is invalid, or the records cannot be read.
+
+    Examples
+    --------
+    >>> import hydrofdi, numpy
+    >>> hydrofdi.inspect({"P1 [bar]": numpy.linspace(50.0, 51.0, 500)}, sampling_frequency="1 kHz")
+    the mapping: 1 record at 1000 Hz
+    <BLANKLINE>
+    Channels
+    channel             unit  min  mean  max  records
+    chamber_1_pressure  bar    50  50.5   51        1
+    """
+    said = Said(sampling_frequency, channel, unit, label, group)
+    if not isinstance(record, str | None):
+        raise refusal("record", "the name of a record", record)
+    sources: list[Any] = sources_of(data, tuple(Channel), said)
+    sources = [
+        source.few(_MOST_SIMULATED, record) if hasattr(source, "few") else source for source in sources
+    ]
+    found = Inspection(", ".join(source.name for source in sources))
+    for batch in chain.from_iterable(source.batches(labels=True) for source in sources):
+        found.add(batch)
+        for rejected in batch.rejected:
+            if record is not None and rejected.record_id == record:
+                text = f"record {record} is rejected: {rejected.remark.message}"
+                raise DataError(f"{found.name}: {text}")
+        if batch.n_record and (record in batch.record_ids or found.example is None):
+            row = _row(batch, record)
+            found.example = found.example if row is None else batch.rows([row])
+    if record is not None and found.example is None:
+        raise DataError(f"{found.name}: has no record {record!r}; 'hydrofdi measure' lists them")
+    if indicators is not None:
+        for measured in measure_sources(sources, indicators_of(indicators))[1]:
+            if measured.doubts:
+                remark = Issue("; ".join(doubt.message for doubt in measured.doubts), kind="doubtful")
+                found.remarked.setdefault(remark.kind, Finding()).add(measured.record_id, remark)
+    usable = {
+        name: each for name, each in make_indicators("all").items() if each.channels <= found.ranges.keys()
+    }
+    found.assumptions = assumed_plants(sources, usable)
+    return found
+
+
+def _row(batch: RecordBatch, record_id: str | None) -> int | None:
+    """Row of a record, or else of the first one whose name begins with `record_id`."""
+    if record_id in batch.record_ids:
+        return batch.record_ids.index(record_id)
+    names = enumerate(batch.record_ids)
+    return next((row for row, name in names if name.startswith(record_id or "")), None)
+
+
+def _range_record(found: Range) -> dict[str, Any]:
+    least, mean, largest = map(finite, (found.least, found.mean, found.largest))
+    return {"unit": found.unit, "records": found.n_record, "min": least, "mean": mean, "max": largest}

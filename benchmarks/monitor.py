@@ -28,7 +28,7 @@ from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.monitor.lines import Line, Sink, StreamLines, WindowLine
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import monitor
-from hydrofdi.monitor.sources.contract import Position, Reading
+from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.monitor.state import StateFile
 from hydrofdi.monitor.watch import Watch, windower_of
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -78,20 +78,16 @@ class Healthy:
         yield RecordBatch(rows, FREQUENCY, tuple(map(str, range(120))))
 
 
-class InMemory:
+class InMemory(StreamSource):
     """A stream from memory: repeats the same samples with increasing time."""
 
-    name, wants_confirmation, may_repeat_all = "benchmark", False, False
-
     def __init__(self, samples: dict[Channel, Array], n_total: int, n_at_once: int) -> None:
+        super().__init__("benchmark")
         self._samples, self._n_total, self._n_at_once = samples, n_total, n_at_once
         self._n_own, self._place = samples[CHANNELS[0]].size, 0
         self.handed_over = 0.0
 
-    def open(self, position: Position) -> None:
-        """Start from the beginning."""
-
-    def read(self, timeout: float) -> Reading:
+    def read(self, timeout: float) -> Chunk:
         """Return the next chunk."""
         first = self._place
         here = first % self._n_own
@@ -102,18 +98,13 @@ class InMemory:
             {channel: row[here:stop] for channel, row in self._samples.items()},
         )
         self.handed_over = time.perf_counter()
-        return Reading(chunk, is_over=self._place >= self._n_total)
+        self.is_over = self._place >= self._n_total
+        return chunk
 
     @property
     def position(self) -> Position:
         """Number of samples so far."""
         return {"place": self._place}
-
-    def confirm(self) -> None:
-        """Nothing to forget."""
-
-    def close(self) -> None:
-        """Nothing to close."""
 
 
 @dataclass

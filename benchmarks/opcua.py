@@ -8,8 +8,8 @@ A server in a separate process writes four nodes in real time; this process read
 import multiprocessing
 import time
 
-from hydrofdi.monitor.configuration import OpcUaConfig
-from hydrofdi.monitor.opcua.source import OpcUaSource
+from hydrofdi.monitor.configuration import Address, OpcUaConfig
+from hydrofdi.monitor.opcua import OpcUaSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from tests.monitor.opcua_server import LoopbackServer, free_port
@@ -47,13 +47,14 @@ def measure(rate, n_block):
     process = context.Process(target=serve, args=(port, rate, n_block, is_over))
     process.start()
     channels = {each: ChannelConfig(column=f"ns=1;s={each.symbol}", unit="Pa") for each in CHANNELS}
-    source = OpcUaSource(f"opc.tcp://127.0.0.1:{port}", OpcUaConfig(), channels, rate, first_wait=0.1)
+    address = Address.parse(f"opc.tcp://127.0.0.1:{port}")
+    source = OpcUaSource(address, OpcUaConfig(), channels, rate, first_wait=0.1)
     source.open({})
-    while not source.read(1.0).chunk:
+    while not source.read(1.0):
         pass
     times, busy, began = [], time.process_time(), time.monotonic()
     while time.monotonic() - began < SECONDS:
-        chunk = source.read(0.2).chunk
+        chunk = source.read(0.2)
         times.extend([] if chunk is None else chunk.time)
     busy = time.process_time() - busy
     source.close()

@@ -13,9 +13,9 @@ import time
 import numpy as np
 
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.sources.growing_file import BLOCK
-from hydrofdi.monitor.sources.payload import PayloadReader
-from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.monitor.growing_file import BLOCK
+from hydrofdi.monitor.payload import PayloadReader
+from hydrofdi.monitor.text_lines import TextLines
 
 N_ROW, N_ROUND = 200_000, 5
 TITLES = ["time [s]", "P1 [bar]", "P2 [bar]", "Ps [bar]", "x [mm]"]

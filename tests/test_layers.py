@@ -60,8 +60,8 @@ HOMES = {
     "sklearn": ("detectors/scores/",),
     "threadpoolctl": ("detectors/scores/features.py",),
     "paho": ("monitor/",),
-    "asyncua": ("monitor/opcua/",),
-    "cryptography": ("monitor/opcua/",),
+    "asyncua": ("monitor/opcua.py",),
+    "cryptography": ("monitor/opcua.py",),
     "prometheus_client": ("monitor/metrics.py",),
 }
 """Outside library → where it may be imported."""

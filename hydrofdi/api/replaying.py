@@ -15,7 +15,7 @@ from typing import Any, TextIO
 from hydrofdi.api.arguments import Names, names_of, positive_of
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.monitor.configuration import MqttAddress, is_mqtt, load_monitor_config
+from hydrofdi.monitor.configuration import Address, is_mqtt, load_monitor_config
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.streams import Chunk
 from hydrofdi.records.writing import titled
@@ -24,6 +24,8 @@ _BLOCK_DURATION = 0.05
 """Time between blocks [s]."""
 _MOST_SAMPLES = 4096
 """Samples of a block at most."""
+_AHEAD = 20
+"""Most messages of samples that the broker has not acknowledged; the next one waits."""
 _GAP = 10
 """Sampling periods between records, so that no window holds samples of two."""
 
@@ -186,23 +188,28 @@ def _text_sender(form: str | None, stream: TextIO) -> Send:
 
 @contextmanager
 def _broker(to: str, config: Path | None, tell: Callable[[str], None]) -> Iterator[Send]:
-    from hydrofdi.monitor.mqtt.sending import SamplePublisher
+    from hydrofdi.monitor.connections import needing_extra
 
-    publisher = SamplePublisher(MqttAddress.parse(to), load_monitor_config(config).mqtt)
+    with needing_extra():
+        from hydrofdi.monitor.mqtt import Publisher, payload_of
+    publisher = Publisher(Address.parse(to), load_monitor_config(config).mqtt, _AHEAD)
+
+    def wait_until(n_waiting: int) -> None:
+        while not publisher.wait_until(n_waiting, 1.0):
+            tell_events()
 
     def tell_events() -> None:
-        for event in publisher.take_events():
-            tell(event.text)
+        while publisher.events:
+            tell(publisher.events.popleft().text)
 
     def send(chunk: Chunk) -> None:
-        while not publisher.send(chunk):
-            tell_events()
+        wait_until(_AHEAD - 1)
+        publisher.send(payload_of(chunk))
         tell_events()
 
     try:
         yield send
-        while not publisher.flush(1.0):
-            tell_events()
+        wait_until(0)
     finally:
         publisher.close()
         tell_events()

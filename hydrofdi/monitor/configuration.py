@@ -19,35 +19,38 @@ from hydrofdi.settings.validation import read_yaml, validated
 
 Placed = TypeVar("Placed", bound=Section)
 
-_PORTS = {"mqtt": 1883, "mqtts": 8883}
+PORTS = {"mqtt": 1883, "mqtts": 8883, "opc.tcp": 4840}
+"""Schemes of addresses → their usual ports."""
 
 
 def is_mqtt(text: str) -> bool:
     """Whether a text is meant as an address of MQTT."""
-    return text.partition("://")[0].lower() in _PORTS and "://" in text
+    return text.lower().startswith(("mqtt://", "mqtts://"))
 
 
 @dataclass(frozen=True)
-class MqttAddress:
-    """A topic of a broker.
+class Address:
+    """A topic of an MQTT broker, or an OPC UA server.
 
     Attributes
     ----------
+    scheme : str
+        ``mqtt``, ``mqtts`` (encrypted) or ``opc.tcp``.
     host : str
     port : int
-    topic : str
-    is_secure : bool
-        Whether the connection is encrypted (``mqtts``).
+    path : str
+        Topic of the broker, or path of the server.
     """
 
+    scheme: str
     host: str
     port: int
-    topic: str
-    is_secure: bool
+    path: str
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """The address in a text such as ``mqtts://broker.example/press/samples``; by default on this machine.
+        """The address in a text such as ``mqtts://broker.example/press/samples``; MQTT is on this machine by
+        default.
 
         Raises
         ------
@@ -56,33 +59,32 @@ class MqttAddress:
             (write ``%40`` in a topic).
         """
         scheme, _, rest = text.partition("://")
-        place, _, topic = rest.partition("/")
+        scheme, (server, _, path) = scheme.lower(), rest.partition("/")
         if "@" in rest:
             raise ConfigError(
                 f"{scheme}://…: all users of the machine can see credentials in an address; use"
-                " 'mqtt.password_file', or HYDROFDI_MQTT_USERNAME and HYDROFDI_MQTT_PASSWORD"
+                " 'password_file', or HYDROFDI_MQTT_USERNAME, HYDROFDI_OPCUA_USERNAME and …_PASSWORD"
                 " (in a topic, write %40)"
             )
+        is_topic = scheme != "opc.tcp"
+        path = unquote(path) if is_topic else path
         try:
-            parts = urlsplit(f"//{place}")
-            host, port = parts.hostname or "localhost", parts.port
+            parts = urlsplit(f"//{server}")
+            host, port = parts.hostname or ("localhost" if is_topic else ""), parts.port or PORTS.get(scheme)
             host.encode("idna")
         except ValueError:
-            raise ConfigError(f"{text}: expected mqtt://host:port/topic") from None
-        topic = unquote(topic)
-        if scheme.lower() not in _PORTS or not topic or "\0" in topic:
-            raise ConfigError(f"{text}: expected mqtt://host:port/topic, or mqtts:// for TLS")
-        if "+" in topic or "#" in topic:
-            raise ConfigError(f"{text}: names several topics; a stream is one topic, without '+' and '#'")
-        return cls(host, port or _PORTS[scheme.lower()], topic, scheme.lower() == "mqtts")
-
-    @property
-    def broker(self) -> str:
-        """Host and port."""
-        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+            host, port = "", None
+        wrong = set(path) & set("+#\0" if is_topic else "?#")
+        if not host or port is None or wrong or (is_topic and not path):
+            raise ConfigError(
+                f"{text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC, one topic without '+' and '#', or"
+                " opc.tcp://HOST:PORT/PATH"
+            )
+        return cls(scheme, host, port, path)
 
     def __str__(self) -> str:
-        return f"{'mqtts' if self.is_secure else 'mqtt'}://{self.broker}/{self.topic}"
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"{self.scheme}://{host}:{self.port}/{self.path}"
 
 
 class MqttConfig(Section):
@@ -129,10 +131,6 @@ class MqttConfig(Section):
         return self
 
 
-SCHEME = "opc.tcp"
-_PORT = 4840
-
-
 class OpcUaConfig(Section):
     """An OPC UA server: its security and its sampling."""
 
@@ -176,32 +174,6 @@ class OpcUaConfig(Section):
         if self.security == "none" and given:
             raise ValueError(f"{given[0]} needs a policy; write 'security: Basic256Sha256'")
         return self
-
-
-def server_url(source: str) -> str:
-    """The full address of a server.
-
-    Parameters
-    ----------
-    source : str
-        Such as ``opc.tcp://plc.example:4840/path``; the default port is 4840.
-
-    Raises
-    ------
-    ConfigError
-        It is not such an address, or contains credentials.
-    """
-    try:
-        parts = urlsplit(source)
-        host, port = parts.hostname, parts.port or _PORT
-    except ValueError:
-        host, port = None, 0
-    if not host or parts.scheme != SCHEME or parts.query or parts.fragment:
-        raise ConfigError(f"write the address of an OPC UA server as {SCHEME}://host:port/path")
-    if "@" in source:
-        raise ConfigError("write no user or password in an address: others can read it; see 'opcua.username'")
-    host = f"[{host}]" if ":" in host else host
-    return f"{SCHEME}://{host}:{port}{parts.path}"
 
 
 class MonitorConfig(SamplesConfig):

@@ -9,9 +9,9 @@ from itertools import takewhile
 from pathlib import Path
 
 from hydrofdi.errors import StoreError
+from hydrofdi.monitor.growing_file import found_again, place_in
 from hydrofdi.monitor.lines import Line, lines_text
-from hydrofdi.monitor.sources.contract import Position
-from hydrofdi.monitor.sources.growing_file import found_again, place_in
+from hydrofdi.monitor.sources import Position
 from hydrofdi.store.files import open_own, reason, write_all
 from hydrofdi.store.folder.lock import take_lock
 
@@ -130,10 +130,10 @@ def _unwritten(position: Position, log: FileIO) -> bytes:
     file = found_again(Path(position["path"]), position)
     if file is None:
         return b""
-    tail = file.read(len(waiting) + 1)
+    tail, is_log = file.read(len(waiting) + 1), os.path.samestat(file.status, os.fstat(log.fileno()))
     file.close()
     pairs = zip(tail.splitlines(True), waiting.splitlines(True), strict=False)
     n_written = sum(len(line) for line, _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
-    if waiting.startswith(tail) and file.inode == os.fstat(log.fileno()).st_ino:
+    if waiting.startswith(tail) and is_log:
         log.truncate(int(position["offset"]) + n_written)
     return waiting[n_written:]

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from enum import StrEnum
 
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Event, EventKind, Line, Sink, is_said
 from hydrofdi.monitor.log import WindowLog
-from hydrofdi.monitor.sources.contract import Reading, StreamSource
+from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.streams import Chunk
@@ -23,7 +22,7 @@ class Ending(StrEnum):
     """Why a monitor ended."""
 
     OVER = "the stream is over"
-    UNREADABLE = "the stream is over, and no sample of it could be read"
+    UNREADABLE = "the stream is over, and has no sample that could be read"
     STOPPED = "it received a request to stop"
     OUTPUT_CLOSED = "its output is no longer read"
 
@@ -89,18 +88,17 @@ class _Monitor:
         self._state_file, self._log = state_file, log
         self._state = watch.start()
         self._pending: list[Line] = []
-        self._totals = SourceTotals()
+        self._is_unreadable, self._n_sample, self._n_lost = True, 0, 0
         self._is_unstored = False
 
     def run(self, stop: Callable[[], bool]) -> Ending:
         try:
             self._deliver(None, [self._begin()])
-            while not stop():
-                reading = self._source.read(PATIENCE)
-                self._step(reading)
-                if reading.is_over:
-                    return self._end(Ending.UNREADABLE if self._totals.is_unreadable else Ending.OVER)
-            return self._end(Ending.STOPPED)
+            while not self._source.is_over:
+                if stop():
+                    return self._end(Ending.STOPPED)
+                self._step(self._source.read(PATIENCE))
+            return self._end(Ending.UNREADABLE if self._is_unreadable else Ending.OVER)
         except BrokenPipeError:
             return Ending.OUTPUT_CLOSED
 
@@ -112,23 +110,30 @@ class _Monitor:
         self._source.open({} if stored is None else stored.position)
         if stored is None:
             return Event(EventKind.STARTED, f"watches {self._source.name}")
-        self._state = stored.state
+        self._state, self._is_unreadable = stored.state, not self._watch.has_begun(stored.state)
         if not stored.position:
             self._state = self._watch.resume(stored.state, may_repeat=self._source.may_repeat_all)
         text = f"watches {self._source.name} again, from window {self._watch.next_number(self._state)} on"
         return Event(EventKind.RESUMED, text)
 
-    def _step(self, reading: Reading) -> None:
-        self._totals.note(reading)
-        lines: list[Line] = [*reading.events]
-        if reading.chunk is not None and reading.chunk.n_time:
-            self._state, more = self._watch.step(self._state, reading.chunk)
+    def _step(self, chunk: Chunk | None) -> None:
+        events = self._source.events
+        happened = [events.popleft() for _ in range(len(events))]
+        self._n_lost += sum(event.count for event in happened if event.kind is EventKind.DROPPED)
+        lines: list[Line] = [*happened]
+        if chunk is not None and chunk.n_time:
+            self._n_sample += chunk.readable.n_time
+            self._is_unreadable = not self._n_sample
+            self._state, more = self._watch.step(self._state, chunk)
             lines += more
-        self._deliver(reading.chunk, lines)
+        self._deliver(chunk, lines)
 
     def _end(self, ending: Ending) -> Ending:
         """Deliver the last lines; if no restart will continue, end the episodes."""
-        lines: list[Line] = [*self._totals.events()]
+        n_lost, lines = self._n_lost, list[Line]()
+        if n_lost:
+            text = f"{n_lost:,} samples or messages were lost in total"
+            lines.append(Event(EventKind.DROPPED, text, None, n_lost, is_end=True))
         if ending is not Ending.STOPPED or self._state_file is None:
             self._state, more = self._watch.end(self._state)
             lines += more
@@ -165,36 +170,3 @@ class _Monitor:
         if error is None and self._is_unstored:
             self._pending.append(Event(EventKind.NOT_STORED, "stores its state again", is_end=True))
         self._is_unstored = error is not None
-
-
-_WORDS = {EventKind.MALFORMED: "malformed", EventKind.DROPPED: "lost"}
-
-
-class SourceTotals:
-    """Counts samples, and lines or messages that are malformed or lost."""
-
-    def __init__(self) -> None:
-        self._n_sample = self._n_unread = 0
-        self._first: dict[EventKind, Event] = {}
-        self._count: Counter[EventKind] = Counter()
-
-    def note(self, reading: Reading) -> None:
-        """Count a reading."""
-        if reading.chunk is not None:
-            self._n_sample += reading.chunk.readable.n_time
-            self._n_unread += len(reading.chunk.unread)
-        for event in reading.events:
-            self._first.setdefault(event.kind, event)
-            self._count[event.kind] += event.count
-
-    @property
-    def is_unreadable(self) -> bool:
-        """Whether something arrived, but no sample."""
-        return not self._n_sample and self._n_unread + self._count[EventKind.MALFORMED] > 0
-
-    def events(self) -> Iterator[Event]:
-        """The totals of events that were not all reported."""
-        for kind, word in _WORDS.items():
-            if (count := self._count[kind]) and count > (first := self._first[kind]).count:
-                text = f"{count:,} {word} in total, the first: {first.text}"
-                yield Event(kind, text, None, count, is_end=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import StoreError
-from hydrofdi.monitor.sources.contract import Position
+from hydrofdi.monitor.sources import Position
 from hydrofdi.records.streams import State
 from hydrofdi.store.files import reason, require_regular, whole_file
 from hydrofdi.store.folder.lock import file_lock

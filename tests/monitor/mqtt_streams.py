@@ -11,13 +11,13 @@ from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
-from hydrofdi.monitor.configuration import MonitorConfig, MqttAddress, MqttConfig
+from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.mqtt.sending import SamplePublisher
-from hydrofdi.monitor.mqtt.source import MqttSource
+from hydrofdi.monitor.mqtt import MqttSource, Publisher, payload_of
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.streams import Chunk
+from tests.monitor.streams import reading_of
 
 DETECTOR = Path("detector.json")
 SOON = 0.05
@@ -40,14 +40,14 @@ def blocks_of(n_block, n_sample=100):
 def source_at(address, config=None, detector=DETECTOR, is_open=True, largest=2**20):
     limits = LimitsConfig.model_construct(payload=largest)
     whole = MonitorConfig.model_construct(mqtt=config or MqttConfig(), limits=limits)
-    source = MqttSource(MqttAddress.parse(address), whole, detector, first_wait=SOON)
+    source = MqttSource(Address.parse(address), whole, detector, first_wait=SOON)
     if is_open:
         source.open({})
     return source
 
 
 def publisher_at(address, config=None):
-    return SamplePublisher(MqttAddress.parse(address), config or MqttConfig(), first_wait=SOON)
+    return Publisher(Address.parse(address), config or MqttConfig(), 1000, first_wait=SOON)
 
 
 def client_at(broker, client_id=""):
@@ -89,7 +89,7 @@ def until(source, condition, *, confirms=True, timeout=30.0):
     readings, end = [], time.monotonic() + timeout
     while not condition(readings):
         assert time.monotonic() < end, readings
-        readings.append(source.read(0.02))
+        readings.append(reading_of(source, 0.02))
         if confirms and source.wants_confirmation:
             source.confirm()
     return readings
@@ -124,5 +124,6 @@ def samples(readings, channel):
 
 def sent(publisher, blocks):
     for block in blocks:
-        assert publisher.send(block, timeout=30.0)
-    assert publisher.flush(30.0)
+        assert publisher.wait_until(19, 30.0)
+        assert publisher.send(payload_of(block))
+    assert publisher.wait_until(0, 30.0)

@@ -10,11 +10,12 @@ from threading import Thread
 import numpy as np
 from asyncua import Server, ua
 
-from hydrofdi.monitor.configuration import OpcUaConfig
+from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.opcua.source import OpcUaSource
+from hydrofdi.monitor.opcua import OpcUaSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
+from tests.monitor.streams import reading_of
 
 EPOCH = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -128,7 +129,7 @@ RATE = 100.0
 
 @contextmanager
 def opened(url, config=FAST, channels=CHANNELS, rate=RATE):
-    source = OpcUaSource(url, config, channels, rate, first_wait=0.1)
+    source = OpcUaSource(Address.parse(url), config, channels, rate, first_wait=0.1)
     source.open({})
     try:
         yield source
@@ -146,9 +147,9 @@ class Reader:
         deadline = time.monotonic() + 20
         while not is_there(self):
             assert time.monotonic() < deadline, (self.time.size, self.events)
-            reading = self._source.read(0.2)
-            self.chunks += [reading.chunk] if reading.chunk else []
-            self.events += reading.events
+            chunk, events, _ = reading_of(self._source, 0.2)
+            self.chunks += [chunk] if chunk else []
+            self.events += events
         return self
 
     def has(self, kind, times=1):

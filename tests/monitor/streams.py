@@ -2,6 +2,7 @@
 
 import json
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,9 +12,9 @@ from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import monitor
-from hydrofdi.monitor.sources.contract import Reading, joined
-from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.monitor.sources import StreamSource, joined
 from hydrofdi.monitor.state import StateFile
+from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
 from hydrofdi.records.measured.description.sections import FormatConfig, LimitsConfig
@@ -72,22 +73,36 @@ def lines_of(watch, chunks):
     return lines + watch.end(state)[1]
 
 
-class Samples:
+class Reading(NamedTuple):
+    """What a source gave, what happened, and whether it ended."""
+
+    chunk: Chunk | None
+    events: list
+    is_over: bool
+
+
+def reading_of(source, timeout):
+    chunk = source.read(timeout)
+    return Reading(chunk, [source.events.popleft() for _ in range(len(source.events))], source.is_over)
+
+
+class Samples(StreamSource):
     """A source of samples in memory, in chunks of so many; it can go back."""
 
-    def __init__(self, chunk, n_at_once=700, events=(), name="made"):
-        self.name, self._chunk, self._n_at_once = name, chunk, n_at_once
-        self._events, self._place = dict(events), 0
-        self.may_repeat_all = True
-        self.confirmed, self.wants_confirmation, self.is_closed = [], False, False
+    may_repeat_all, wants_confirmation = True, False
+
+    def __init__(self, chunk, n_at_once=700, name="made"):
+        super().__init__(name)
+        self._chunk, self._n_at_once, self._place = chunk, n_at_once, 0
+        self.confirmed, self.is_closed = [], False
 
     def open(self, position):
         self._place = position.get("place", 0)
 
     def read(self, timeout):
         first, self._place = self._place, min(self._place + self._n_at_once, self._chunk.n_time)
-        events = tuple(self._events.pop(first, ()))
-        return Reading(part(self._chunk, first, self._place), events, self._place == self._chunk.n_time)
+        self.is_over = self._place == self._chunk.n_time
+        return part(self._chunk, first, self._place)
 
     @property
     def position(self):

@@ -19,7 +19,7 @@ import pytest
 from hydrofdi.detectors.trained.file import load_detector
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.sources.opening import open_stream
+from hydrofdi.monitor.sources import open_stream
 from tests.commands import COMMAND, run, run_process
 from tests.monitor.machines import ONSET
 
@@ -152,6 +152,11 @@ main()
     done = subprocess.run(command, capture_output=True, text=True, input="", timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     assert events(done.stdout) == ["started", "stopped"]
+
+
+def test_a_stream_without_samples_is_exit_code_1(machine):
+    for text in ("", "time [s],P1 [bar]\n"):
+        assert events(run("monitor", machine.detector, "-", input=text, check=1).stdout)[-1] == "stopped"
 
 
 def test_what_is_no_detector_is_refused_with_its_name(machine, tmp_path):

@@ -16,8 +16,8 @@ import typer
 from hydrofdi.cli.app import application
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.monitor.configuration import MonitorConfig, load_monitor_config
-from hydrofdi.monitor.sources.payload import PayloadReader
-from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.monitor.payload import PayloadReader
+from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.source import measured_source

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
+from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.sources.growing_file import GrowingFile, StandardInput
-from tests.monitor.streams import config_of, samples
+from tests.monitor.streams import config_of, reading_of, samples
 
 HEADER = "time [s],P1 [Pa]\n"
 
@@ -41,7 +41,7 @@ class Follower:
         """Read until nothing comes."""
         while True:
             before = self.source.position
-            reading = self.source.read(0.0)
+            reading = reading_of(self.source, 0.0)
             self.times += reading.chunk.time.tolist() if reading.chunk else []
             self.events += reading.events
             if reading.is_over or self.source.position == before:
@@ -75,7 +75,7 @@ def test_an_unended_last_line_is_left_for_the_next_run(log):
     for rest in ("0\n3,3", "0\n"):
         source = GrowingFile(log, config_of(), follow=False, leaves_unended=True)
         source.open(position)
-        while not (reading := source.read(0.0)).is_over:
+        while not (reading := reading_of(source, 0.0)).is_over:
             times += reading.chunk.time.tolist()
         position = source.position
         source.close()
@@ -83,7 +83,7 @@ def test_an_unended_last_line_is_left_for_the_next_run(log):
     assert times == [1.0, 2.0]
     source = GrowingFile(log, config_of(), follow=False)
     source.open(position)
-    assert source.read(0.0).chunk.channels["chamber_1_pressure"].tolist() == [30.0]
+    assert reading_of(source, 0.0).chunk.channels["chamber_1_pressure"].tolist() == [30.0]
     source.close()
 
 
@@ -268,9 +268,9 @@ def opened(file, position=(), **options):
 def test_without_anything_new_it_waits(pipe):
     source = opened(pipe[0])
     begin = monotonic()
-    reading = source.read(0.2)
+    reading = reading_of(source, 0.2)
     assert monotonic() - begin >= 0.19
-    assert (reading.chunk, reading.events, reading.is_over) == (None, (), False)
+    assert (reading.chunk, reading.events, reading.is_over) == (None, [], False)
 
 
 def test_the_end_of_input_ends_the_stream_with_its_last_line(pipe):
@@ -278,12 +278,12 @@ def test_the_end_of_input_ends_the_stream_with_its_last_line(pipe):
     source = opened(reader)
     writer.write(b'{"time": 1, "P1 [Pa]": 2}')
     writer.close()
-    assert not source.read(1.0).is_over
-    last = source.read(1.0)
+    assert not reading_of(source, 1.0).is_over
+    last = reading_of(source, 1.0)
     assert last.is_over
     assert samples(last.chunk) == {"time": [1.0], "P1": [2.0]}
-    assert source.read(1.0).is_over
-    assert source.read(1.0).chunk is None
+    assert reading_of(source, 1.0).is_over
+    assert reading_of(source, 1.0).chunk is None
 
 
 def test_a_writer_that_is_faster_waits(pipe):
@@ -297,7 +297,7 @@ def test_a_writer_that_is_faster_waits(pipe):
     thread = threading.Thread(target=write)
     thread.start()
     source, n_time = opened(reader), 0
-    while not (reading := source.read(1.0)).is_over:
+    while not (reading := reading_of(source, 1.0)).is_over:
         n_time += reading.chunk.n_time if reading.chunk else 0
     thread.join()
     assert n_time == 100_000
@@ -307,7 +307,7 @@ def test_counted_samples_go_on_behind_a_gap_after_a_restart(pipe):
     reader, writer = pipe
     first = opened(reader, sampling_frequency=10)
     writer.write(b"P1 [Pa]\n1\n2\n")
-    first.read(1.0)
+    reading_of(first, 1.0)
     second = opened(reader, first.position, sampling_frequency=10)
     writer.write(b"P1 [Pa]\n3\n")
-    assert second.read(1.0).chunk.time.tolist() == [0.4]
+    assert reading_of(second, 1.0).chunk.time.tolist() == [0.4]

@@ -15,14 +15,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.errors import StoreError, interruption
+from hydrofdi.monitor import growing_file
+from hydrofdi.monitor.growing_file import GrowingFile
 from hydrofdi.monitor.lines import Event, EventKind, StreamLines, WindowLine
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import Ending, monitor
-from hydrofdi.monitor.sources import growing_file
-from hydrofdi.monitor.sources.growing_file import GrowingFile
 from hydrofdi.monitor.state import StateFile, Stored
 from hydrofdi.monitor.watch import Watch
-from tests.monitor.streams import P1, Kept, Killed, KilledAt, Samples, live, logged, made_detector, stream
+from tests.monitor.streams import (
+    P1,
+    Kept,
+    Killed,
+    KilledAt,
+    Samples,
+    live,
+    logged,
+    made_detector,
+    part,
+    stream,
+)
 
 FILE = made_detector()
 MADE = stream(40, leaking=[12, 13, 30], stuck=[20, 21])
@@ -199,6 +210,13 @@ def test_a_stream_without_a_readable_sample_ends_so(tmp_path):
     assert first.text.startswith("malformed line '0.0;1': has 1 cells")
     assert (first.kind, first.count, others.kind, others.count) == ("malformed", 1, "malformed", 59_999)
     assert last.kind is EventKind.STOPPED
+
+
+def test_a_stream_that_ends_without_any_sample_is_unreadable_unless_it_had_some_before(tmp_path):
+    for _ in range(2):
+        assert run(tmp_path, Samples(part(MADE, 0, 0))) is Ending.UNREADABLE
+    assert run(tmp_path, Samples(part(MADE, 0, 700))) is Ending.OVER
+    assert run(tmp_path, Samples(part(MADE, 0, 700))) is Ending.OVER
 
 
 def test_a_source_may_forget_what_is_stored_alone(tmp_path):

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.trained.measuring import Verdict
-from hydrofdi.monitor.configuration import MqttAddress, MqttConfig
+from hydrofdi.monitor import mqtt
+from hydrofdi.monitor.configuration import Address, MqttConfig
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
-from hydrofdi.monitor.mqtt import source as mqtt_source
-from hydrofdi.monitor.mqtt.sending import MqttSink, payload_of
+from hydrofdi.monitor.mqtt import MqttSink, payload_of
 from tests.commands import COMMAND
 from tests.commands import run as run_command
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
@@ -50,6 +50,7 @@ from tests.monitor.streams import (
     logged,
     made_detector,
     part,
+    reading_of,
     stream,
 )
 
@@ -87,15 +88,15 @@ def test_detectors_of_one_file_name_do_not_throw_each_other_out(broker, closing,
         readings = until(source, through(*blocks))
         np.testing.assert_array_equal(times(readings), all_times(blocks))
         assert not events(readings)
-        assert "press" not in source._connection.client_id
+        assert "press" not in source.client_id
     short = source_at(broker.address(), detector=Path("press/detector.json"), is_open=False)
-    assert short._connection.client_id == sources[0]._connection.client_id
+    assert short.client_id == sources[0].client_id
 
 
 def test_a_slow_monitor_holds_the_network_up_and_loses_nothing(broker, closing, monkeypatch):
     """However many messages the broker sends at once."""
-    monkeypatch.setattr(mqtt_source, "CAPACITY", 10 * mqtt_source.LEAST_SIZE)
-    monkeypatch.setattr(mqtt_source, "AT_ONCE", 3 * mqtt_source.LEAST_SIZE)
+    monkeypatch.setattr(mqtt, "CAPACITY", 10 * mqtt.LEAST_SIZE)
+    monkeypatch.setattr(mqtt, "AT_ONCE", 3 * mqtt.LEAST_SIZE)
     blocks = blocks_of(300)
     source = closing(source_at(broker.address()))
     connected(source)
@@ -104,7 +105,7 @@ def test_a_slow_monitor_holds_the_network_up_and_loses_nothing(broker, closing, 
     while not through(*blocks)(readings):
         wait_for(lambda: source._inbox._items)
         n_waiting.append(len(source._inbox._items))
-        readings.append(source.read(0.0))
+        readings.append(reading_of(source, 0.0))
         source.confirm()
     assert max(n_waiting) == 10
     np.testing.assert_array_equal(times(readings), all_times(blocks))
@@ -122,7 +123,7 @@ def test_a_broker_that_starts_again_loses_nothing(broker, closing, confirms):
     before = until(source, through(*blocks[:10]), confirms=confirms)
     broker.stop()
     for block in blocks[10:20]:
-        assert publisher.send(block)
+        assert publisher.send(payload_of(block))
     away = until(source, lambda readings: events(readings, EventKind.DISCONNECTED))
     broker.start()
     sent(publisher, blocks[20:])
@@ -146,7 +147,7 @@ def test_a_confirmation_that_the_broker_did_not_get_is_sent_again(broker, closin
     source.confirm()
     broker.start()
     connected(source)
-    until(source, lambda _: broker.log.count(f"Received PUBACK from {source._connection.client_id}") == 7)
+    until(source, lambda _: broker.log.count(f"Received PUBACK from {source.client_id}") == 7)
     source.close()
     again = closing(source_at(broker.address()))
     connected(again)
@@ -160,7 +161,7 @@ def test_messages_that_wait_while_the_connection_breaks_come_once(broker, closin
     connected(source)
     sent(closing(publisher_at(broker.address())), blocks)
     wait_for(lambda: len(source._inbox._items) == 15)
-    intruder = client_at(broker, source._connection.client_id)
+    intruder = client_at(broker, source.client_id)
     wait_for(lambda: "taken over" in broker.log or "already connected" in broker.log)
     intruder.disconnect()
     intruder.loop_stop()
@@ -172,7 +173,7 @@ def test_a_broker_that_is_absent_is_waited_for_and_said_once(tmp_path, closing):
     broker = Broker(tmp_path)
     source = closing(source_at(broker.address()))
     try:
-        absent = [source.read(0.1) for _ in range(10)]
+        absent = [reading_of(source, 0.1) for _ in range(10)]
         broker.start()
         present = connected(source)
     finally:
@@ -194,7 +195,7 @@ def test_messages_that_are_no_samples_are_counted_and_done_with(broker, closing)
     assert len(unread(readings)) == 5
     assert unread(readings)[0] == "malformed message 'no JSON': is not JSON"
     source.close()
-    wait_for(lambda: f"{source._connection.client_id} disconnected" in broker.log)
+    wait_for(lambda: f"{source.client_id} disconnected" in broker.log)
     again = closing(source_at(broker.address(), largest=10_000))
     published(client, TOPIC, payload_of(blocks_of(2)[1]))
     readings = until(again, through(blocks_of(2)[1]))
@@ -217,7 +218,7 @@ def test_a_sample_of_long_ago_that_the_broker_retains_is_not_read(broker, closin
 
 def test_messages_that_the_broker_does_not_keep_are_lost_in_one_gap(broker, closing, monkeypatch):
     blocks = blocks_of(30)
-    monkeypatch.setattr(mqtt_source, "CAPACITY", 10 * mqtt_source.LEAST_SIZE)
+    monkeypatch.setattr(mqtt, "CAPACITY", 10 * mqtt.LEAST_SIZE)
     source = closing(source_at(broker.address()))
     connected(source)
     client = client_at(broker)
@@ -261,7 +262,7 @@ class Listener:
 
 
 def sink_at(broker, with_windows=False, **options):
-    address, config = MqttAddress.parse(broker.address(TOPIC_LINES)), MqttConfig(windows=with_windows)
+    address, config = Address.parse(broker.address(TOPIC_LINES)), MqttConfig(windows=with_windows)
     return MqttSink(address, config, "bar", first_wait=SOON, **options)
 
 
@@ -302,9 +303,9 @@ def test_lines_wait_for_a_broker_that_is_away_and_those_too_many_are_counted(tmp
     try:
         listener = closing(Listener(broker))
         lines_until(sink, EventKind.CONNECTED)
-        assert sink._outbox.wait_until(0, 30.0)
+        assert sink.wait_until(0, 30.0)
         assert not [line for line in sink.put(None, [ALARM]) if line.kind is EventKind.DROPPED]
-        assert sink._outbox.wait_until(0, 30.0)
+        assert sink.wait_until(0, 30.0)
     finally:
         sink.close()
         listener.close()
@@ -331,9 +332,9 @@ def test_lines_come_in_order_over_a_broker_that_starts_again(broker, closing):
 
 SENDER = """
 import sys, time
-from hydrofdi.monitor.configuration import MqttAddress, MqttConfig
-from hydrofdi.monitor.mqtt.sending import MqttSink
-MqttSink(MqttAddress.parse(sys.argv[1]), MqttConfig())
+from hydrofdi.monitor.configuration import Address, MqttConfig
+from hydrofdi.monitor.mqtt import MqttSink
+MqttSink(Address.parse(sys.argv[1]), MqttConfig())
 time.sleep(60)
 """
 
@@ -410,10 +411,7 @@ def subscribed(broker):
 def send(broker, blocks):
     publisher = publisher_at(broker.address())
     try:
-        for block in blocks:
-            while not publisher.send(block):
-                pass
-        assert publisher.flush(60.0)
+        sent(publisher, blocks)
     finally:
         publisher.close()
 
@@ -424,7 +422,7 @@ def source_of(broker):
 
 
 def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturbed, tmp_path, monkeypatch):
-    monkeypatch.setattr(mqtt_source, "AT_ONCE", 4 * mqtt_source.LEAST_SIZE)
+    monkeypatch.setattr(mqtt, "AT_ONCE", 4 * mqtt.LEAST_SIZE)
     draw = random.Random(5)
     with ThreadPoolExecutor(1) as pool:
         sending = pool.submit(send, subscribed, BLOCKS)

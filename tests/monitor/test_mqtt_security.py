@@ -10,7 +10,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.configuration import MqttAddress, MqttConfig
+from hydrofdi.monitor.configuration import Address, MqttConfig
 from hydrofdi.monitor.lines import EventKind
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.mqtt_streams import connected, events, source_at, until
@@ -84,7 +84,7 @@ def test_no_text_shows_the_password(guarded, closing, tmp_path, monkeypatch, cap
     guarded.stop()
     readings += until(source, lambda readings: events(readings, EventKind.DISCONNECTED))
     texts = [repr(readings), source.name, repr(source), repr(config)]
-    texts += [repr(vars(source._connection)), *capfd.readouterr(), caplog.text]
+    texts += [repr(vars(source)), *capfd.readouterr(), caplog.text]
     assert not [text for text in texts if SECRET in text]
 
 
@@ -93,7 +93,7 @@ def test_no_text_shows_the_password(guarded, closing, tmp_path, monkeypatch, cap
 )
 def test_a_password_in_an_address_is_refused_and_not_repeated(address):
     with pytest.raises(ConfigError, match="password_file") as refusal:
-        MqttAddress.parse(address)
+        Address.parse(address)
     assert SECRET not in str(refusal.value)
 
 
@@ -147,8 +147,8 @@ def test_files_that_cannot_be_used_are_named_before_the_start(tmp_path):
     ],
 )
 def test_addresses(text, expected):
-    address = MqttAddress.parse(text)
-    assert (address.host, address.port, address.topic, address.is_secure) == expected
+    address = Address.parse(text)
+    assert (address.host, address.port, address.path, address.scheme == "mqtts") == expected
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_addresses(text, expected):
 )  # fmt: skip
 def test_addresses_that_are_none(text):
     with pytest.raises(ConfigError):
-        MqttAddress.parse(text)
+        Address.parse(text)
 
 
 @needs_mosquitto

@@ -17,9 +17,9 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 from cryptography.x509.oid import NameOID
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.configuration import OpcUaConfig
+from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.lines import EventKind
-from hydrofdi.monitor.opcua.source import OpcUaSource
+from hydrofdi.monitor.opcua import OpcUaSource
 from tests.monitor.opcua_server import CHANNELS, NODES, P1, RATE, LoopbackServer, Reader, connected, opened
 
 PASSWORD = "hunter2-of-the-press"
@@ -116,7 +116,7 @@ def test_samples_come_encrypted_from_the_server_that_is_meant(server, config):
 
 def refused(config, key):
     with pytest.raises(ConfigError, match=key) as error:
-        OpcUaSource("opc.tcp://127.0.0.1", config, CHANNELS, RATE)
+        OpcUaSource(Address.parse("opc.tcp://127.0.0.1"), config, CHANNELS, RATE)
     assert PASSWORD not in str(error.value)
 
 

@@ -12,9 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.configuration import Address
+from hydrofdi.monitor.connections import Inbox
 from hydrofdi.monitor.lines import EventKind, WindowLine
-from hydrofdi.monitor.opcua.source import Joiner, NodeValue, OpcUaSource
-from hydrofdi.monitor.sources.contract import Inbox
+from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from tests.detectors.trained.made import FREQUENCY
@@ -155,7 +156,7 @@ def test_a_source_that_is_closed_leaves_no_thread_and_no_subscription(server):
 )
 def test_a_channel_that_cannot_be_read_is_refused_before_it_is_connected(config, named):
     with pytest.raises(ValueError, match=named):
-        OpcUaSource("opc.tcp://127.0.0.1", FAST, {P1: ChannelConfig(**config)}, RATE)
+        OpcUaSource(Address.parse("opc.tcp://127.0.0.1"), FAST, {P1: ChannelConfig(**config)}, RATE)
 
 
 @pytest.mark.parametrize(
@@ -164,7 +165,7 @@ def test_a_channel_that_cannot_be_read_is_refused_before_it_is_connected(config,
 )
 def test_what_is_no_address_is_refused_and_credentials_are_not_repeated(url):
     with pytest.raises(ConfigError) as error:
-        OpcUaSource(url, FAST, CHANNELS, RATE)
+        Address.parse(url)
     assert "secret" not in str(error.value)
 
 
@@ -251,7 +252,7 @@ class Deaf(OpcUaSource):
 
 @pytest.mark.parametrize("kind", [OpcUaSource, Deaf])
 def test_it_ends_when_told_to(kind):
-    source = kind("opc.tcp://127.0.0.1:1", FAST, CHANNELS, RATE)
+    source = kind(Address.parse("opc.tcp://127.0.0.1:1"), FAST, CHANNELS, RATE)
     source.began = threading.Event()
     source.open({})
     if kind is Deaf:
@@ -269,7 +270,8 @@ def put(inbox, start, n=10, **options):
 def everything(inbox):
     numbers, events = [], []
     while True:
-        items, more = inbox.take(0.0, 1000)
+        items, more = inbox.take(0.0, 1000), [*inbox.events]
+        inbox.events.clear()
         if not items and not more:
             return numbers, events
         numbers += [number for item in items for number in item]
@@ -306,7 +308,7 @@ def test_a_sender_that_waits_goes_on_when_there_is_room_or_it_is_closed():
     put(inbox, 0)
     sender = Thread(target=lambda: [put(inbox, start, waits=True) for start in (10, 20)])
     sender.start()
-    assert inbox.take(60.0, 10)[0] == [range(10)]
+    assert inbox.take(60.0, 10) == [range(10)]
     inbox.close()
     sender.join(60.0)
     assert everything(inbox) == ([*range(10, 30)], [])

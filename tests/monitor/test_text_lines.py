@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
-from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader, SampleClock
+from hydrofdi.monitor.payload import PayloadError, PayloadReader, SampleClock
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.source import plain_source

@@ -305,8 +305,7 @@ class Detector(Guessable):
         from hydrofdi.monitor.lines import Calls, StreamLines
         from hydrofdi.monitor.log import WindowLog
         from hydrofdi.monitor.loop import monitor
-        from hydrofdi.monitor.mqtt.sending import open_sinks
-        from hydrofdi.monitor.sources.opening import open_stream
+        from hydrofdi.monitor.sources import open_sinks, open_stream
         from hydrofdi.monitor.state import StateFile
 
         file, unit = self.file, self.file.unit

@@ -9,8 +9,8 @@ from typing import Any
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.sources.contract import Position, joined, malformed
-from hydrofdi.monitor.sources.payload import PayloadError, PayloadReader, SampleClock, parsed, stream_columns
+from hydrofdi.monitor.payload import PayloadError, PayloadReader, SampleClock, parsed, stream_columns
+from hydrofdi.monitor.sources import Position, joined, malformed
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.dates import is_dated, unix_seconds
 from hydrofdi.records.measured.columns import Column, is_unit, split_title
@@ -19,10 +19,8 @@ from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.messages import counted
 
 
-class CsvLines:
-    """Reads a header, an optional row of units, and rows.
-
-    A line that is not a row is a comment, a repeated header, or malformed.
+class _Lines:
+    """Reads complete lines: as many at once as possible, and those that are not understood one by one.
 
     Attributes
     ----------
@@ -31,19 +29,10 @@ class CsvLines:
     """
 
     def __init__(
-        self,
-        config: MonitorConfig,
-        clock: SampleClock | None,
-        name: str,
-        needed: Collection[Channel] = (),
+        self, config: MonitorConfig, clock: SampleClock | None, name: str, needed: Collection[Channel]
     ) -> None:
         self.header: list[str] = []
-        self._config, self._clock, self._name, self._needed = config, clock, name, needed
-        self._rows = RowReader(config.format, [])
-        self._units: list[str] | None = None
-        self._channels: dict[Channel, Column] = {}
-        self._time: Column | None = None
-        self._zone, self._has_begun = config.time_zone, False
+        self.config, self.clock, self.name, self.needed = config, clock, name, needed
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:
         """Samples of complete lines.
@@ -54,11 +43,44 @@ class CsvLines:
             The first line is not a usable header.
         """
         chunks: list[Chunk] = []
-        for place, found in runs(lines, self._block):
-            chunks += self._line(lines[place], found) if isinstance(found, ValueError) else [found]
+        for place, found in runs(lines, self.block):
+            chunks += self.line(lines[place], found) if isinstance(found, ValueError) else [found]
         return chunks
 
-    def _block(self, lines: Sequence[str]) -> Chunk:
+    def block(self, lines: Sequence[str]) -> Chunk:
+        """Samples of lines of the same form.
+
+        Raises
+        ------
+        ValueError
+            One of them is something else.
+        """
+        raise NotImplementedError
+
+    def line(self, line: str, error: ValueError) -> list[Chunk]:
+        """A line that is something else: a sample that could not be read."""
+        if self.clock is not None:
+            self.clock.n_sample += 1
+        return [malformed("line", line.strip("\r "), str(error))]
+
+
+class CsvLines(_Lines):
+    """Reads a header, an optional row of units, and rows.
+
+    A line that is not a row is a comment, a repeated header, or malformed.
+    """
+
+    def __init__(
+        self, config: MonitorConfig, clock: SampleClock | None, name: str, needed: Collection[Channel]
+    ) -> None:
+        super().__init__(config, clock, name, needed)
+        self._rows = RowReader(config.format, [])
+        self._units: list[str] | None = None
+        self._channels: dict[Channel, Column] = {}
+        self._time: Column | None = None
+        self._has_begun = False
+
+    def block(self, lines: Sequence[str]) -> Chunk:
         """Samples of rows."""
         if not self._channels:
             raise ValueError
@@ -73,13 +95,13 @@ class CsvLines:
         values = self._rows.numbers(lines, [column.position for column in columns])
         in_si = [column.in_si(numbers) for column, numbers in zip(columns, values, strict=True)]
         if time is None:
-            assert self._clock is not None
-            in_si.append(self._clock.take(len(lines)))
+            assert self.clock is not None
+            in_si.append(self.clock.take(len(lines)))
         elif are_dates:
-            in_si.append(unix_seconds(self._rows.texts(lines, [time.position])[0], self._zone))
+            in_si.append(unix_seconds(self._rows.texts(lines, [time.position])[0], self.config.time_zone))
         return Chunk(in_si.pop(), dict(zip(self._channels, in_si, strict=True)))
 
-    def _line(self, line: str, error: ValueError) -> list[Chunk]:
+    def line(self, line: str, error: ValueError) -> list[Chunk]:
         """Read a line that is not a row, or the first after a header."""
         text = line.strip("\r ")
         if self._rows.is_empty(text):
@@ -97,20 +119,18 @@ class CsvLines:
             if not self._has_begun:
                 is_worded = isinstance(failure, DataError)
                 raise DataError(
-                    str(failure) if is_worded else f"{self._name}: {text[:60]!r} {failure}"
+                    str(failure) if is_worded else f"{self.name}: {text[:60]!r} {failure}"
                 ) from None
             self._rows.titles, self.header, self._channels, error = [], [], {}, failure
-        if self._clock is not None:
-            self._clock.n_sample += 1
-        return [malformed("line", text, str(error))]
+        return super().line(text, error)
 
     def _begin(self, text: str) -> None:
         """Take a line as the header."""
-        self._rows = RowReader(self._config.format, [text])
+        self._rows = RowReader(self.config.format, [text])
         titles = self._rows.header(text)
         if any(self._rows.is_number(title) for title in titles if title):
             raise DataError(
-                f"{self._name}: begins with {text[:60]!r}, which is not a header; write the names"
+                f"{self.name}: begins with {text[:60]!r}, which is not a header; write the names"
                 " and units of the columns first, such as 'time [s],P1 [bar]'"
             )
         self._rows.titles, self._units, self.header, self._channels = titles, None, [text], {}
@@ -128,12 +148,12 @@ class CsvLines:
         units = [unit or split_title(title)[1] for unit, title in zip(above, titles, strict=True)]
         dated = [n for n in range(len(titles)) if n >= len(cells) or not self._rows.is_number(cells[n])]
         self._time, self._channels = stream_columns(
-            titles, units, self._name, self._config, self._needed, dated, has_clock=self._clock is not None
+            titles, units, self.name, self.config, self.needed, dated, has_clock=self.clock is not None
         )
-        if self._time is None and self._clock is None:
+        if self._time is None and self.clock is None:
             self._channels = {}
             raise DataError(
-                f"{self._name}: has no column of time such as 'time [s]'; add it, or give the sampling"
+                f"{self.name}: has no column of time such as 'time [s]'; add it, or give the sampling"
                 " frequency"
             )
         self._has_begun = True
@@ -149,34 +169,20 @@ class CsvLines:
         return not is_numeric and bool(set(titles) & set(self._rows.titles))
 
 
-class JsonLines:
-    """Reads lines with one JSON object each.
-
-    Attributes
-    ----------
-    header : list of str
-        Empty: no lines are needed to continue within the stream.
-    """
+class JsonLines(_Lines):
+    """Reads lines with one JSON object each."""
 
     def __init__(
-        self,
-        config: MonitorConfig,
-        clock: SampleClock | None,
-        needed: Collection[Channel] = (),
+        self, config: MonitorConfig, clock: SampleClock | None, name: str, needed: Collection[Channel]
     ) -> None:
-        self.header: list[str] = []
+        super().__init__(config, clock, name, needed)
         self._reader = PayloadReader(config, clock, needed)
-        self._clock = clock
 
     def read(self, lines: Sequence[str]) -> list[Chunk]:
         """Samples of complete lines."""
-        kept = [line for line in lines if line.strip()]
-        return [
-            self._refused(kept[place], found) if isinstance(found, ValueError) else found
-            for place, found in runs(kept, self._together)
-        ]
+        return super().read([line for line in lines if line.strip()])
 
-    def _together(self, lines: Sequence[str]) -> Chunk:
+    def block(self, lines: Sequence[str]) -> Chunk:
         """A line, or lines with the same keys and one sample each, as one block."""
         objects = [parsed(line) for line in lines]
         if len({tuple(found) for found in objects}) > 1:
@@ -184,11 +190,6 @@ class JsonLines:
         if len(objects) == 1:
             return self._reader.chunk(objects[0])
         return self._reader.chunk({key: [found[key] for found in objects] for key in objects[0]})
-
-    def _refused(self, line: str, error: ValueError) -> Chunk:
-        if self._clock is not None:
-            self._clock.n_sample += 1
-        return malformed("line", line, str(error))
 
 
 class TextLines:
@@ -213,16 +214,16 @@ class TextLines:
         position: Position,
         needed: Collection[Channel] = (),
     ) -> None:
-        self._config, self._name, self._needed = config, name, needed
-        self._largest, frequency = config.limits.payload, config.sampling_frequency
-        n_sample = int(position.get("n_sample", 0))
+        self._name, self._largest = name, config.limits.payload
+        n_sample, frequency = int(position.get("n_sample", 0)), config.sampling_frequency
         self._clock = None if frequency is None else SampleClock(frequency, n_sample)
         encoding = config.format.encoding
         self._encoding = "utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding
+        self._csv, self._json = (each(config, self._clock, name, needed) for each in (CsvLines, JsonLines))
         self._lines: CsvLines | JsonLines | None = None
         self._rest, self._is_skipping = b"", "is_skipping" in position
         if header := position.get("header"):
-            self._lines = self._csv()
+            self._lines = self._csv
             self._lines.read(list(header))
 
     @property
@@ -301,11 +302,5 @@ class TextLines:
             first = next((line.strip() for line in lines if line.strip()), "")
             if not first:
                 return []
-            self._lines = self._json() if first.startswith("{") else self._csv()
+            self._lines = self._json if first.startswith("{") else self._csv
         return self._lines.read(lines)
-
-    def _json(self) -> JsonLines:
-        return JsonLines(self._config, self._clock, self._needed)
-
-    def _csv(self) -> CsvLines:
-        return CsvLines(self._config, self._clock, self._name, self._needed)

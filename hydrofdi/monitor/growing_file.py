@@ -6,6 +6,7 @@ import os
 import select
 import time
 from collections.abc import Collection, Mapping
+from functools import partial
 from glob import escape
 from hashlib import sha256
 from pathlib import Path
@@ -14,10 +15,11 @@ from typing import Any
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.lines import Event, EventKind
-from hydrofdi.monitor.sources.contract import Position, Reading, StreamSource
-from hydrofdi.monitor.sources.text_lines import TextLines
+from hydrofdi.monitor.sources import Position, StreamSource
+from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.streams import Chunk
+from hydrofdi.store.files import reason
 
 BLOCK = 1 << 17
 """Bytes that are read at once: a few thousand samples."""
@@ -38,20 +40,18 @@ class StandardInput(StreamSource):
         Channels whose columns are refused, not ignored, if their unit has another dimension.
     """
 
+    may_repeat_all = True
+
     def __init__(
         self,
         config: MonitorConfig | None = None,
         descriptor: int = 0,
         needed: Collection[Channel] = (),
     ) -> None:
-        self._config, self._descriptor, self._needed = config or MonitorConfig(), descriptor, needed
-        self._is_over = False
+        super().__init__("standard input")
+        self._descriptor = descriptor
+        self._lines = partial(TextLines, config or MonitorConfig(), self.name, needed=needed)
         self._text = self._lines({})
-
-    @property
-    def name(self) -> str:
-        """Standard input."""
-        return "standard input"
 
     def open(self, position: Position) -> None:
         """Begin; the count of samples without time continues after a gap.
@@ -65,44 +65,29 @@ class StandardInput(StreamSource):
             os.fstat(self._descriptor)
         except OSError:
             raise DataError("standard input is closed") from None
-        counted = position.get("n_sample")
-        self._text = self._lines({} if counted is None else {"n_sample": int(counted) + _LEAP})
+        self._text = self._lines({key: int(count) + _LEAP for key, count in position.items()})
 
-    def read(self, timeout: float) -> Reading:
-        """New samples and events; an empty reading after `timeout` seconds without any.
+    def read(self, timeout: float) -> Chunk | None:
+        """New samples; None after `timeout` seconds without any.
 
         Raises
         ------
         DataError
             The first line is not a usable header.
         """
-        if self._is_over:
-            return Reading(is_over=True)
-        if not select.select([self._descriptor], [], [], timeout)[0]:
-            return Reading()
+        if self.is_over or not select.select([self._descriptor], [], [], timeout)[0]:
+            return None
         try:
             data = os.read(self._descriptor, BLOCK)
         except OSError:
             data = b""
-        self._is_over = not data
-        return Reading(self._text.read(data, is_end=self._is_over), (), self._is_over)
+        self.is_over = not data
+        return self._text.read(data, is_end=self.is_over)
 
     @property
     def position(self) -> Position:
         """The number of samples without time."""
-        counted = self._text.position.get("n_sample")
-        return {} if counted is None else {"n_sample": counted}
-
-    @property
-    def may_repeat_all(self) -> bool:
-        """True: the writer may begin anew."""
-        return True
-
-    def close(self) -> None:
-        """Do nothing."""
-
-    def _lines(self, position: Position) -> TextLines:
-        return TextLines(self._config, self.name, position, self._needed)
+        return {key: count for key, count in self._text.position.items() if key == "n_sample"}
 
 
 _HEAD = 4096
@@ -132,9 +117,13 @@ class FollowedFile:
     def __init__(self, path: Path, offset: int = 0) -> None:
         self._file = open(path, "rb", buffering=0)  # noqa: SIM115
         self._head = self._file.read(min(_HEAD, offset))
-        self.inode = os.fstat(self._file.fileno()).st_ino
         self._file.seek(offset)
         self.offset = offset
+
+    @property
+    def status(self) -> os.stat_result:
+        """Its present size, and the time of the last write."""
+        return os.fstat(self._file.fileno())
 
     def read(self, n_byte: int) -> bytes:
         """The next bytes; empty at the end."""
@@ -144,14 +133,9 @@ class FollowedFile:
             self._head = (self._head + data)[:_HEAD]
         return data
 
-    def position(self, n_unfinished: int) -> dict[str, Any]:
-        """The position of the unfinished line."""
-        offset = self.offset - n_unfinished
-        return {"inode": self.inode, "offset": offset, "head": _digest(self._head[:offset])}
-
-    def was_truncated(self) -> bool:
-        """Whether the file is now shorter than what was read."""
-        return os.fstat(self._file.fileno()).st_size < self.offset
+    def position(self, offset: int) -> dict[str, Any]:
+        """The position of a byte that was read."""
+        return {"inode": self.status.st_ino, "offset": offset, "head": _digest(self._head[:offset])}
 
     def was_begun_anew(self) -> bool:
         """Whether it begins otherwise than what was read; a hole is what a writer leaves that went on."""
@@ -162,17 +146,6 @@ class FollowedFile:
         """Read from the beginning."""
         self._file.seek(0)
         self.offset, self._head = 0, b""
-
-    @property
-    def modified(self) -> int:
-        """Time of the last write [ns]."""
-        return os.fstat(self._file.fileno()).st_mtime_ns
-
-    def is_at(self, position: Position) -> bool:
-        """Whether it begins like the file of a stored position, and is long enough."""
-        offset = int(position["offset"])
-        is_long = os.fstat(self._file.fileno()).st_size >= offset
-        return is_long and _digest(self._head[:offset]) == position["head"]
 
     def close(self) -> None:
         """Close the file."""
@@ -190,8 +163,9 @@ def found_again(path: Path, position: Position) -> FollowedFile | None:
     for candidate in (path, *sorted(path.parent.iterdir())):
         if not candidate.is_file() or candidate.stat().st_ino != position["inode"]:
             continue
-        file = FollowedFile(candidate, int(position["offset"]))
-        if file.is_at(position):
+        offset = int(position["offset"])
+        file = FollowedFile(candidate, offset)
+        if file.status.st_size >= offset and file.position(offset)["head"] == position["head"]:
             return file
         file.close()
     return None
@@ -210,9 +184,9 @@ def following(path: Path, file: FollowedFile) -> Path:
     later = [
         (found.stat().st_mtime_ns, found)
         for found in path.parent.glob(f"{escape(path.name)}?*")
-        if found.suffix.lower() != ".gz" and found.is_file() and found.stat().st_ino != file.inode
+        if found.suffix.lower() != ".gz" and found.is_file() and found.stat().st_ino != file.status.st_ino
     ]
-    return min([each for each in later if each[0] > file.modified], default=(0, path))[1]
+    return min([each for each in later if each[0] > file.status.st_mtime_ns], default=(0, path))[1]
 
 
 def place_in(descriptor: int, offset: int) -> dict[str, Any]:
@@ -258,20 +232,13 @@ class GrowingFile(StreamSource):
         *,
         leaves_unended: bool = False,
     ) -> None:
-        self._path, self._follow, self._needed = path, follow, needed
-        self._leaves_unended = leaves_unended
-        self._config = config or MonitorConfig()
+        super().__init__(str(path))
+        self._path, self._follow, self._leaves_unended = path, follow, leaves_unended
+        self._lines = partial(TextLines, config or MonitorConfig(), self.name, needed=needed)
         self._text = self._lines({})
         self._file: FollowedFile | None = None
         self._stored: Mapping[str, Any] = {}
-        self._events: list[Event] = []
         self._trouble = ""
-        self._is_over = False
-
-    @property
-    def name(self) -> str:
-        """The path of the file."""
-        return str(self._path)
 
     def open(self, position: Position) -> None:
         """Begin at the unfinished line of an earlier run, or at the beginning.
@@ -282,23 +249,19 @@ class GrowingFile(StreamSource):
             It is a folder, compressed or not readable, or it does not exist and is not followed.
         """
         if self._path.suffix.lower() == ".gz":
-            raise DataError(
-                f"{self._path}: is compressed and cannot be read as a stream; decompress it first"
-            )
+            raise DataError(f"{self._path}: is compressed; decompress it first")
         if self._path.exists() and not self._path.is_file():
             raise DataError(f"{self._path}: is not a regular file; read it from standard input, '-'")
         self._stored = dict(position)
         try:
             self._go_on()
-        except FileNotFoundError as error:
-            if not self._follow:
-                raise DataError(f"{self._path}: no such file") from None
-            self._trouble_with(error)
         except OSError as error:
-            raise DataError(f"{self._path}: cannot be read: {error.strerror}") from None
+            if not (self._follow and isinstance(error, FileNotFoundError)):
+                raise DataError(f"{self._path}: cannot be read: {reason(error)}") from None
+            self._report(error)
 
-    def read(self, timeout: float) -> Reading:
-        """New samples and events; an empty reading after `timeout` seconds without any.
+    def read(self, timeout: float) -> Chunk | None:
+        """New samples; None after `timeout` seconds without any, or if something happened.
 
         Raises
         ------
@@ -308,10 +271,9 @@ class GrowingFile(StreamSource):
         end = time.monotonic() + timeout
         while True:
             chunk = self._next()
-            events, self._events = tuple(self._events), []
             left = end - time.monotonic()
-            if chunk is not None or events or self._is_over or left <= 0.0:
-                return Reading(chunk, events, self._is_over)
+            if chunk is not None or self.events or self.is_over or left <= 0.0:
+                return chunk
             time.sleep(min(_POLL, left))
 
     @property
@@ -319,7 +281,7 @@ class GrowingFile(StreamSource):
         """The file, the position of its unfinished line, and its header."""
         if self._file is None:
             return self._stored
-        return self._file.position(self._text.n_unfinished) | self._text.position
+        return self._file.position(self._file.offset - self._text.n_unfinished) | self._text.position
 
     def close(self) -> None:
         """Close the file."""
@@ -330,28 +292,27 @@ class GrowingFile(StreamSource):
 
     def _next(self) -> Chunk | None:
         try:
-            if self._file is None:
-                self._go_on()
-            return None if self._file is None else self._read(self._file)
+            return self._read(self._file or self._go_on())
         except OSError as error:
-            self._trouble_with(error)
+            self._report(error)
             return None
 
-    def _go_on(self) -> None:
+    def _go_on(self) -> FollowedFile:
         """Open the file at the stored position, or at its beginning."""
         stored = self._stored
         found = found_again(self._path, stored) if "inode" in stored else None
-        file = found or FollowedFile(self._path)
+        self._file = found or FollowedFile(self._path)
         if self._trouble:
             self._say("can be read now")
         if "inode" in stored and found is None:
             self._say("the previous file is gone; this one is read from the start")
             stored = {key: value for key, value in stored.items() if key == "n_sample"}
-        self._file, self._text, self._trouble = file, self._lines(stored), ""
+        self._text, self._trouble = self._lines(stored), ""
+        return self._file
 
     def _read(self, file: FollowedFile) -> Chunk | None:
         data = file.read(BLOCK)
-        if file.was_begun_anew() or (not data and file.was_truncated()):
+        if file.was_begun_anew() or (not data and file.status.st_size < file.offset):
             self._say("was cut; it is read from the start")
             self._text.forget_unfinished()
             file.begin_anew()
@@ -365,7 +326,7 @@ class GrowingFile(StreamSource):
             file.close()
             return self._text.read(b"", is_end=True)
         elif not self._follow:
-            self._is_over = True
+            self.is_over = True
             return None if self._leaves_unended else self._text.read(b"", is_end=True)
         return None
 
@@ -375,19 +336,16 @@ class GrowingFile(StreamSource):
             found = self._path.stat()
         except FileNotFoundError:
             return False
-        return found.st_ino != file.inode and found.st_size > 0
+        return found.st_size > 0 and not os.path.samestat(found, file.status)
 
-    def _trouble_with(self, error: OSError) -> None:
+    def _report(self, error: OSError) -> None:
         """Report once what is wrong; the next reading tries again."""
         self.close()
         is_missing = isinstance(error, FileNotFoundError)
-        text = "does not exist yet; waiting for it" if is_missing else f"cannot be read: {error.strerror}"
+        text = "does not exist yet; waiting for it" if is_missing else f"cannot be read: {reason(error)}"
         if text != self._trouble:
             self._trouble = text
             self._say(text, EventKind.NOTICE if is_missing else EventKind.DISCONNECTED)
 
     def _say(self, text: str, kind: EventKind = EventKind.CONNECTED) -> None:
-        self._events.append(Event(kind, f"{self._path}: {text}"))
-
-    def _lines(self, position: Position) -> TextLines:
-        return TextLines(self._config, self.name, position, self._needed)
+        self.events.append(Event(kind, f"{self._path}: {text}"))

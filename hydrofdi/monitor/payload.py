@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping, Sequence
-from datetime import tzinfo
 from typing import Any
 
 import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.sources.contract import joined
+from hydrofdi.monitor.sources import joined
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.measured.columns import Column, columns_of, is_counts, split_title, time_column
-from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_quantity
@@ -69,7 +67,7 @@ class PayloadReader:
         needed: Collection[Channel] = (),
     ) -> None:
         self._config, self._needed = config, needed
-        self._clock, self._largest, self._zone = clock, config.limits.payload, config.time_zone
+        self._clock, self._largest = clock, config.limits.payload
         self._known: tuple[tuple[str, ...], tuple[int, ...]] | None = None
         self._columns: tuple[Column | None, dict[Channel, Column]] = None, {}
 
@@ -103,7 +101,20 @@ class PayloadReader:
         lengths = {samples.size for samples in values.values()}
         if len(lengths) > 1:
             raise PayloadError("the channels have different numbers of samples")
-        return Chunk(self._instants(time, found, lengths.pop()), values)
+        n_time = lengths.pop()
+        if time is not None:
+            times = self._times(time, found[time.title])
+            if times.size == 1 and _FREQUENCY in found:
+                with np.errstate(over="ignore"):
+                    times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
+            if times.size != n_time:
+                stamps = counted(times.size, "time stamp")
+                raise PayloadError(f"has {stamps} for {counted(n_time, 'sample')}, and no '{_FREQUENCY}'")
+        elif self._clock is not None:
+            times = self._clock.take(n_time)
+        else:
+            raise PayloadError("has no time stamp; add 'time' [s]")
+        return Chunk(times, values)
 
     def _columns_of(self, found: Mapping[str, Any]) -> tuple[Column | None, dict[Channel, Column]]:
         """The columns that keys mean; those of the last object are cached."""
@@ -112,8 +123,13 @@ class PayloadReader:
         if (keys, dated) != self._known:
             if len(keys) > _MOST_KEYS:
                 raise PayloadError(f"has {len(keys)} keys; at most {_MOST_KEYS}")
+            names, configured = {*keys, *(split_title(key)[0] for key in keys)}, self._config.channels
+            present = {channel: each for channel, each in configured.items() if each.column in names}
+            if configured and not present:
+                wanted = ", ".join(each.column for each in configured.values())
+                raise PayloadError(f"has none of the keys {wanted[:100]}")
             units = [split_title(key)[1] for key in keys]
-            config = self._config.model_copy(update={"channels": self._present(keys)})
+            config = self._config.model_copy(update={"channels": present})
             try:
                 self._columns = stream_columns(
                     keys, units, "JSON", config, self._needed, dated, has_clock=self._clock is not None
@@ -123,33 +139,15 @@ class PayloadReader:
             self._known = keys, dated
         return self._columns
 
-    def _present(self, keys: tuple[str, ...]) -> dict[Channel, ChannelConfig]:
-        """The configured channels whose keys are present."""
-        names = {*keys, *(split_title(key)[0] for key in keys)}
-        configured = self._config.channels
-        present = {channel: each for channel, each in configured.items() if each.column in names}
-        if configured and not present:
-            wanted = ", ".join(each.column for each in configured.values())
-            raise PayloadError(f"has none of the keys {wanted[:100]}")
-        return present
-
-    def _instants(self, time: Column | None, found: Mapping[str, Any], n_time: int) -> Array:
-        if time is None:
-            if self._clock is None:
-                raise PayloadError("has no time stamp; add 'time' [s]")
-            return self._clock.take(n_time)
-        title, value = time.title, found[time.title]
-        times = _times(title, value, self._zone)
-        times = times if _is_text(value) else time.in_si(times)
-        if times.size == 1 and _FREQUENCY in found:
-            with np.errstate(over="ignore"):
-                times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
-        if times.size != n_time:
-            need = "" if times.size > 1 else "; a block needs all time stamps, or 'sampling_frequency'"
-            raise PayloadError(
-                f"has {counted(times.size, 'time stamp')} for {counted(n_time, 'sample')}{need}"
-            )
-        return times
+    def _times(self, column: Column, value: Any) -> Array:
+        """Instants [s] from numbers or dates, shape (n_time,)."""
+        if not _is_text(value):
+            return column.in_si(_numbers(column.title, value))
+        texts = value if isinstance(value, list) else [value]
+        try:
+            return unix_seconds(texts, self._config.time_zone)
+        except (AttributeError, TypeError, ValueError, OverflowError) as error:
+            raise PayloadError(f"{column.title[:60]!r}: {str(error)[:200]}") from None
 
 
 def stream_columns(
@@ -212,31 +210,16 @@ def parsed(text: bytes | str) -> dict[str, Any]:
 def _numbers(key: str, value: Any) -> Array:
     """One number or a list of numbers, shape (n_time,); NaN for null."""
     values = value if isinstance(value, list) else [value]
-    kinds = set(map(type, values))
-    if not kinds <= {float, int, type(None)}:
-        found = ", ".join(sorted(kind.__name__ for kind in kinds - {float, int, type(None)}))
-        raise PayloadError(f"{key[:60]!r}: is not a number ({_WORDS.get(found, found)})")
+    if not set(map(type, values)) <= {float, int, type(None)}:
+        raise PayloadError(f"{key[:60]!r}: is not a number")
     try:
         return np.array(values, dtype=np.float64)
     except OverflowError:
         raise PayloadError(f"{key[:60]!r}: a number is too large") from None
 
 
-_WORDS = {"str": "text", "bool": "true or false", "dict": "an object", "list": "a list"}
-
-
 def _is_text(value: Any) -> bool:
     return isinstance(value[0] if isinstance(value, list) and value else value, str)
-
-
-def _times(key: str, value: Any, zone: tzinfo | None) -> Array:
-    texts = value if isinstance(value, list) else [value]
-    if texts and all(isinstance(text, str) for text in texts):
-        try:
-            return unix_seconds(texts, zone)
-        except (ValueError, OverflowError) as error:
-            raise PayloadError(f"{key[:60]!r}: {str(error)[:200]}") from None
-    return _numbers(key, value)
 
 
 def _frequency(value: Any) -> float:

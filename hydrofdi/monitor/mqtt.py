@@ -1,0 +1,475 @@
+"""MQTT: samples of a topic, and lines and samples as messages that are sent at least once."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import socket
+import ssl
+import time
+from collections import deque
+from collections.abc import Callable, Collection, Iterator, Sequence
+from pathlib import Path
+from threading import Event as Signal
+from typing import Any
+
+import numpy as np
+from paho.mqtt.client import Client, MQTTMessage
+from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
+from paho.mqtt.packettypes import PacketTypes
+from paho.mqtt.properties import Properties
+from paho.mqtt.reasoncodes import ReasonCode
+from paho.mqtt.subscribeoptions import SubscribeOptions
+
+from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
+from hydrofdi.monitor.connections import Connection, Inbox, credentials, exposed, network_reason, usable
+from hydrofdi.monitor.lines import Event, EventKind, Line, WindowLine, line_text
+from hydrofdi.monitor.payload import PayloadError, PayloadReader
+from hydrofdi.monitor.sources import Position, StreamSource, joined, malformed
+from hydrofdi.records.batch import Channel
+from hydrofdi.records.streams import Chunk
+
+_SENT_AT_ONCE = 10
+"""Most messages that are sent before the broker acknowledges one; the others wait."""
+
+_THIS_MACHINE = ("localhost", "127.0.0.1", "::1")
+
+
+class MqttConnection(Connection):
+    """A connection to a broker, with a new client each time.
+
+    Certificates and password are read anew for each client, so that they can be renewed. `prepare`,
+    `connected` and `serve` are for subclasses.
+
+    Parameters
+    ----------
+    address : Address
+    config : MqttConfig
+    say : callable
+        Takes events.
+    first_wait : float
+        Wait after the first failure [s].
+    client_id : str
+        If it is empty, the broker assigns one.
+    **wishes : int
+        Properties of the connection in MQTT 5.
+    """
+
+    def __init__(
+        self,
+        address: Address,
+        config: MqttConfig,
+        say: Callable[[Event], None],
+        first_wait: float,
+        client_id: str = "",
+        **wishes: int,
+    ) -> None:
+        Connection.__init__(self, str(address), say, first_wait)
+        self.address, self.config, self.client_id, self._wishes = address, config, client_id, wishes
+        self.changed = Signal()
+        self._is_lost, self._reason = False, ""
+
+    def connect(self) -> None:
+        """Begin to connect.
+
+        Raises
+        ------
+        ConfigError
+            A file of the configuration cannot be used. A broker that does not answer is not an error.
+        """
+        self._new_client()
+        self.begin(self._doubts())
+
+    def close(self) -> None:
+        """Disconnect and end; wait for an answer for three seconds at most."""
+        self.is_closing.set()
+        self.changed.set()
+        self.end(3.0)
+
+    def prepare(self, client: Client) -> None:
+        """Set the callbacks of a new client; they run in the network thread, which receives nothing then."""
+
+    def connected(self, client: Client, had_session: bool) -> None:
+        """The broker has accepted a client; with a session, it kept messages."""
+
+    def serve(self, client: Client) -> None:
+        """Something changed while there is a client; it may not be connected yet, or not any more."""
+
+    def refuse(self, client: Client, reason: str) -> None:
+        """End a connection that is of no use; the broker publishes what the client wants said of it then."""
+        self._reason = reason
+        client.disconnect(ReasonCode(PacketTypes.DISCONNECT, "Disconnect with will message"))
+
+    def connect_once(self) -> str:
+        """Connect with a new client."""
+        self._is_lost, self._reason = False, ""
+        wishes = Properties(PacketTypes.CONNECT)  # type: ignore[no-untyped-call]
+        for name, wish in self._wishes.items():
+            setattr(wishes, name, wish)
+        is_new = not self._wishes.get("SessionExpiryInterval")
+        host, port, keepalive = self.address.host, self.address.port, round(self.config.keepalive)
+        try:
+            client = self._new_client()
+            client.connect(host, port, keepalive, clean_start=is_new, properties=wishes)
+        except OSError as error:
+            return network_reason(error)
+        except ValueError as error:  # paho's, or a file that cannot be used any more
+            return str(error) if isinstance(error, ConfigError) else "the connection failed"
+        client.loop_start()
+        while not self._is_lost:
+            self.changed.wait(1.0)
+            self.changed.clear()
+            if self.is_closing.is_set():
+                self.refuse(client, "")
+            self.serve(client)
+        client.loop_stop()
+        return self._reason
+
+    def _doubts(self) -> Iterator[str]:
+        address, config = self.address, self.config
+        yield from exposed(config.password_file, config.key)
+        if address.scheme == "mqtts" and not config.verify:
+            yield f"mqtt.verify is false: the certificate of {address.host} is not checked"
+        is_open = address.scheme == "mqtt" and address.host not in _THIS_MACHINE
+        if is_open and credentials("mqtt", config.username, config.password_file)[1]:
+            yield f"the password goes to {address.host} without encryption; use mqtts://"
+
+    def _new_client(self) -> Client:
+        client = Client(
+            CallbackAPIVersion.VERSION2,
+            self.client_id,
+            protocol=MQTTProtocolVersion.MQTTv5,
+            reconnect_on_failure=False,
+            manual_ack=True,
+        )
+        username, password = credentials("mqtt", self.config.username, self.config.password_file)
+        if username:
+            client.username_pw_set(username, password or None)
+        if self.address.scheme == "mqtts":
+            client.tls_set_context(_tls_context(self.config))
+        client.on_connect, client.on_disconnect = self._on_connect, self._on_disconnect
+        self.prepare(client)
+        return client
+
+    def _on_connect(self, client: Client, _: Any, flags: Any, code: Any, properties: Any) -> None:
+        if code.is_failure:
+            self._reason = f"it says {code.getName().lower()!r}"
+        else:
+            self.connected(client, flags.session_present)
+
+    def _on_disconnect(self, client: Client, _: Any, flags: Any, code: Any, properties: Any) -> None:
+        says = f"it says {code.getName().lower()!r}" if flags.is_disconnect_packet_from_server else ""
+        self._reason = self._reason or says or "the broker closed the connection, or the network broke it"
+        self._is_lost = True
+        self.changed.set()
+
+
+def _tls_context(config: MqttConfig) -> ssl.SSLContext:
+    if config.ca_file is None:
+        context = ssl.create_default_context()
+    else:
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+        with usable("mqtt.ca_file", config.ca_file):
+            context.load_verify_locations(config.ca_file)
+    if config.certificate is not None:
+        with usable("mqtt.certificate", config.certificate):
+            context.load_cert_chain(config.certificate, config.key, password="")
+    if not config.verify:
+        context.check_hostname = False
+        context.verify_mode = ssl.CERT_NONE
+    return context
+
+
+_CONFIRM_AFTER = 5
+"""Number of messages after which the state should be stored; brokers wait after 20, or as configured."""
+
+_CONFIRM_WITHIN = 1.0
+"""Time after which the state should be stored [s]."""
+
+_MOST_UNACKNOWLEDGED = 64
+"""Most unacknowledged messages that the broker is asked to send. mosquitto 2.0.11 sends many more as soon as
+the first are acknowledged."""
+
+LEAST_SIZE = 1 << 15
+"""Bytes for which a small message counts, so that the number of messages is limited, too."""
+
+CAPACITY, AT_ONCE = 1000 * LEAST_SIZE, 100 * LEAST_SIZE
+"""Most bytes of messages that wait to be read, and that are read at once."""
+
+
+class MqttSource(MqttConnection, StreamSource):
+    """A topic, read at quality of service 1 in a session that outlives the monitor.
+
+    The broker keeps every message until a state that contains its samples is stored. At quality of service 1
+    nothing is lost: while the inbox is full, nothing is read from the network.
+
+    Parameters
+    ----------
+    address : Address
+    config : MonitorConfig
+    detector : Path
+        File of the detector: monitors with other detectors have sessions of their own.
+    needed : collection of Channel
+        Channels whose keys are refused, not ignored, if their unit has another dimension.
+    first_wait : float
+        Wait before the second attempt to connect [s]; it doubles up to two minutes.
+    """
+
+    def __init__(
+        self,
+        address: Address,
+        config: MonitorConfig,
+        detector: Path,
+        needed: Collection[Channel] = (),
+        first_wait: float = 1.0,
+    ) -> None:
+        self._inbox: Inbox[tuple[Client, MQTTMessage]] = Inbox(CAPACITY)
+        StreamSource.__init__(self, str(address), self._inbox.events)
+        super().__init__(
+            address,
+            config.mqtt,
+            self._inbox.say,
+            first_wait,
+            config.mqtt.client_id or _client_id(address, detector),
+            SessionExpiryInterval=round(config.mqtt.session_expiry),
+            ReceiveMaximum=_MOST_UNACKNOWLEDGED,
+            MaximumPacketSize=16 * config.limits.payload,
+        )
+        self._reader = PayloadReader(config, needed=needed)
+        self._unconfirmed: list[tuple[Client, int]] = []
+        self._unconfirmed_since, self._latest = 0.0, -math.inf
+        self._was_connected, self._remark = False, ""
+
+    def open(self, position: Position) -> None:
+        """Begin to connect; the broker knows where to continue.
+
+        Raises
+        ------
+        ConfigError
+            A file of the configuration cannot be used.
+        """
+        self.connect()
+
+    def read(self, timeout: float) -> Chunk | None:
+        """The samples of the messages that have arrived."""
+        chunks = [self._samples(*delivery) for delivery in self._inbox.take(timeout, AT_ONCE)]
+        return joined(chunks) if chunks else None
+
+    @property
+    def wants_confirmation(self) -> bool:
+        """Whether a few messages were read, or a second has passed since."""
+        n_read, waited = len(self._unconfirmed), time.monotonic() - self._unconfirmed_since
+        return n_read >= _CONFIRM_AFTER or (n_read > 0 and waited >= _CONFIRM_WITHIN)
+
+    def confirm(self) -> None:
+        """Acknowledge all messages that were read, each to the connection that delivered it."""
+        for client, number in self._unconfirmed:
+            client.ack(number, 1)
+        self._unconfirmed.clear()
+
+    def close(self) -> None:
+        """End the connection; the broker keeps the session."""
+        self._inbox.close()
+        super().close()
+
+    def prepare(self, client: Client) -> None:
+        """Take messages."""
+        client.on_message, client.on_subscribe = self._received, self._subscribed
+
+    def connected(self, client: Client, had_session: bool) -> None:
+        """Subscribe to new messages, without an earlier retained one."""
+        is_forgotten = self._was_connected and not had_session
+        self._remark = "; the broker kept no messages in the meantime" if is_forgotten else ""
+        self._was_connected = True
+        options = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
+        client.subscribe(self.address.path, options=options)
+
+    def _subscribed(self, client: Client, _: Any, __: int, codes: Any, properties: Any) -> None:
+        if codes[0].is_failure:
+            self.refuse(client, f"it does not let this user read {self.address.path!r}")
+            return
+        lossy = "" if codes[0].value else "; it grants only quality of service 0, so messages can be lost"
+        self.report_connected(self._remark + lossy)
+
+    def _received(self, client: Client, _: Any, message: MQTTMessage) -> None:
+        size = max(len(message.payload), LEAST_SIZE)
+        self._inbox.put((client, message), size, waits=bool(message.qos))
+
+    def _samples(self, client: Client, message: MQTTMessage) -> Chunk:
+        if message.qos:
+            if not self._unconfirmed:
+                self._unconfirmed_since = time.monotonic()
+            self._unconfirmed.append((client, message.mid))
+        try:
+            if message.topic != self.address.path:
+                raise PayloadError("belongs to another topic")
+            chunk = self._reader.read(bytes(message.payload))
+        except (PayloadError, UnicodeDecodeError) as error:
+            return malformed("message", message.payload[:60].decode(errors="replace"), str(error))
+        if message.dup and chunk.n_time and chunk.time[-1] <= self._latest:
+            return Chunk(np.empty(0), {})  # sent again by a new connection
+        self._latest = max(self._latest, float(chunk.time[-1])) if chunk.n_time else self._latest
+        return chunk
+
+
+def _client_id(address: Address, detector: Path) -> str:
+    """A client id that is the same at each start; every broker accepts its 23 characters."""
+    text = "\n".join((socket.gethostname(), str(detector.resolve()), str(address)))
+    return f"hydrofdi-{hashlib.sha256(text.encode()).hexdigest()[:14]}"
+
+
+class Publisher(MqttConnection):
+    """A bounded queue of messages; a new connection sends again what the broker did not acknowledge.
+
+    Parameters
+    ----------
+    address : Address
+    config : MqttConfig
+    capacity : int
+        Most messages that the broker has not acknowledged.
+    first_wait : float
+        Wait before the second attempt to connect [s].
+    status : str
+        Retained topic that is ``online`` while there is a connection, and ``offline`` otherwise.
+
+    Attributes
+    ----------
+    events : deque of Event
+        Events of the connection.
+    refusals : deque of str
+        The reason for each message that the broker refused.
+
+    Raises
+    ------
+    ConfigError
+        A file of the configuration cannot be used.
+    """
+
+    def __init__(
+        self, address: Address, config: MqttConfig, capacity: int, first_wait: float = 1.0, status: str = ""
+    ) -> None:
+        self.events: deque[Event] = deque(maxlen=1000)
+        self.refusals: deque[str] = deque()
+        self._capacity, self._status = capacity, status
+        self._payloads: deque[bytes] = deque()
+        self._sent: deque[int] = deque()
+        self._answers: deque[tuple[int, Any]] = deque()
+        self._is_online = False
+        super().__init__(address, config, self.events.append, first_wait)
+        self.connect()
+
+    def send(self, payload: bytes) -> bool:
+        """Queue a message; False if there was no room."""
+        if len(self._payloads) >= self._capacity:
+            return False
+        self._payloads.append(payload)
+        self.changed.set()
+        return True
+
+    def wait_until(self, n_waiting: int, timeout: float) -> bool:
+        """Wait until at most `n_waiting` messages wait; False if that takes longer than `timeout` seconds."""
+        end = time.monotonic() + timeout
+        while len(self._payloads) > n_waiting and time.monotonic() < end:
+            time.sleep(0.005)
+        return len(self._payloads) <= n_waiting
+
+    def prepare(self, client: Client) -> None:
+        """Note answers; the broker says when the connection breaks."""
+        self._sent.clear()
+        self._answers.clear()
+        self._is_online = False
+        client.on_publish = self._answered
+        if self._status:
+            client.will_set(self._status, b"offline", qos=1, retain=True)
+
+    def connected(self, client: Client, had_session: bool) -> None:
+        """Send all waiting messages."""
+        if self._status:
+            client.publish(self._status, b"online", qos=1, retain=True)
+        self._is_online = True
+        self.changed.set()
+        self.report_connected()
+
+    def serve(self, client: Client) -> None:
+        """Forget what was answered, and send more."""
+        while self._answers:
+            number, code = self._answers.popleft()
+            if number in self._sent:  # else it is that of the status
+                place = self._sent.index(number)
+                del self._sent[place], self._payloads[place]
+                if code.is_failure:
+                    self.refusals.append(code.getName().lower())
+        while self._is_online and len(self._sent) < min(len(self._payloads), _SENT_AT_ONCE):
+            payload = self._payloads[len(self._sent)]
+            self._sent.append(client.publish(self.address.path, payload, qos=1).mid)
+
+    def _answered(self, client: Client, _: Any, number: int, code: Any, properties: Any) -> None:
+        self._answers.append((number, code))
+        self.changed.set()
+
+
+def payload_of(chunk: Chunk) -> bytes:
+    """Samples as JSON: ``time`` and channels, each in SI and as an array; null if a sample is missing."""
+    columns = {"time": chunk.time} | {channel.value: samples for channel, samples in chunk.channels.items()}
+    numbers = {
+        name: [number if math.isfinite(number) else None for number in samples.tolist()]
+        for name, samples in columns.items()
+    }
+    return json.dumps(numbers).encode()
+
+
+class MqttSink(Publisher):
+    """Sends lines as JSON to a topic; its ``…/status`` is ``online`` or ``offline``, and retained.
+
+    Parameters
+    ----------
+    address : Address
+    config : MqttConfig
+    unit : str
+        Unit of scores.
+    capacity : int
+        Most messages that wait for the broker; further ones are lost.
+    first_wait : float
+        Wait before the second attempt to connect [s]; it doubles up to two minutes.
+    """
+
+    def __init__(
+        self,
+        address: Address,
+        config: MqttConfig,
+        unit: str = "1",
+        capacity: int = 10_000,
+        first_wait: float = 1.0,
+    ) -> None:
+        self._unit = unit
+        super().__init__(address, config, capacity, first_wait, status=f"{address.path}/status")
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Queue the lines to send; never waits."""
+        wanted = [
+            line
+            for line in lines
+            if (self.config.windows if isinstance(line, WindowLine) else not line.is_silent)
+        ]
+        n_lost = sum(not self.send(line_text(line, self._unit).rstrip().encode()) for line in wanted)
+        events = [self.events.popleft() for _ in range(len(self.events))]
+        refusals = [self.refusals.popleft() for _ in range(len(self.refusals))]
+        if n_lost:
+            reason = "lines are lost: the broker is too slow, or was unreachable for too long"
+            events.append(self._dropped(reason, n_lost))
+        if refusals:
+            events.append(self._dropped(f"the broker refuses messages: {refusals[-1]}", len(refusals)))
+        return events
+
+    def close(self) -> None:
+        """Send what is left, within three seconds."""
+        self.wait_until(0, 3.0)
+        super().close()
+
+    def _dropped(self, reason: str, count: int) -> Event:
+        """An event for lost lines, which is only counted if the connection lost some for the same reason."""
+        is_silent = reason in self.said
+        self.said.add(reason)
+        return Event(EventKind.DROPPED, f"{self.address}: {reason}", None, count, is_silent)

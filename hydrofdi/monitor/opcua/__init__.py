@@ -1,1 +1,0 @@
-"""Servers of OPC UA: connections, subscriptions, and values joined to samples."""

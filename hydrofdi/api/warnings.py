@@ -9,6 +9,7 @@ from math import isclose
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.api.step_limits import Distinct, undamped_frequency
 from hydrofdi.config import ExperimentConfig, RunParameters
@@ -23,20 +24,16 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import RecordBatch
-from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.studies.charts import watched_instants
 from hydrofdi.studies.detecting import rules_of
 from hydrofdi.studies.reading import asks_for_extra
-from hydrofdi.transforms.wavelet import boundary_shares, level_bands
+from hydrofdi.transforms.wavelet import level_bands
 
 NEAR_BAND_EDGE = 0.25
 """A mode within so many octaves of a band's edge may answer in either level."""
-
-MANY_BOUNDARY_COEFFICIENTS = 0.25
-"""Share of a level's coefficients from which on its RMS depends on the extension of the record."""
 
 FEW_SAMPLES = 20
 """Samples per period of an intermittent leak below which its mean flow, a mean over samples, is off."""
@@ -59,13 +56,6 @@ def said(rules: Iterable[Rule], experiment: ExperimentConfig, distinct: Distinct
     return list(dict.fromkeys(sentence for rule in rules for sentence in rule(experiment, distinct)))
 
 
-def _sobol_samples(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    for sample in (experiment.ensemble.sample, experiment.sweep.sample):
-        if sample and sample.method == "sobol" and sample.count & (sample.count - 1):
-            points = counted(sample.count, "point")
-            yield f"a Sobol sample of {points} is not balanced; take a power of two"
-
-
 def period_count(run: RunParameters) -> float:
     """Periods of the input in the record; NaN if it has none."""
     return run.record.duration / run.input.period if run.input.is_periodic else math.nan
@@ -85,22 +75,17 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     made = experiment.indicator_choice.made(experiment.wavelet).values()
     if not any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made):
         return
-    modes = {
-        (undamped_frequency(run) / (2.0 * math.pi), run.fluid.bulk_modulus): level_bands(
-            run.record.sampling_frequency, run.wavelet.levels
-        )
-        for run in distinct("actuator", "fluid", "record", "wavelet")
-    }
-    near = [mode for mode, bands in modes.items() if place_in_bands(mode[0], bands)[1] < NEAR_BAND_EDGE]
-    if near:
-        frequency, modulus = near[0]
-        first = f"{frequency:.1f} Hz at EBM {shown_value('fluid.bulk_modulus', modulus)}"
-        where = f" in {len(near):,} of {len(modes):,} conditions, e.g." if len(near) > 1 else ":"
-        yield (
-            "Two wavelet levels share the natural frequency, so their values depend strongly on the oil"
-            f"{where} {first}. Another record.sampling_frequency moves the levels; other indicators are not"
-            " affected"
-        )
+    for run in distinct("actuator", "fluid", "record", "wavelet"):
+        frequency = undamped_frequency(run) / (2.0 * math.pi)
+        bands = level_bands(run.record.sampling_frequency, run.wavelet.levels)
+        if place_in_bands(frequency, bands)[1] < NEAR_BAND_EDGE:
+            modulus = shown_value("fluid.bulk_modulus", run.fluid.bulk_modulus)
+            yield (
+                f"Two wavelet levels share the natural frequency, {frequency:.1f} Hz at EBM {modulus}, so"
+                " their values depend strongly on the oil. Another record.sampling_frequency moves the"
+                " levels; other indicators are not affected"
+            )
+            return
 
 
 def _intermittent_leaks(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
@@ -115,37 +100,23 @@ def _intermittent_leaks(experiment: ExperimentConfig, distinct: Distinct) -> Ite
 
 def _folding(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     """What is too fast for the sampling."""
+    for run in distinct("input", "measurement", "record"):
+        drive, half = run.input, 0.5 * run.record.sampling_frequency
+        fastest = {"measurement.anti_alias": run.measurement.anti_alias or 0.0}
+        if drive.shape == "sweep":
+            fastest["input.end_frequency"] = drive.end_frequency
+        if drive.shape == "multisine":
+            fastest["input.harmonics"] = drive.harmonics / drive.period
+        for key, frequency in fastest.items():
+            if frequency >= half:
+                yield f"{key}: {frequency:g} Hz is not below {half:g} Hz, half of record.sampling_frequency"
+
+
+def _periods(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     for run in distinct("input", "record"):
-        drive, sampling = run.input, run.record.sampling_frequency
-        more = f"more than half of record.sampling_frequency = {sampling:g} Hz"
-        if drive.shape == "sweep" and drive.end_frequency > 0.5 * sampling:
-            yield f"input.end_frequency = {drive.end_frequency:g} Hz is {more}"
-        if drive.shape == "multisine" and drive.harmonics / drive.period > 0.5 * sampling:
-            highest = drive.harmonics / drive.period
-            yield f"input.harmonics = {drive.harmonics} reach {highest:g} Hz, {more}"
-    for run in distinct("measurement", "record"):
-        corner, sampling = run.measurement.anti_alias, run.record.sampling_frequency
-        if corner is not None and corner >= 0.5 * sampling:
-            yield (
-                f"measurement.anti_alias = {corner:g} Hz is not below half of record.sampling_frequency ="
-                f" {sampling:g} Hz: sampling folds what it lets pass"
-            )
-
-
-def _records(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    """Records of a part of a period, and those whose end decides many coefficients."""
-    for run in distinct(*_OF_RECORDS):
         n_period = period_count(run)
         if math.isfinite(n_period) and not is_whole(n_period):
             yield f"the record holds {n_period:g} periods, no whole number: features depend on where it ends"
-        shares = enumerate(boundary_shares(run.n_kept, run.wavelet), 1)
-        many = [
-            f"{share:.0%} of the coefficients of d{level}"
-            for level, share in shares
-            if share > MANY_BOUNDARY_COEFFICIENTS
-        ]
-        if many:
-            yield f"{' and '.join(many)} depend on the extension of the record"
 
 
 def without_results(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
@@ -169,15 +140,9 @@ def without_results(experiment: ExperimentConfig, distinct: Distinct) -> Iterato
 
 def other_machines(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     """A sentence on each indicator whose constants of the plant are not those of the nominal machine."""
-    labels: dict[str, list[str]] = {}
     for label, each in experiment.indicator_choice.made(experiment.wavelet).items():
-        labels.setdefault(", ".join(_differing(experiment, each.options)), []).append(label)
-    for text, of in labels.items():
-        if text:
-            yield (
-                f"{', '.join(of)}: the options describe another machine: {text}; a YAML alias such as *area"
-                " keeps the value of the file in which it stands"
-            )
+        if text := ", ".join(_differing(experiment, each.options)):
+            yield f"{label}: the options describe another machine: {text}"
 
 
 def _differing(experiment: ExperimentConfig, options: Section) -> Iterator[str]:
@@ -208,11 +173,10 @@ def _free_supply_sensors(experiment: ExperimentConfig, distinct: Distinct) -> It
         )
 
 
-def _fit_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    """A sentence on healthy fit records that are too few for thresholds on one side, or on both."""
-    assert experiment.study is not None
-    rules, judged = rules_of(experiment.detection), experiment.detection.indicators
-    n_fit = experiment.study.healthy.fit
+def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
+    """A sentence on each number of records that is too small for what it shall show."""
+    study, rules, judged = experiment.study, rules_of(experiment.detection), experiment.detection.indicators
+    assert study is not None
     of_both = [
         f"{label}.{output.name}"
         for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items()
@@ -221,31 +185,22 @@ def _fit_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[s
         if output.is_score and output.direction in (None, Direction.BOTH)
     ]
     one, both = (rules.records_for_threshold(each) for each in (Direction.RISING, Direction.BOTH))
-    on_both = f"scores that may alarm on both sides, such as {of_both[0]}" if of_both else ""
-    rule = f"for {100.0 * rules.false_alarm_rate:g} % false alarms, {rules.threshold} needs"
-    if n_fit < one:
-        more = f", and {both} for {on_both}" if on_both and both > one else ""
-        yield f"study.healthy.fit = {n_fit} sets no threshold: {rule} {one} records{more}"
-    elif on_both and n_fit < both:
-        yield f"study.healthy.fit = {n_fit} sets no threshold for {on_both}: {rule} {both} records"
-
-
-def _tested_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    """A sentence on each number of records that is too small for a rate."""
-    study, rules = experiment.study, rules_of(experiment.detection)
-    assert study is not None
-    n_shift = study.healthy.shift if study.shifts else None
-    false_alarms = f"shows no rate of false alarms: {100.0 * rules.false_alarm_rate:g} %"
+    alarms = f"{100.0 * rules.false_alarm_rate:g} %"
+    rule, rate = f"for {alarms} false alarms, {rules.threshold}", "shows no rate of false alarms"
     detection = f"is too few for one level to show {100.0 * rules.probability:g} % detection: that"
+    on_both = f"sets no threshold for scores that may alarm on both sides, such as {''.join(of_both[:1])}"
+    n_shift = study.healthy.shift if study.shifts else None
+    n_each = study.faults.each if study.faults else None
     for key, count, needed, cannot in (
-        ("healthy.test", study.healthy.test, rules.records_for_false_alarms, false_alarms),
-        ("healthy.shift", n_shift, rules.records_for_false_alarms, false_alarms),
-        ("faults.each", study.faults.each if study.faults else None, rules.records_for_detection, detection),
+        ("healthy.fit", study.healthy.fit, one, f"sets no threshold: {rule}"),
+        ("healthy.fit", study.healthy.fit, both if of_both and both > one else 0, f"{on_both}: {rule}"),
+        ("healthy.test", study.healthy.test, rules.records_for_false_alarms, f"{rate}: {alarms}"),
+        ("healthy.shift", n_shift, rules.records_for_false_alarms, f"{rate}: {alarms}"),
+        ("faults.each", n_each, rules.records_for_detection, detection),
+        *_charted_records(experiment),
     ):
         if count is not None and count < needed:
-            of = f"{100.0 * rules.confidence:g} % confidence"
-            each = " of each" if key == "healthy.shift" else ""
-            yield f"study.{key} = {count} {cannot} needs {needed} records{each} ({of})"
+            yield f"study.{key} = {count} {cannot} needs {needed:,} records"
 
 
 def _shifts_inside(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
@@ -272,52 +227,58 @@ def _usual_range(distribution: dict[Any, list[Any]]) -> tuple[float, float]:
     return (float(low), float(high)) if isinstance(low, int | float) else (np.nan, np.nan)
 
 
-def _charts(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    """A sentence on leaks that do not set in while they are watched, and on too few healthy hours."""
-    study, online = experiment.study, experiment.detection.online
-    if study is None or online is None:
-        return
-    if study.faults is not None:
-        yield from _onsets(experiment, study.faults.parameter)
-    made = experiment.indicator_choice.made(experiment.wavelet)
-    for label in dict.fromkeys(chart.of.partition(".")[0] for chart in online.charts.values()):
+def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
+    """Indicators that charts watch, each with the instants of its trace [s]."""
+    online, made = experiment.detection.online, experiment.indicator_choice.made(experiment.wavelet)
+    charts = online.charts.values() if online else ()
+    for label in dict.fromkeys(chart.of.partition(".")[0] for chart in charts):
         indicator = made[label]
         assert isinstance(indicator, RecursiveIndicator)
-        instants = watched_instants(indicator, experiment.nominal_parameters)
+        yield label, watched_instants(indicator, experiment.nominal_parameters)
+
+
+def _charted_records(experiment: ExperimentConfig) -> Iterator[tuple[str, int, int, str]]:
+    """Healthy records that charts need: key, number, how many are needed, and what for."""
+    study, online = experiment.study, experiment.detection.online
+    for label, instants in _watched(experiment):
+        if study is not None and online is not None and instants.size > 1:
+            duration, every = float(instants[1] - instants[0]) * instants.size, max(online.false_alarm_every)
+            proof = time_needed(every, experiment.detection.confidence)
+            fit, test = (math.ceil(time / duration - 1e-9) for time in (every, proof))
+            between = f"{every / 3600.0:g} h between false alarms: {label}"
+            yield "healthy.fit", study.healthy.fit, fit, f"sets no limit for {between}"
+            yield "healthy.test", study.healthy.test, test, f"does not show that a limit holds for {between}"
+
+
+def _onset_times(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
+    """A sentence on leaks that do not set in while they are watched."""
+    leakage = experiment.leakage
+    for label, instants in _watched(experiment):
         if instants.size < 2:
-            yield f"the trace of {label} ends before its transient of {indicator.options.transient:g} s"
-            continue
-        onset = experiment.leakage.onset_time
-        if experiment.leakage.onset != "constant" and not instants[0] < onset < instants[-1]:
+            yield f"the trace of {label} ends before its transient"
+        elif leakage.onset != "constant" and not instants[0] < leakage.onset_time < instants[-1]:
             yield (
-                f"leakage.onset_time = {onset:g} s is outside of what charts watch of {label}, from"
-                f" {instants[0]:g} s to {instants[-1]:g} s: no delay is stated"
+                f"leakage.onset_time = {leakage.onset_time:g} s is outside of what charts watch of {label},"
+                f" from {instants[0]:g} s to {instants[-1]:g} s: no delay is stated"
             )
-        duration, every = float(instants[1] - instants[0]) * instants.size, max(online.false_alarm_every)
-        proof = time_needed(every, experiment.detection.confidence)
-        for key, count, needed, cannot in (
-            ("fit", study.healthy.fit, every, "set no limit"),
-            ("test", study.healthy.test, proof, "do not show that a limit holds"),
-        ):
-            if count * duration < needed:
-                yield (
-                    f"study.healthy.{key} = {counted(count, 'record')} {cannot} for {every / 3600.0:g} h"
-                    f" between false alarms: {label} needs {math.ceil(needed / duration - 1e-9):,} of them"
-                    f" ({needed / 3600.0:.3g} h)"
-                )
 
 
-def _onsets(experiment: ExperimentConfig, parameter: str) -> Iterator[str]:
+def _onsets(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
+    study, onset = experiment.study, experiment.leakage.onset
+    if not study or not study.faults or not experiment.detection.online:
+        return
     if "leakage.onset" in experiment.varied_names:
         return
-    if experiment.leakage.onset == "constant":
+    if onset == "constant":
         yield (
             "leakage.onset = constant: leaks are there from the start: no delay is stated; give"
             " leakage: {onset: step, onset_time: …}"
         )
-    elif parameter == "leakage.internal_flow" and experiment.baseline.get("leakage.onset") != "constant":
+    elif study.faults.parameter == "leakage.internal_flow" and (
+        experiment.baseline.get("leakage.onset") != "constant"
+    ):
         yield (
-            f"leakage.onset = {experiment.leakage.onset}: levels of faults are means over whole records;"
+            f"leakage.onset = {onset}: levels of faults are means over whole records;"
             " baseline: {leakage.onset: constant} makes them the flow after the onset"
         )
 
@@ -330,22 +291,21 @@ def _extra(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
 Rule = Callable[[ExperimentConfig, Distinct], Iterable[str]]
 
 RULES: tuple[Rule, ...] = (
-    _sobol_samples,
     lambda experiment, distinct: unusual_values(experiment),
     lambda experiment, distinct: idle_parameters(experiment),
     _bands,
     _intermittent_leaks,
     _folding,
-    _records,
+    _periods,
     without_results,
     other_machines,
 )
 STUDY_RULES: tuple[Rule, ...] = (
-    _fit_records,
-    _tested_records,
+    _too_few_records,
     _shifts_inside,
     _free_supply_sensors,
-    _charts,
+    _onsets,
+    _onset_times,
     _extra,
 )
 """Rules that hold for every experiment, and those for studies of detection."""

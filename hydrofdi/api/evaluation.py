@@ -24,10 +24,10 @@ from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources,
 from hydrofdi.records import RecordSource
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
-from hydrofdi.report.table import Column, Table, finite
+from hydrofdi.report.table import Column, Table, finite, group_breaks
 from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.settings.quantities import SI
-from hydrofdi.settings.readable import HOLE, number_text
+from hydrofdi.settings.readable import HOLE, number_text, percentage
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.measured import Labels, measured_study, require_known_severities
 from hydrofdi.studies.parts import part, records_without_number
@@ -108,15 +108,20 @@ class Evaluation(Guessable):
     healthy_pairs: Pairs
     left: Left
 
+    @cached_property
+    def scores(self) -> list[dict[str, Any]]:
+        """What each score finds, the best first, as ``hydrofdi evaluate --json`` prints it."""
+        records, pairs = self.detection.records, self.healthy_pairs
+        return [score_record(records, each, pairs[each.scored.name]) for each in self.detection.judgements]
+
     @property
     def conclusion(self) -> str:
         """Comparison of healthy groups over all scores; empty if there are fewer than two."""
         known = [
-            stands_clear(each, self.healthy_pairs[each.scored.name])
-            for each in self.detection.judgements
-            if each.levels
+            score["stands_clear"]
+            for each, score in zip(self.detection.judgements, self.scores, strict=True)
+            if each.levels and score["stands_clear"] is not None
         ]
-        known = [each for each in known if each is not None]
         n_not, n_score = known.count(False), len(known)
         if not n_score:
             return ""
@@ -153,24 +158,21 @@ class Evaluation(Guessable):
         with ``auc_low`` and ``auc_high``; ``q90_95``, the leak that is found nine times in ten [m³/s]; and
         how many records are ``without_number``.
         """
-        rows = [
-            row
-            for each in self.detection.judgements
-            for row in _rows(self.detection.records, each, self.healthy_pairs[each.scored.name])
-        ]
+        judged = zip(self.detection.judgements, self.scores, strict=True)
+        rows = [row for each, score in judged for row in _rows(each, score)]
+        titles = {"auc": "AUC", "q90_95": "q90/95 [L/min]", "without_number": "without a number"}
 
-        def column(name: str, unit: str = "", title: str = "") -> Column:
-            texts = [row["texts"].get(name, HOLE) for row in rows]
-            is_shown, is_text = bool({*texts} - {HOLE}), name in _WORDS
-            text = texts if is_shown else number_text
-            values = [row[name] for row in rows]
-            return Column(name, values, unit, title, text, is_text=is_text, is_shown=is_shown)
+        def column(name: str) -> Column:
+            values, texts = [row[name] for row in rows], [row["texts"].get(name, HOLE) for row in rows]
+            is_text, is_shown = name in ("score", "population"), {*texts} != {HOLE}
+            unit = "m^3/s" if name == "q90_95" else ""
+            return Column(name, values, unit, titles.get(name, ""), texts, is_text=is_text, is_shown=is_shown)
 
-        firsts = [at for at, row in enumerate(rows) if at and row["score"] != rows[at - 1]["score"]]
+        breaks = group_breaks([row["score"] for row in rows])
         return Table(
-            (*map(column, _WORDS), *(column(name, *more) for name, more in _NUMBERS.items())),
+            tuple(column(name) for name in (rows[0] if rows else ()) if name != "texts"),
             n_lead=2,
-            breaks=firsts if len(rows) > 2 * len(self.detection.judgements) else (),
+            breaks=breaks if len(rows) > 2 * len(self.detection.judgements) else (),
         )
 
     @cached_property
@@ -185,26 +187,25 @@ class Evaluation(Guessable):
         has_alarms = any(pair.rate is not None for pair in pairs)
         if not has_alarms:
             pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]
-        ends = [_pair_record(pair) | {"n": pair.rate and pair.rate.total} for pair in pairs]
         titles = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
-
-        def column(name: str, key: str = "", **more: Any) -> Column:
-            return Column(name, [each[key or name] for each in ends], **more)
-
+        ends = [_area_record(pair.area) for pair in pairs]
+        counts = [(None, None) if pair.rate is None else (pair.rate.count, pair.rate.total) for pair in pairs]
         return Table(
             (
-                column("fit_group", title=titles[0], is_text=True),
-                column("test_group", title=titles[1], is_text=True),
-                column("auc", "value", title="AUC", text=[_area_text(pair.area) for pair in pairs]),
-                column("auc_low", "low", is_shown=False),
-                column("auc_high", "high", is_shown=False),
-                column(
-                    "alarms",
-                    title="false alarms",
-                    text=[f"{pair.rate.count} of {pair.rate.total}" if pair.rate else HOLE for pair in pairs],
-                    is_shown=has_alarms,
+                Column("fit_group", [pair.fit_group for pair in pairs], title=titles[0], is_text=True),
+                Column("test_group", [pair.test_group for pair in pairs], title=titles[1], is_text=True),
+                Column(
+                    "auc",
+                    [each["value"] for each in ends],
+                    title="AUC",
+                    text=[_area_text(each) for each in ends],
                 ),
-                column("n", is_shown=False),
+                *(
+                    Column(f"auc_{end}", [each[end] for each in ends], is_shown=False)
+                    for end in ("low", "high")
+                ),
+                Column("alarms", [count for count, _ in counts], title="false alarms", is_shown=has_alarms),
+                Column("n", [total for _, total in counts], title="of", is_shown=has_alarms),
             ),
             title=f"Healthy groups against each other by {self.best}: none of them leaks",
             n_lead=2,
@@ -235,10 +236,7 @@ class Evaluation(Guessable):
             ],
             "conclusion": self.conclusion or None,
             "remarks": list(self.detection.remarks),
-            "scores": [
-                score_record(records, each, self.healthy_pairs[each.scored.name])
-                for each in self.detection.judgements
-            ],
+            "scores": self.scores,
         }
 
     def plot(self, figure: str = "densities") -> Figure:
@@ -394,70 +392,48 @@ def _pairs(detection: Detection, judgement: Judgement) -> tuple[HealthyPair, ...
 Pairs = Mapping[str, tuple[HealthyPair, ...]]
 """Name of a score → every healthy group against every other."""
 
-_WORDS = ("score", "population", "kind", "unit")
-_NUMBERS = {
-    **dict.fromkeys(("low", "high", "alarms", "n", "rate", "rate_low", "rate_high"), ("", "")),
-    "auc": ("", "AUC"),
-    **dict.fromkeys(("auc_low", "auc_high"), ("", "")),
-    "q90_95": ("m^3/s", "q90/95 [L/min]"),
-    "without_number": ("", "without a number"),
-}
-"""Column → unit and title."""
 
-
-def _rows(
-    records: StudyRecords, judgement: Judgement, pairs: Sequence[HealthyPair]
-) -> Iterator[dict[str, Any]]:
-    areas = {level.population: level.area for level in judgement.levels}
-    rates = {**judgement.false_alarms, **{each.population: each.detected for each in judgement.levels}}
-    limits, smallest = judgement.threshold, judgement.smallest.get("q90_95")
-    missing = records_without_number(records, judgement.scored)
-    name, between = judgement.scored.name, [pair.area.value for pair in pairs]
-    for population, rate in rates.items():
-        area, is_healthy = areas.get(population), population.kind == "healthy"
-        told = {} if rate is None else _rate_record(judgement, population, rate)
-        ends = {} if area is None else _area_record(area)
-        texts = {
-            "score": f"~ {name}" if stands_clear(judgement, pairs) is False else name,
-            "population": population.name,
-        }
-        if rate is not None:
-            texts["alarms"] = _rate_text(rate, digits=int(is_healthy), is_stated=told["rate"] is not None)
-        if area is not None:
+def _rows(judgement: Judgement, score: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """A row for each population: what is known of a score, and its ``texts``."""
+    tested = [*score["false_alarms"], *score["detected"]]
+    areas, rates = ({each["label"]: each for each in own} for own in (score["auc"], tested))
+    limits, smallest = score["threshold"] or {}, judgement.smallest.get("q90_95")
+    between = [pair["value"] for pair in score["healthy_against_healthy"]]
+    mark = "~ " if score["stands_clear"] is False else ""
+    for population in (*judgement.false_alarms, *(level.population for level in judgement.levels)):
+        name, is_healthy = population.name, population.kind == "healthy"
+        rate, area, missing = rates.get(name, {}), areas.get(name, {}), score["without_number"].get(name, 0)
+        texts = {"score": f"{mark}{score['indicator']}", "population": name}
+        if rate:
+            ends = [percentage(rate[end]) for end in ("rate", "low", "high") if rate[end] is not None]
+            share = ", {} % [{}, {}]".format(*ends) if len(ends) == 3 else ""
+            texts["alarms"] = f"{rate['alarms']} of {rate['n']}{share}"
+        if area:
             texts["auc"] = _area_text(area)
         elif is_healthy and between:
             texts["auc"] = f"{min(between):.2f} … {max(between):.2f}"
         if smallest is not None and not is_healthy:
             texts["q90_95"] = smallest.sentence(scale=convert(1.0, "L/min"))
-        if population.name in missing:
-            texts["without_number"] = str(missing[population.name])
+        if missing:
+            texts["without_number"] = str(missing)
         yield {
-            "score": name,
-            "population": population.name,
+            "score": score["indicator"],
+            "population": name,
             "kind": population.kind.value,
-            "unit": judgement.scored.unit,
-            "low": limits and limits.low,
-            "high": limits and limits.high,
-            **{key: told.get(key) for key in ("alarms", "n", "rate")},
-            **{f"rate_{end}": told.get(end) for end in ("low", "high")},
-            "auc": ends.get("value"),
-            **{f"auc_{end}": ends.get(end) for end in ("low", "high")},
+            "unit": score["unit"],
+            **{key: limits.get(key) for key in ("low", "high")},
+            **{key: rate.get(key) for key in ("alarms", "n", "rate")},
+            **{f"rate_{end}": rate.get(end) for end in ("low", "high")},
+            "auc": area.get("value"),
+            **{f"auc_{end}": area.get(end) for end in ("low", "high")},
             "q90_95": smallest and smallest.value,
-            "without_number": missing.get(population.name, 0),
+            "without_number": missing,
             "texts": texts,
         }
 
 
-def _area_text(area: Area) -> str:
-    return f"{area.value:.2f} [{area.low:.2f}, {area.high:.2f}]"
-
-
-def _rate_text(rate: Rate, *, digits: int, is_stated: bool) -> str:
-    counts = f"{rate.count} of {rate.total}"
-    if not is_stated:
-        return counts
-    value, low, high = (f"{100.0 * share:.{digits}f}" for share in (rate.value, rate.low, rate.high))
-    return f"{counts}, {value} % [{low}, {high}]"
+def _area_text(area: Mapping[str, Any]) -> str:
+    return "{} [{}, {}]".format(*(number_text(area[end], 2) for end in ("value", "low", "high")))
 
 
 def score_record(records: StudyRecords, judgement: Judgement, pairs: Sequence[HealthyPair]) -> dict[str, Any]:

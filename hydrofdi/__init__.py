@@ -15,26 +15,39 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from hydrofdi.version import __version__
+from hydrofdi.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from hydrofdi.api.check import calibrate, check
-    from hydrofdi.api.detectors.detector import Detector, detect
-    from hydrofdi.api.detectors.training import train
-    from hydrofdi.api.evaluation import Evaluation, evaluate
-    from hydrofdi.api.exporting import Exported, export
-    from hydrofdi.api.folders import rerun, status, verify, why
-    from hydrofdi.api.inspecting import Inspection, inspect
-    from hydrofdi.api.measuring import indicators, measure
-    from hydrofdi.api.plan import plan
-    from hydrofdi.api.replaying import replay
-    from hydrofdi.api.results import Results, load, report
-    from hydrofdi.api.run import Run, simulate
-    from hydrofdi.api.sweep import collect, sweep
-    from hydrofdi.config import load_experiment
-    from hydrofdi.errors import HydrofdiError
-    from hydrofdi.report.table import Table
-    from hydrofdi.settings.ready import schema
+    from hydrofdi.api.check import calibrate as calibrate
+    from hydrofdi.api.check import check as check
+    from hydrofdi.api.detectors.detector import Detector as Detector
+    from hydrofdi.api.detectors.detector import detect as detect
+    from hydrofdi.api.detectors.training import train as train
+    from hydrofdi.api.evaluation import Evaluation as Evaluation
+    from hydrofdi.api.evaluation import evaluate as evaluate
+    from hydrofdi.api.exporting import Exported as Exported
+    from hydrofdi.api.exporting import export as export
+    from hydrofdi.api.folders import rerun as rerun
+    from hydrofdi.api.folders import status as status
+    from hydrofdi.api.folders import verify as verify
+    from hydrofdi.api.folders import why as why
+    from hydrofdi.api.inspecting import Inspection as Inspection
+    from hydrofdi.api.inspecting import inspect as inspect
+    from hydrofdi.api.measuring import indicators as indicators
+    from hydrofdi.api.measuring import measure as measure
+    from hydrofdi.api.plan import plan as plan
+    from hydrofdi.api.replaying import replay as replay
+    from hydrofdi.api.results import Results as Results
+    from hydrofdi.api.results import load as load
+    from hydrofdi.api.results import report as report
+    from hydrofdi.api.run import Run as Run
+    from hydrofdi.api.run import simulate as simulate
+    from hydrofdi.api.sweep import collect as collect
+    from hydrofdi.api.sweep import sweep as sweep
+    from hydrofdi.config import load_experiment as load_experiment
+    from hydrofdi.errors import HydrofdiError as HydrofdiError
+    from hydrofdi.report.table import Table as Table
+    from hydrofdi.settings.ready import schema as schema
 
 _HOMES = {
     name: f"hydrofdi.{module}"
@@ -61,39 +74,7 @@ _HOMES = {
 }
 """Name → module that it is loaded from when it is first used."""
 
-__all__ = [
-    "Detector",
-    "Evaluation",
-    "Exported",
-    "HydrofdiError",
-    "Inspection",
-    "Results",
-    "Run",
-    "Table",
-    "__version__",
-    "calibrate",
-    "check",
-    "collect",
-    "detect",
-    "evaluate",
-    "export",
-    "indicators",
-    "inspect",
-    "load",
-    "load_experiment",
-    "measure",
-    "plan",
-    "replay",
-    "report",
-    "rerun",
-    "schema",
-    "simulate",
-    "status",
-    "sweep",
-    "train",
-    "verify",
-    "why",
-]
+__all__ = sorted(["__version__", *_HOMES])
 
 
 class _Room(ModuleType):

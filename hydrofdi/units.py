@@ -261,8 +261,8 @@ def parse_quantity(text: str, unit: str) -> float:
     """
     match = _NUMBER.fullmatch(text)
     if match is None or match[2].startswith(","):
-        comma = "a point instead of a comma, " if "," in text else "it "
-        raise ValueError(f"{text!r} is not a number with a unit; write {comma}like {_example(text, unit)!r}")
+        example = "1.5" if unit == "1" else f"1.5 {unit}"
+        raise ValueError(f"{text!r} is not a number with a unit; write it like {example!r}")
     number, given = match.groups()
     wanted = parse_unit(unit)
     found = _given_unit(given.strip(), unit) if given.strip() else wanted
@@ -329,16 +329,6 @@ def _given_unit(text: str, wanted: str) -> Unit:
         similar = similar_units(text, wanted)
         hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
         raise ValueError(f"{error}{hint}") from None
-
-
-def _example(text: str, unit: str) -> str:
-    """The same with a decimal point, unless its comma may divide thousands; otherwise another quantity."""
-    pointed = text.strip().replace(",", ".", 1)
-    if re.search(r"\d,\d", text) and not re.search(r",\d{3}\b", text):
-        match = _NUMBER.fullmatch(pointed)
-        if match is not None and (not match[2] or stated_unit(pointed, unit)):
-            return pointed
-    return "1.5" if unit == "1" else f"1.5 {unit}"
 
 
 def _scaled(number: str, factor: Fraction) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection
+from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -15,6 +16,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.report.table import ComposedReport, Table, library
 from hydrofdi.settings.messages import Guessable, counted
+from hydrofdi.store.experiment_data import MISSING
 from hydrofdi.store.layout.names import RUN, STATUS, VERDICT
 
 if TYPE_CHECKING:
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from hydrofdi.api.sweep import SweepSummary
     from hydrofdi.records import Channel, RecordSource
     from hydrofdi.store.experiment_data import ExperimentData
 
@@ -31,6 +32,48 @@ class Markdown(str):
     """A text that consoles print and notebooks render."""
 
     __repr__ = _repr_markdown_ = str.__str__
+
+
+@dataclass(frozen=True)
+class SweepSummary:
+    """What a sweep did.
+
+    Attributes
+    ----------
+    planned, completed, measured, skipped, failed : int
+        Runs of the experiment; computed now; those of them that were measured from stored signals; stored or
+        failed before; without a good end.
+    seconds : float
+        Wall time [s].
+    file : Path
+        The experiment file.
+    interrupted : bool
+        Whether it was asked to finish early.
+    faults : dict of str to str
+        Label → what is wrong with an indicator that failed, and in how many of the runs.
+    statuses, verdicts : dict of str to int
+        How runs ended, and words of the verdicts on those that ended well → number of runs, ``ok`` left out.
+    warnings : tuple of str
+        Warnings of the plan.
+    """
+
+    planned: int
+    completed: int
+    measured: int
+    skipped: int
+    failed: int
+    seconds: float
+    file: Path
+    interrupted: bool = False
+    faults: dict[str, str] = field(default_factory=dict)
+    statuses: dict[str, int] = field(default_factory=dict)
+    verdicts: dict[str, int] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def stored(self) -> int:
+        """Runs that are stored now, failed ones among them."""
+        return self.planned - self.statuses.get(MISSING, 0)
 
 
 class Results(Guessable):

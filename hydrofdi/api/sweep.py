@@ -8,7 +8,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -16,7 +16,7 @@ from typing import Any, Literal
 from hydrofdi.api.arguments import count_of, path_of
 from hydrofdi.api.plan import SweepPlan, plan_sweep
 from hydrofdi.api.progress import COEFFICIENTS, RUNS, Progress, Watching, watching
-from hydrofdi.api.results import Results
+from hydrofdi.api.results import Results, SweepSummary
 from hydrofdi.api.stored import (
     experiment_directory,
     experiment_file,
@@ -73,48 +73,6 @@ from hydrofdi.store.reading import (
     require_same_experiment,
     write_request,
 )
-
-
-@dataclass(frozen=True)
-class SweepSummary:
-    """What a sweep did.
-
-    Attributes
-    ----------
-    planned, completed, measured, skipped, failed : int
-        Runs of the experiment; computed now; those of them that were measured from stored signals; stored or
-        failed before; without a good end.
-    seconds : float
-        Wall time [s].
-    file : Path
-        The experiment file.
-    interrupted : bool
-        Whether it was asked to finish early.
-    faults : dict of str to str
-        Label → what is wrong with an indicator that failed, and in how many of the runs.
-    statuses, verdicts : dict of str to int
-        How runs ended, and words of the verdicts on those that ended well → number of runs, ``ok`` left out.
-    warnings : tuple of str
-        Warnings of the plan.
-    """
-
-    planned: int
-    completed: int
-    measured: int
-    skipped: int
-    failed: int
-    seconds: float
-    file: Path
-    interrupted: bool = False
-    faults: dict[str, str] = field(default_factory=dict)
-    statuses: dict[str, int] = field(default_factory=dict)
-    verdicts: dict[str, int] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def stored(self) -> int:
-        """Runs that are stored now, failed ones among them."""
-        return self.planned - self.statuses.get(MISSING, 0)
 
 
 def sweep(

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from hydrofdi.cli.options import Detector, Json, Settings, Sources
-from hydrofdi.cli.terminal import answer, tell, terminal, write_out
+from hydrofdi.cli.terminal import answer, tell, write_out
 from hydrofdi.errors import interruption, without_credentials
 from hydrofdi.settings.messages import counted
 
@@ -180,6 +180,8 @@ def monitor(
 
 def _view(file: DetectorFile, source: str, *, json: bool) -> Any:
     """The live view on a terminal, JSON lines elsewhere."""
+    from hydrofdi.cli.tables import terminal
+
     console = terminal()
     if json or not console.is_terminal or console.is_dumb_terminal:
         return sys.stdout

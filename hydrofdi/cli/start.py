@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from hydrofdi.cli.options import Config, Figure, Json, Settings
-from hydrofdi.cli.terminal import answer, draw, facts, print_json, tell, terminal, write_out
+from hydrofdi.cli.terminal import answer, draw, facts, print_json, tell, write_out
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import convert
@@ -202,6 +202,7 @@ def indicators(
 
 def _listed(indicators: list[Description]) -> Iterator[Any]:
     from hydrofdi.api.measuring import indicators_table
+    from hydrofdi.cli.tables import terminal
     from hydrofdi.records import Channel
 
     yield indicators_table(indicators, with_sources=terminal().width >= _WIDE)

@@ -15,7 +15,7 @@ from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.folders import Explanation
-    from hydrofdi.api.sweep import SweepSummary
+    from hydrofdi.api.results import SweepSummary
     from hydrofdi.report.table import ComposedReport, Table
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +15,11 @@ from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
-from hydrofdi.cli.terminal import terminal
 from hydrofdi.report.table import Column, Document, Table
 from hydrofdi.settings.messages import counted
+
+_PLAIN_WIDTH = 100
+"""Columns of text if the output is not a terminal."""
 
 _GAP, _HEADING, _SENTENCE = 2, 10, 24
 """Blanks between columns, and widths: of a line of a heading, and of folded words."""
@@ -158,3 +162,19 @@ def print_document(document: Document, file: Path, *, full: bool = False) -> Non
         print_parts([*tables, *block.paragraphs] if block.is_answer else [*block.paragraphs, *tables])
     if not full and (n_table := sum(len(block.shown_tables) for block in others)):
         console.print(f"{counted(n_table, 'more table')}: --full shows them, --html writes a page.")
+
+
+def terminal() -> Console:
+    """The console on standard output; if that is not a terminal, as wide as ``COLUMNS`` says, or 100."""
+    stated = os.environ.get("COLUMNS", "")
+    width = int(stated) if stated.isdecimal() and int(stated) > 0 else None
+    if width is None and not sys.stdout.isatty():
+        width = _PLAIN_WIDTH
+    console = Console(width=width, highlight=False, markup=False)
+    console.on_broken_pipe = _raise_broken_pipe  # type: ignore[method-assign]
+    return console
+
+
+def _raise_broken_pipe() -> None:
+    """Let `main` decide on the exit code if the reader leaves early, as ``head`` does."""
+    raise BrokenPipeError

@@ -4,18 +4,11 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-_PLAIN_WIDTH = 100
-"""Columns of text if the output is not a terminal."""
+from typing import Any
 
 
 def tell(*messages: str) -> None:
@@ -73,21 +66,3 @@ def answer(found: Any, parts: str | Callable[[Any], Iterable[Any]], *, json: boo
 def facts(named: Iterable[tuple[str, object]], width: int = 10) -> list[str]:
     """A line for each fact that has a text, below each other."""
     return [f"{name:<{width}}{text}" for name, text in named if str(text)]
-
-
-def terminal() -> Console:
-    """The console on standard output; if that is not a terminal, as wide as ``COLUMNS`` says, or 100."""
-    stated = os.environ.get("COLUMNS", "")
-    width = int(stated) if stated.isdecimal() and int(stated) > 0 else None
-    if width is None and not sys.stdout.isatty():
-        width = _PLAIN_WIDTH
-    from rich.console import Console
-
-    console = Console(width=width, highlight=False, markup=False)
-    console.on_broken_pipe = _raise_broken_pipe  # type: ignore[method-assign]
-    return console
-
-
-def _raise_broken_pipe() -> None:
-    """Let `main` decide on the exit code if the reader leaves early, as ``head`` does."""
-    raise BrokenPipeError

@@ -51,14 +51,14 @@ def _inspection(found: Inspection) -> Iterator[Any]:
     rates = _counts({f"{rate:g} Hz": n for rate, n in found.sampling_frequencies.items()})
     periods = found.drive_periods.items()
     yield Text(found.name, "bold")
-    yield from facts([
-        ("records", f"{found.n_record:,}{rejected}"),
-        ("sampling", rates + (" (inferred)" if found.is_inferred else "")),
-        ("samples", _counts({f"{length:,}": n for length, n in found.lengths.items()})),
-        ("drive", _counts({f"period {each:g} s" if each else "no known period": n for each, n in periods})),
-        ("groups", _counts(found.groups)),
-        ("labels", _counts(found.labels)),
-    ])  # fmt: skip
+    yield from facts({
+        "records": f"{found.n_record:,}{rejected}",
+        "sampling": rates + (" (inferred)" if found.is_inferred else ""),
+        "samples": _counts({f"{length:,}": n for length, n in found.lengths.items()}),
+        "drive": _counts({f"period {each:g} s" if each else "no known period": n for each, n in periods}),
+        "groups": _counts(found.groups),
+        "labels": _counts(found.labels),
+    })  # fmt: skip
     for table in (found.channels, found.findings):
         if len(table):
             yield from ("", table)

@@ -218,15 +218,15 @@ def _described(indicator: Description) -> Iterator[Any]:
 
     yield Text(f"{indicator.name}, version {indicator.version}", "bold")
     yield indicator.summary
-    yield from facts([
-        ("equation", indicator.equation or "–"),
-        ("caution", indicator.caution),
-        ("source", indicator.source),
-        ("channels", ", ".join(indicator.channels)),
-        ("optional", ", ".join(indicator.optional_channels)),
-        ("cost", indicator.cost),
-        ("scale", "needs channels in SI, not raw counts" if indicator.needs_scale else ""),
-    ])  # fmt: skip
+    yield from facts({
+        "equation": indicator.equation or "–",
+        "caution": indicator.caution,
+        "source": indicator.source,
+        "channels": ", ".join(indicator.channels),
+        "optional": ", ".join(indicator.optional_channels),
+        "cost": indicator.cost,
+        "scale": "needs channels in SI, not raw counts" if indicator.needs_scale else "",
+    })  # fmt: skip
     options, outputs = indicator.options, indicator.outputs
     dims = ("".join(f" × {n} {name}" for name, n in output.dims.items()) for output in outputs)
     of_options = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -15,8 +15,9 @@ from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.folders import Explanation
+    from hydrofdi.api.plan import Plan
     from hydrofdi.api.results import SweepSummary
-    from hydrofdi.report.table import ComposedReport, Table
+    from hydrofdi.report.table import ComposedReport
 
 
 def sweep(
@@ -86,93 +87,34 @@ def plan(config: Sweep, settings: Settings = None, json: Json = False, **more: A
     from hydrofdi.config.shown_values import shown_in
 
     experiment = load_experiment(config, settings or ())
-    record = make_plan(experiment, **more).to_dict()
     with shown_in(experiment.units):
-        answer(record, "\n".join(facts(_facts(record), 13)), json=json)
+        answer(make_plan(experiment, **more), _plan, json=json)
     return 0
 
 
-def _facts(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """What a plan says, line by line."""
-    from hydrofdi.settings.readable import shown_bytes, time_text
-
-    yield "experiment", f"{record['experiment']} → {record['file']}"
-    yield from _study_facts(record["study"]) if record["study"] else _run_facts(record)
-    yield "stored", f"{record['stored']:,}"
-    if record["failed_before"]:
-        yield "failed", f"{record['failed_before']:,} before; --retry-failed tries them again"
-    simulated, measured = record["simulated_records"], record["measured_analyses"]
-    shared = f": {counted(simulated, 'record')} to simulate" if simulated != record["missing"] else ""
-    stored = f", {measured:,} to measure from stored signals" if measured else ""
-    yield "to compute", f"{record['missing']:,}{shared}{stored}"
-    for reason, count in record["reasons"].items():
-        yield "  because", f"{reason}: {count:,}"
-    flows, conditions, total = record["solutions"].values()
-    if total:
-        of = f"{counted(flows, 'leakage flow')} × {counted(conditions, 'condition')} = "
-        once = "; 'calibration: {at: nominal}' solves each flow once"
-        is_repeated = record["calibrated_at"] == "run" and conditions > 1
-        text = f"{of if flows * conditions == total else ''}{counted(total, 'solution')}"
-        yield "K_i", f"{text}{once if is_repeated else ''}"
-    least, most = (time_text(record[f"predicted_seconds{end}"]) for end in ("", "_most"))
-    size, free = (shown_bytes(record[f"{name}_bytes"]) for name in ("predicted_file", "free"))
-    workers = counted(record["workers"], "worker")
-    yield "predicted", f"{least} to {most} with {workers}, {size} (and as much in shards); {free} free"
-    yield from (("warning", warning) for warning in record["warnings"])
+_APART = ("study", "warnings", "unusual_values", "idle_parameters", "units")
 
 
-def _run_facts(record: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """What varies in a sweep, and its first and last points."""
-    from hydrofdi.config.shown_values import shown_parameter, shown_values
+def _plan(made: Plan) -> Iterator[Any]:
+    """What a plan says; records of a study of one kind and purpose have a row."""
+    from hydrofdi.report.table import Table
 
-    added = f"{record['controls_added']:,} healthy ones added for comparison"
-    yield "runs", f"{record['planned']:,}: {record['swept']:,} of the sweep, {added}"
-    for name, values in record["axes"].items():
-        shown, header, spread = shown_parameter(name, values), name, ""
-        if values and all(isinstance(value, float) for value in values):
-            header, spread = shown.header, f" from {shown.text(min(values))} to {shown.text(max(values))}"
-        yield "  axis", f"{header}: {counted(len(values), 'value')}{spread}"
-    if record["axes"]:
-        for end in ("first", "last"):
-            yield f"{end} point", shown_values(record[f"{end}_point"]) or "nominal"
-
-
-_PURPOSES = {"alone": "to explain", "before": "to compare with"}
-"""Kind of a population that is not tested → its purpose."""
-
-
-_MOST_DESIGNS = 12
-"""Most designs that have a line each."""
-
-
-def _study_facts(study: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """The populations and designs of a study, and what varies."""
-    from hydrofdi.config.shown_values import shown_value
-
-    designs, n_record = study["designs"], study["records"]
-    several = f": {n_record:,} in each of {len(designs)} designs" if len(designs) > 1 else ""
-    yield "runs", f"{counted(n_record * len(designs), 'record')}{several}"
-    alike: dict[tuple[str, str], list[str]] = {}
-    for each in study["populations"]:
-        purpose = "to fit" if each["is_fit"] else _PURPOSES.get(each["kind"], "to test")
-        sets = f" ({_settings(each['sets'])})" if each["sets"] else ""
-        alike.setdefault((each["kind"], f"{sets}: {each['records']:,} {purpose}"), []).append(each["name"])
-    for (kind, told), names in alike.items():
-        of = f"{len(names)} populations" if kind == "alone" else ", ".join(names)
-        yield f"  {kind}", f"{of}{told}{' each' if len(names) > 1 else ''}".removeprefix(f"{kind}: ")
-    if len(designs) > 1:
-        yield from (("  design", _settings(design) or "nominal") for design in designs[:_MOST_DESIGNS])
-        if len(designs) > _MOST_DESIGNS:
-            yield "", f"and {len(designs) - _MOST_DESIGNS} more"
-    for name, own in study["varies"].items():
-        yield "  varies", f"{name}  {shown_value(name, own)}"
-    yield "  per record", ", ".join(study["differs_per_record"]) or "nothing"
-
-
-def _settings(values: Mapping[str, Any]) -> str:
-    from hydrofdi.config.shown_values import shown_value
-
-    return ", ".join(f"{name} {shown_value(name, value)}" for name, value in values.items())
+    study = made.study
+    yield from facts({name: found for name, found in vars(made).items() if name not in _APART})
+    if study:
+        several = study["designs"] if len(study["designs"]) > 1 else []
+        yield from facts(study | {"populations": [], "designs": several})
+        alike: dict[tuple[str, str], list[dict[str, Any]]] = {}
+        for each in study["populations"]:
+            alike.setdefault((each["kind"], "fit" if each["is_fit"] else "test"), []).append(each)
+        columns = {
+            "records of": [kind for kind, _ in alike],
+            "to": [purpose for _, purpose in alike],
+            "number": [sum(each["records"] for each in own) for own in alike.values()],
+            "populations": [", ".join(each["name"] for each in own) for own in alike.values()],
+        }
+        yield from ("", Table.of(columns))
+    yield from (f"warning: {warning}" for warning in made.warnings)
 
 
 def status(directory: Directory, json: Json = False) -> int:
@@ -264,69 +206,20 @@ def why(directory: Directory, run: Run, json: Json = False, **settings: Any) -> 
 
 
 def _explanation(run: Explanation) -> Iterator[Any]:
-    """The request of a run, its result, and what changed since."""
-    from rich.text import Text
-
-    from hydrofdi.config.shown_values import shown_value
-
-    yield Text(f"run {run.run_id}, row {run.position}, record {run.record_id}", "bold")
-    yield from facts([
-        ("status", f"{run.status} {run.message}".rstrip()),
-        ("remedy", run.remedy),
-        ("verdict", run.verdict if run.verdict != run.status else ""),
-        *(("", f"{word}: {told['meaning']}; {told['remedy']}") for word, told in run.doubts.items()),
-        ("to do", run.reason),
-        *(("because", cause) for cause in run.causes),
-    ])  # fmt: skip
-    if run.changes:
-        yield _pairs("changed since runs were stored", ("key", "before", "now"), run.changes)
-    yield f"stored in {run.shard or 'nothing'}"
-    for label, analysis in run.analysis.items():
-        yield f"analysis  {label} {analysis['analysis_id']}: {analysis['shown'] or 'default options'}"
-    if run.differences:
-        heads = ("parameter", "baseline", "run")
-        yield _pairs("differs from the fixed baseline in", heads, run.differences)
-    elif run.is_baseline:
-        yield "This run is the fixed baseline."
-    else:
-        yield "This run has the same parameters as the baseline."
-    if run.calibration:
-        modulus = shown_value("fluid.bulk_modulus", run.calibration["fluid"]["bulk_modulus"])
-        yield f"K_i was computed at an EBM of {modulus}, under the other baseline conditions"
-    if made := run.provenance:
-        from hydrofdi.config.plausibility import shown_seeds
-
-        git, seeds = made["git"] or {"commit": "unknown", "dirty": False}, made["seeds"]
-        shown = shown_seeds(seeds) if isinstance(seeds, dict) else ", ".join(map(str, seeds)) or "none"
-        yield f"swept {made['started']} by: {' '.join(made['command'])}"
-        yield f"commit {git['commit']}{' with changes' if git['dirty'] else ''}, Python {made['python']}"
-        yield f"seeds     {shown}"
+    """What is known of a run, without its whole request."""
+    told = dict(vars(run))
+    for name in ("request", "calibration", "units", "log", "provenance"):
+        del told[name]
+    told["analysis"] = {
+        label: f"{each['analysis_id']}: {each['shown'] or 'default options'}"
+        for label, each in run.analysis.items()
+    }
+    if run.provenance:
+        told |= {name: run.provenance[name] for name in ("started", "git", "python", "seeds")}
+        told["command"] = " ".join(run.provenance["command"])
+    yield from facts(told)
     if run.log:
         yield run.log
-
-
-def _pairs(title: str, headers: tuple[str, str, str], pairs: Mapping[str, tuple[Any, Any]]) -> Table:
-    """A table of names, each with two values in readable units."""
-    from hydrofdi.report.table import Table
-
-    values = ([_shown(name, both[place]) for name, both in pairs.items()] for place in (0, 1))
-    return Table.of(dict(zip(headers, ([*pairs], *values), strict=True)), title=title)
-
-
-def _shown(name: str, value: Any) -> str:
-    """A value, or the values of an axis, such as ``sweep.grid: fluid.bulk_modulus``."""
-    from json import dumps
-
-    from hydrofdi.config.request import parameter_names
-    from hydrofdi.config.shown_values import shown_value
-    from hydrofdi.settings.readable import HOLE
-
-    parameter = name.rpartition(": ")[2]
-    if value is None:
-        return HOLE
-    if parameter not in set(parameter_names()):
-        return value if isinstance(value, str) else dumps(value)
-    return ", ".join(shown_value(parameter, each) for each in (value if isinstance(value, list) else [value]))
 
 
 def rerun(directory: Directory, run: Run, json: Json = False) -> int:

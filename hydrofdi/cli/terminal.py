@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -63,6 +63,45 @@ def answer(found: Any, parts: str | Callable[[Any], Iterable[Any]], *, json: boo
     print_parts(parts(found))
 
 
-def facts(named: Iterable[tuple[str, object]], width: int = 10) -> list[str]:
-    """A line for each fact that has a text, below each other."""
-    return [f"{name:<{width}}{text}" for name, text in named if str(text)]
+_MOST_VALUES = 6
+"""Most values of a list that are shown; of longer ones, the ends."""
+
+
+def facts(record: Mapping[str, Any], indent: str = "") -> Iterator[str]:
+    """A line for each fact of a record, below each other; a record within it stands below its name."""
+    known = {name: found for name, found in record.items() if found is not None and found not in ("", [], {})}
+    width = max(map(len, known), default=0) + 2
+    for name, found in known.items():
+        title = name if "." in name else name.replace("_", " ")
+        is_deep = isinstance(found, Mapping) and any("." in key for key in found)
+        if is_deep and "." not in name:
+            yield f"{indent}{title}"
+            yield from facts(found, f"{indent}  ")
+        else:
+            yield f"{indent}{title:<{width}}{_text(name, found)}"
+
+
+def _text(name: str, found: Any) -> str:
+    """A value as people read it: parameters with their units, durations and sizes by their names."""
+    from hydrofdi.settings.readable import HOLE, number_text, shown_bytes, time_text
+
+    if isinstance(found, tuple):
+        return " → ".join(_text(name, each) for each in found)
+    if isinstance(found, list):
+        shown = found if len(found) <= _MOST_VALUES else [found[0], "…", found[-1]]
+        text = ", ".join(_text(name, each) for each in shown)
+        return text if shown is found else f"{len(found):,} values, {text}"
+    if "." in name and found != "…":
+        from hydrofdi.config.request import parameter_names
+        from hydrofdi.config.shown_values import shown_value
+
+        parameter = name.rpartition(": ")[2]
+        if parameter in parameter_names() and found is not None:
+            return shown_value(parameter, found)
+    if isinstance(found, Mapping):
+        return ", ".join(f"{key} {_text(key, each)}" for key, each in found.items())
+    if isinstance(found, float):
+        return time_text(found) if "seconds" in name else number_text(found)
+    if isinstance(found, int) and not isinstance(found, bool):
+        return shown_bytes(found) if name.endswith("bytes") else f"{found:,}"
+    return HOLE if found is None else str(found)

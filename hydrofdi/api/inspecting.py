@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from itertools import chain
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hydrofdi.api.arguments import Names, Texts, refusal
+from hydrofdi.api.arguments import Names, Texts, path_of, refusal
 from hydrofdi.api.measuring import Indicators, assumed_plants, indicators_of
-from hydrofdi.api.records.sources import Said, sources_of
-from hydrofdi.errors import DataError, Issue, ReportError
+from hydrofdi.api.records.sources import Said, kind_of, sources_of
+from hydrofdi.errors import ConfigError, DataError, Issue, ReportError
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Channel
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
+from hydrofdi.records.measured.source import write_description
 from hydrofdi.records.stuck import found_period
 from hydrofdi.report.table import Table, finite
 from hydrofdi.settings.messages import Guessable, counted
@@ -273,6 +275,7 @@ def inspect(
     indicators: Indicators | None = None,
     *,
     record: str | None = None,
+    write: str | PathLike[str] | None = None,
     sampling_frequency: str | float | None = None,
     channel: Names = None,
     unit: Names = None,
@@ -290,6 +293,9 @@ def inspect(
         Indicators whose doubts about the records are remarks, too; as in `hydrofdi.measure`.
     record : str, optional
         Record of the figure, or the beginning of its name [default: the first].
+    write : path, optional
+        New YAML file for the description of a data file or a folder of them, with what their headers state.
+        An ellipsis stands for what is to be completed.
     sampling_frequency, channel, unit, label, group
         Of records in memory, as in `hydrofdi.measure`.
 
@@ -311,6 +317,12 @@ def inspect(
     said = Said(sampling_frequency, channel, unit, label, group)
     if not isinstance(record, str | None):
         raise refusal("record", "the name of a record", record)
+    if write is not None:
+        (path, *more) = data if isinstance(data, list) else [data]
+        if more or kind_of(path_of(path)) != "measured":
+            raise ConfigError("write: is for one data file, or for a folder of them")
+        write_description(path_of(path), path_of(write), said.frequency)
+        data, said = write, Said()
     sources: list[Any] = sources_of(data, tuple(Channel), said)
     sources = [
         source.few(_MOST_SIMULATED, record) if hasattr(source, "few") else source for source in sources

@@ -38,6 +38,8 @@ def inspect(
     from hydrofdi.api.inspecting import inspect as look_at
 
     found = look_at(sources, **settings)
+    if settings.get("write"):
+        tell(f"wrote {settings['write']}")
     draw(found, figure)
     answer(found, _inspection, json=json)
     tell(*(f"note: {assumption}" for assumption in found.assumptions))

@@ -51,6 +51,20 @@ def test_rejected_records_are_counted_with_their_reason(tmp_path):
     assert "is rejected: the state grew" in refused.stderr
 
 
+def test_a_description_is_written_from_the_headers(tmp_path):
+    rows = "".join(f"{k / 500},{50 + k % 7},{k % 11}\n" for k in range(600))
+    (tmp_path / "rig.csv").write_text(f"a logger\nof 2026\ntime [s],P1 [bar],Weg [mm]\n{rows}")
+    (tmp_path / "sub").mkdir()
+    found = run_json("inspect", tmp_path / "rig.csv", "--write", tmp_path / "sub" / "mine.yaml")
+    assert found["channels"].keys() == {"chamber_1_pressure", "piston_position"}
+    assert run_json("inspect", tmp_path / "sub" / "mine.yaml") == found
+    assert run("inspect", tmp_path / "rig.csv", "--write", tmp_path / "sub" / "mine.yaml", check=2).stderr
+    run("inspect", tmp_path / "sub" / "mine.yaml", "--write", tmp_path / "other.yaml", check=2)
+    (tmp_path / "foreign.csv").write_text("Zeit;DA;DB\n" + rows.replace(",", ";").replace(".", ","))
+    refused = run("inspect", tmp_path / "foreign.csv", "--write", tmp_path / "foreign.yaml", check=2)
+    assert "foreign.yaml:3: sampling_frequency" in refused.stderr
+
+
 def test_defects_of_a_plain_file_are_named(tmp_path):
     pressure = np.clip(50 + 20 * np.random.default_rng(1).normal(size=600), 40, 1000)
     lines = [f"{value:.6g},2.5" for value in pressure.tolist()]

@@ -184,7 +184,7 @@ def open_source(
         Results cannot be read.
     """
     name, path = str(path), path if path.is_dir() else located(path)
-    kind = _kind(path)
+    kind = kind_of(path)
     if sampling_frequency is not None and kind != "measured":
         raise ConfigError(f"sampling_frequency: {path} states its own; the option is for a plain data file")
     if settings and kind != "experiment":
@@ -204,7 +204,7 @@ def open_source(
     return measured_source(path) if kind == "description" else plain_source(path, sampling_frequency)
 
 
-def _kind(path: Path) -> str:
+def kind_of(path: Path) -> str:
     """What stands at a path: ``results``, an ``experiment``, a ``description``, or ``measured`` files."""
     if path.is_dir():
         warn_if_shadowing(path, path)

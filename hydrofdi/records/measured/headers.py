@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from textwrap import indent
 
@@ -21,7 +22,12 @@ from hydrofdi.records.measured.columns import (
     titles_of_time,
     unit_by_name,
 )
-from hydrofdi.records.measured.description.sections import ChannelConfig, MeasuredConfig, TimeConfig
+from hydrofdi.records.measured.description.sections import (
+    ChannelConfig,
+    FormatConfig,
+    MeasuredConfig,
+    TimeConfig,
+)
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.formats.table import RejectionError, Table
 from hydrofdi.records.measured.recording import counts_samples
@@ -40,6 +46,9 @@ _SUGGESTED = {
 _CHANNELS = {
     name.replace(" ", ""): channel for channel, text in _SUGGESTED.items() for name in text.split(", ")
 }
+
+_LONGEST_PREAMBLE = 40
+"""Lines among which the header of a text file is looked for."""
 
 
 def completed(
@@ -120,15 +129,47 @@ def _time_in(table: Table, file: Path) -> int:
 
 def _advised(file: Path, what: str, table: Table) -> DataError:
     """The error that something is missing, with a description to paste."""
+    lines = indent(_suggestion(file.name, *_below_preamble(file, table), None), "    ")
+    return DataError(f"{file}: {what}; describe it in a YAML file:\n{lines}")
+
+
+def suggested_description(file: Path, pattern: str, sampling_frequency: float | None) -> str:
+    """YAML of a description of files with what the headers of one state; an ellipsis stands for the rest.
+
+    Raises
+    ------
+    DataError
+        The file cannot be read.
+    """
+    try:
+        skip, table = _below_preamble(file, None)
+    except RejectionError as rejection:
+        raise DataError(f"{file}: {rejection}") from None
+    return _suggestion(pattern, skip, table, sampling_frequency) + "\n"
+
+
+def _below_preamble(file: Path, table: Table | None) -> tuple[int, Table]:
+    """Number of lines above the header, and the table below them."""
+    for skip in range(_LONGEST_PREAMBLE if table is None or not table.has_numbers else 0):
+        with suppress(DataError), open_table(file, str(file), FormatConfig(skip=skip)) as other:
+            if other.has_numbers:
+                return skip, other
+    if table is None:
+        with open_table(file, str(file), FormatConfig()) as table:
+            pass
+    return 0, table
+
+
+def _suggestion(pattern: str, skip: int, table: Table, sampling_frequency: float | None) -> str:
     channels: dict[Channel, str] = {}
     for position in range(len(table.titles)):
         if channel := _channel(table, position):
             channels.setdefault(channel, _column(table, position, channel.unit))
     columns = channels or {Channel.CHAMBER_1_PRESSURE: "{column: '…', unit: …}"}
-    form = ["format: {decimal: ','}"] if table.has_decimal_commas else []
-    keys = [f"files: {file.name!r}", *form, _sampling(table), "channels:"]
-    lines = [*keys, *(f"  {channel}: {column}" for channel, column in columns.items())]
-    return DataError(f"{file}: {what}; describe it in a YAML file:\n" + indent("\n".join(lines), "    "))
+    form = ["decimal: ','"] * table.has_decimal_commas + [f"skip: {skip}"] * bool(skip)
+    keys = [f"files: {pattern!r}", f"format: {{{', '.join(form)}}}"] if form else [f"files: {pattern!r}"]
+    keys += [f"sampling_frequency: {sampling_frequency:g} Hz" if sampling_frequency else _sampling(table)]
+    return "\n".join([*keys, "channels:", *(f"  {channel}: {text}" for channel, text in columns.items())])
 
 
 def _sampling(table: Table) -> str:

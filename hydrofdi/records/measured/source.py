@@ -38,7 +38,7 @@ from hydrofdi.records.measured.forming import (
     names_of_path,
     path_pattern,
 )
-from hydrofdi.records.measured.headers import completed
+from hydrofdi.records.measured.headers import completed, suggested_description
 from hydrofdi.records.measured.recording import Recording, recording_of
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
@@ -316,16 +316,46 @@ def plain_source(path: Path | str, sampling_frequency: float | None = None) -> M
         write.
     """
     place = Path(path)
-    files = plain_files(place) if place.is_dir() else [place]
+    files = _files_at(place)
+    sampling = {} if sampling_frequency is None else {"sampling_frequency": sampling_frequency}
+    named = validated(MeasuredConfig, Source({"files": [file.name for file in files]} | sampling))
+    config, unused = completed(named, files, is_plain=True)
+    return MeasuredSource(str(path), config, files, place if place.is_dir() else place.parent, unused)
+
+
+def write_description(path: Path, file: Path, sampling_frequency: float | None = None) -> None:
+    """Write what the headers of a measured file, or of a folder of them, state as a description to complete.
+
+    Parameters
+    ----------
+    path, file : path
+        The records and the YAML file.
+    sampling_frequency : float, optional
+        [Hz]
+
+    Raises
+    ------
+    DataError
+        There is nothing to read at `path`, or `file` exists or cannot be written.
+    """
+    files = _files_at(path)
+    pattern = os.path.relpath(path / f"*{files[0].suffix}" if path.is_dir() else path, file.parent)
+    text = suggested_description(files[0], pattern, sampling_frequency)
+    try:
+        with open(file, "x", encoding="utf-8") as out:
+            out.write(text)
+    except OSError as error:
+        raise DataError(f"{file}: {error.strerror}") from None
+
+
+def _files_at(path: Path) -> list[Path]:
+    files = plain_files(path) if path.is_dir() else [path]
     if not files:
         raise DataError(
             f"{path}: contains no results of hydrofdi and no measured files such as .csv; describe other"
             " measured files in a YAML (docs/measured.md)"
         )
-    sampling = {} if sampling_frequency is None else {"sampling_frequency": sampling_frequency}
-    named = validated(MeasuredConfig, Source({"files": [file.name for file in files]} | sampling))
-    config, unused = completed(named, files, is_plain=True)
-    return MeasuredSource(str(path), config, files, place if place.is_dir() else place.parent, unused)
+    return files
 
 
 def plain_files(folder: Path) -> list[Path]:

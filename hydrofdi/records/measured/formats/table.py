@@ -35,6 +35,11 @@ class Table(ABC):
         """Whether numbers seem to have decimal commas, contrary to the description."""
         return False
 
+    @property
+    def has_numbers(self) -> bool:
+        """Whether there are numbers or dates below the titles."""
+        return True
+
     def find(self, column: str) -> int:
         """Position of a column.
 

@@ -120,6 +120,15 @@ class TextTable(Table):
         cells = self._example[0] if self._example and self._form.decimal == "." else []
         return any(_COMMA_NUMBER.fullmatch(cell.strip()) for cell in cells)
 
+    @property
+    def has_numbers(self) -> bool:
+        """Whether the last rows that were looked at have a number or a date."""
+        cells = [cell for row in self._example[-2:] for cell in row if cell.strip()]
+        return any(
+            self._rows.is_number(cell) or dates.is_dated(cell) or _COMMA_NUMBER.fullmatch(cell.strip())
+            for cell in cells
+        )
+
     def unit(self, position: int) -> str:
         """Unit in the row of units, or in the header."""
         own = self._units[position].strip("[]() ") if position < len(self._units) else ""

@@ -125,18 +125,13 @@ class Evaluation(Guessable):
         n_not, n_score = known.count(False), len(known)
         if not n_score:
             return ""
-        if n_not == n_score:
-            return (
-                "only the unit or the day was detected: in every score, healthy groups differ "
-                "from each other as much as faults differ from them"
-            )
-        if n_not:
-            return (
-                f"by {n_not} of {counted(n_score, 'score')}, marked ~, healthy"
-                " groups differ from each other as much as"
-                " faults differ from them: what these detect may be the unit or the day"
-            )
-        return "by every score, a fault differs from healthy records more than healthy groups from each other"
+        if not n_not:
+            return "in every score, faults differ more from healthy records than healthy groups do"
+        extent = "only" if n_not == n_score else "perhaps only"
+        return (
+            f"{extent} the unit or the day was detected: in {n_not} of {counted(n_score, 'score')}, marked ~,"
+            " healthy groups differ from each other as much as faults differ from them"
+        )
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:

@@ -33,7 +33,6 @@ from hydrofdi.version import __version__
 RESULTS = Path("results")
 """Folder for experiments, below the working directory."""
 
-_MOST_SHOWN = 6
 _RANGE = re.compile(r"(\d+)-(\d+)")
 
 _LIBRARIES = ("h5py", "numba", "numpy", "pywavelets", "scipy")
@@ -74,11 +73,9 @@ def require_single(directory: Path, files: Sequence[Path]) -> None:
     """
     if len(files) < 2:
         return
-    names = [file.name for file in files]
-    shown = names if len(names) <= _MOST_SHOWN else [*names[: _MOST_SHOWN - 1], "…", names[-1]]
     raise StoreError(
-        f"{directory}: contains {len(files):,} files with records ({', '.join(shown)}) and is not the folder"
-        f" of a sweep; name the files, such as {files[0]}"
+        f"{directory}: contains {len(files):,} files with records and is not the folder of a sweep; name the"
+        f" files, such as {files[0]}"
     )
 
 
@@ -208,7 +205,6 @@ def library_versions() -> dict[str, str]:
 
 
 _PHYSICS = "physics version"
-_MOST_NAMED = 3
 
 
 def changes_since(directory: Path, asked: ExperimentConfig) -> dict[str, tuple[Any, Any]]:
@@ -229,25 +225,10 @@ def changes_since(directory: Path, asked: ExperimentConfig) -> dict[str, tuple[A
     return changes | ({} if physics == PHYSICS_VERSION else {_PHYSICS: (physics, PHYSICS_VERSION)})
 
 
-def replaced_settings(directory: Path, asked: ExperimentConfig) -> str:
-    """A sentence on settings of the experiment that a folder showed until now; empty if they are the same.
-
-    Parameters
-    ----------
-    directory : Path
-        Folder of the experiment.
-    asked : ExperimentConfig
-        What is asked for now.
-    """
+def replaced_settings(directory: Path, asked: ExperimentConfig) -> list[str]:
+    """Keys of the experiment that a folder showed until now, which differ from those of another."""
     shown = request_record(directory)
-    keys = [*_changes(shown, asked)] if shown else []
-    if not keys:
-        return ""
-    more = f" and {len(keys) - _MOST_NAMED} more" if len(keys) > _MOST_NAMED else ""
-    return (
-        f"{directory}: showed an experiment with another {', '.join(keys[:_MOST_NAMED])}{more}, and now shows"
-        " this one; earlier runs are kept"
-    )
+    return [*_changes(shown, asked)] if shown else []
 
 
 def _changes(before: dict[str, Any], asked: ExperimentConfig) -> dict[str, tuple[Any, Any]]:

@@ -210,7 +210,7 @@ def run_sweep(
     for warning in plan.doubts:
         watcher.tell(f"warning: {warning}")
     if replaced := replaced_settings(directory, experiment):
-        watcher.tell(replaced)
+        watcher.tell(f"{directory}: another {', '.join(replaced)} than before; earlier runs are kept")
     if not plan.missing and is_current(plan.file, experiment):
         _clear_away(directory)
         return _summary(plan, 0, start, interrupted=False)

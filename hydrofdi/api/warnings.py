@@ -250,35 +250,23 @@ def _charted_records(experiment: ExperimentConfig) -> Iterator[tuple[str, int, i
             yield "healthy.test", study.healthy.test, test, f"does not show that a limit holds for {between}"
 
 
-def _onset_times(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    """A sentence on leaks that do not set in while they are watched."""
-    leakage = experiment.leakage
-    for label, instants in _watched(experiment):
-        if instants.size < 2:
-            yield f"the trace of {label} ends before its transient"
-        elif leakage.onset != "constant" and not instants[0] < leakage.onset_time < instants[-1]:
-            yield (
-                f"leakage.onset_time = {leakage.onset_time:g} s is outside of what charts watch of {label},"
-                f" from {instants[0]:g} s to {instants[-1]:g} s: no delay is stated"
-            )
-
-
 def _onsets(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
-    study, onset = experiment.study, experiment.leakage.onset
-    if not study or not study.faults or not experiment.detection.online:
+    """A sentence on leaks that do not set in while charts watch them."""
+    study, leakage = experiment.study, experiment.leakage
+    traces = [(trace[0], trace[-1]) for _, trace in _watched(experiment) if trace.size > 1]
+    if study is None or study.faults is None or not traces or "leakage.onset" in experiment.varied_names:
         return
-    if "leakage.onset" in experiment.varied_names:
-        return
-    if onset == "constant":
+    first, last = max(start for start, _ in traces), min(end for _, end in traces)
+    if leakage.onset == "constant" or not first < leakage.onset_time < last:
         yield (
-            "leakage.onset = constant: leaks are there from the start: no delay is stated; give"
-            " leakage: {onset: step, onset_time: …}"
+            f"leakage.onset = {leakage.onset}, leakage.onset_time = {leakage.onset_time:g} s: no delay is"
+            f" stated unless leaks set in between {first:g} s and {last:g} s, where charts watch"
         )
     elif study.faults.parameter == "leakage.internal_flow" and (
         experiment.baseline.get("leakage.onset") != "constant"
     ):
         yield (
-            f"leakage.onset = {onset}: levels of faults are means over whole records;"
+            f"leakage.onset = {leakage.onset}: levels of faults are means over whole records;"
             " baseline: {leakage.onset: constant} makes them the flow after the onset"
         )
 
@@ -305,7 +293,6 @@ STUDY_RULES: tuple[Rule, ...] = (
     _shifts_inside,
     _free_supply_sensors,
     _onsets,
-    _onset_times,
     _extra,
 )
 """Rules that hold for every experiment, and those for studies of detection."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import gc
 import os
-import re
 import signal
 import sys
 import traceback
@@ -29,14 +28,11 @@ from hydrofdi.errors import (
     is_interruption,
     without_credentials,
 )
-from hydrofdi.settings.messages import similar
 
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""
 _MOST_OF_PATH = 60
 """Number of characters that are shown of a name that is too long."""
-
-_QUOTED = re.compile("'([^']*)'")
 
 _TOLD = (IndicatorWarning, ShadowedNameWarning)
 """Warnings that are for users."""
@@ -170,9 +166,9 @@ def main() -> None:
     except HydrofdiError as error:
         code = _complain(str(error))
     except typer.TyperException as error:
-        message = _usage_message(error)
+        message = getattr(error, "format_message", error.__str__)().replace("Value error, ", "")
         hint = getattr(getattr(error, "ctx", None), "command_path", "hydrofdi")
-        code = _complain(f"{message} (see '{hint} --help')") if message else USER_ERROR
+        code = _complain(without_credentials(f"{message} (see '{hint} --help')")) if message else USER_ERROR
     except (KeyboardInterrupt, typer.Abort):
         _complain("interrupted")
         code = INTERRUPTED
@@ -193,23 +189,11 @@ def _unread() -> int:
 
 def _unexpected(error: Exception) -> int:
     """Exit code of an unexpected error: a long name and a full disk are the user's; all else is a bug."""
-    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
-        return _complain(f"{str(error.filename)[:_MOST_OF_PATH]}…: {error.strerror}")
-    if isinstance(error, OSError) and error.errno == errno.ENOSPC:
-        return _complain(f"{error.filename or 'standard output'}: {error.strerror}")
+    if isinstance(error, OSError) and error.errno in (errno.ENAMETOOLONG, errno.ENOSPC):
+        return _complain(f"{str(error.filename or 'standard output')[:_MOST_OF_PATH]}: {error.strerror}")
     traceback.print_exc()
     _complain("this is a bug in hydrofdi; please report it with the lines above")
     return FAULT
-
-
-def _usage_message(error: Exception) -> str:
-    """The message of typer about an option; for a choice, with a suggestion."""
-    text: str = getattr(error, "format_message", error.__str__)()
-    told, is_choice, choices = text.replace("Value error, ", "").partition(" is not one of ")
-    if is_choice:
-        told += f" is not one of {choices.removesuffix('.')}"
-        told += similar(_QUOTED.findall(told)[1], _QUOTED.findall(choices))
-    return without_credentials(told)
 
 
 def _take_back_ctrl_c() -> None:

@@ -314,14 +314,10 @@ def report(
 
 
 def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
-    if html and len(places) == 2 and (other := places[1]).suffix.lower() != ".html":
-        raise ReportError(f"{other}: the name of a page must end in .html")
     pages = [place for place in places if place.suffix.lower() == ".html"]
     folders = [place for place in places if place not in pages]
-    if len(pages) > 1 or len(folders) > 1:
-        raise ReportError("give one folder, and at most one page after --html")
-    if pages and not html:
-        raise ReportError(f"{pages[0]}: put the page to write after --html")
+    if len(folders) > 1 or len(pages) > html:
+        raise ReportError("give one folder, and after --html at most one page, whose name ends in .html")
     return next(iter(folders), None), next(iter(pages), None)
 
 

@@ -189,7 +189,6 @@ def test_detections_are_held_back_if_no_healthy_group_could_be_tested(tmp_path):
     assert score["false_alarms"] == score["detected"] == []
     assert score["q90_95_L_per_min"] is None
     printed = " ".join(run(*arguments, check=0).stdout.split())
-    assert "detected" not in printed.partition("Healthy groups against each other")[0]
     assert "to test a healthy group, the others set the threshold: a false-alarm rate of 5 % needs" in printed
     assert "no healthy record was tested, so the false-alarm rate is unknown" in printed
     assert "each healthy group is tested" not in printed
@@ -227,7 +226,7 @@ def test_units_that_differ_as_much_as_faults_are_the_conclusion(differing_units,
     assert clear["dwt.d1"] is True
     assert clear["dwt.a5"] is False, "approximations carry the mean, which no leak here moves"
     assert sorted(clear.values(), reverse=True) == list(clear.values()), "clear ones come first"
-    assert f"by {list(clear.values()).count(False)} of 10 scores, marked ~" in done["conclusion"]
+    assert f"in {list(clear.values()).count(False)} of 10 scores, marked ~" in done["conclusion"]
 
 
 def test_of_equal_areas_the_quieter_control_comes_first():

@@ -290,7 +290,7 @@ def _allow_short_faults(faults: dict[str, Any]) -> None:
     axis = over["additionalProperties"]
     over["propertyNames"] = {"enum": list(INTERNAL_LEAKAGE_FORMS)}
     faults["properties"] |= dict.fromkeys(INTERNAL_LEAKAGE_FORMS, axis)
-    faults["required"].remove("over")
+    over |= {"minProperties": 1, "maxProperties": 1}
 
 
 def _allow_short_options(definitions: dict[str, Any], section: str, kinds: Iterable[Any]) -> None:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from functools import cache
 from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
 
-from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, ExperimentConfig
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
+from hydrofdi.config.normalizing import normalize
 from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
-from hydrofdi.config.study.normalizing import check_detection, normalize_detection, normalize_study
-from hydrofdi.config.sweeps.dotted_values import normalize_baseline, normalize_replicates, normalize_sweep
+from hydrofdi.config.study.detection import normalize_detection
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.indicators.selection import chosen_options, make_chosen
 from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.validation import overlay, read_extended, validated
@@ -51,7 +49,7 @@ def _written(data: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
 
     They stand in sections, axes, distributions and populations alike.
     """
-    known = _parameters()
+    known = parameter_names()
     for key, value in data.items() if isinstance(data, dict) else enumerate(data):
         here = name
         if isinstance(data, dict) and name not in known:
@@ -60,54 +58,6 @@ def _written(data: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
             yield from _written(value, here)
         elif isinstance(value, str) and here in known:
             yield here, data, key
-
-
-@cache
-def _parameters() -> frozenset[str]:
-    return frozenset(parameter_names())
-
-
-def normalize_indicators(source: Source) -> bool:
-    """The ``indicators`` of a source as ``label: {options}``; mistakes are collected.
-
-    Options of the indicator ``dwt`` under its own label are those of the section ``wavelet``.
-
-    Returns
-    -------
-    bool
-        Whether they are valid.
-    """
-    if "indicators" not in source.data:
-        return True
-    own = Source(source.data, source.origins)
-    chosen = chosen_options(source.data["indicators"], own, ("indicators",))
-    options = chosen.get(DWT)
-    wavelet = _wavelet_with(own, options) if isinstance(options, dict) else {}
-    try:
-        make_chosen(chosen, own, ("indicators",))
-    except ConfigError:
-        source.mistakes.extend(own.mistakes)
-        del source.data["indicators"]
-        return False
-    if options:
-        source.data["wavelet"], chosen[DWT] = wavelet, {}
-    source.data["indicators"] = {label: dict(options or {}) for label, options in chosen.items()}
-    return True
-
-
-def _wavelet_with(source: Source, options: dict[str, Any]) -> Any:
-    """The section ``wavelet`` with the options of ``dwt``."""
-    wavelet = source.data.get("wavelet") or {}
-    for name, value in options.items():
-        if name in ("channel", "kind"):
-            message = f"the label {DWT} is the transform of P1; give it another label, with 'kind: {DWT}'"
-            source.report(("indicators", DWT, name), message)
-            continue
-        if isinstance(wavelet, dict) and wavelet.get(name, value) != value:
-            source.report(("indicators", DWT, name), f"wavelet.{name} says {wavelet[name]!r}; give it once")
-        source.origins[("wavelet", name)] = source.origin(("indicators", DWT, name))
-        wavelet = {**wavelet, name: value} if isinstance(wavelet, dict) else wavelet
-    return wavelet
 
 
 PARAMETER_MAPPINGS = ("baseline", "grid", "zip", "over", "per_record")
@@ -163,7 +113,9 @@ def load_experiment(
             _apply_setting(source, text)
         keys = {text.partition("=")[0].strip() for text in settings}
     _refuse_contradictory_settings(source, {_full_key(key) for key in keys})
-    return _validate(source)
+    normalize_detection(source)
+    normalize(source)
+    return validated(ExperimentConfig, source)
 
 
 def _require_texts(settings: object) -> None:
@@ -269,14 +221,3 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
     if is_below and (parts[-3] in (*PARAMETER_MAPPINGS, "faults") or parts[-2] in RunRequest.model_fields):
         return (*parts[:-2], ".".join(parts[-2:]))
     return parts
-
-
-def _validate(source: Source) -> ExperimentConfig:
-    normalize_baseline(source)
-    normalize_sweep(source)
-    normalize_replicates(source)
-    normalize_detection(source)
-    if normalize_indicators(source):
-        check_detection(source)
-    normalize_study(source)
-    return validated(ExperimentConfig, source)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Mapping
+from functools import cache, lru_cache
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import TypeAdapter, model_validator
@@ -304,12 +304,16 @@ OBSERVATION: dict[str, type[Section]] = SENSING | {"analysis": AnalysisConfig, "
 """Sections that say how signals are measured and analysed, not what happens."""
 
 
-def parameter_names(kind: type[RunParameters] = RunRequest) -> Iterator[str]:
+@cache
+def parameter_names(kind: type[RunParameters] = RunRequest) -> tuple[str, ...]:
     """The dotted names of all parameters of a run, or of a record alone."""
-    for section, info in kind.model_fields.items():
-        assert isinstance(info.annotation, type)
-        for field in info.annotation.model_fields:
-            yield f"{section}.{field}"
+    sections = {name: info.annotation for name, info in kind.model_fields.items()}
+    return tuple(
+        f"{name}.{field}"
+        for name, section in sections.items()
+        if isinstance(section, type) and issubclass(section, Section)
+        for field in section.model_fields
+    )
 
 
 def validate_parameter(name: str, value: Any) -> Any:

@@ -144,6 +144,12 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
     return f"{error['msg'][0].lower()}{error['msg'][1:]}; found {brief(found)}"
 
 
+def first_reason(error: ValueError) -> str:
+    """What is wrong; of an error of pydantic, the first of its mistakes."""
+    errors = getattr(error, "errors", None)
+    return describe_error(errors()[0]) if errors else str(error)
+
+
 def out_of_range(how: str, limit: float, found: Any, unit: str = "1") -> str:
     """A number beyond its limit [in `unit`]; a share above its largest value is most often in percent."""
     allowed = f"{limit:g} {unit}" if unit != "1" and limit else f"{limit:g}"

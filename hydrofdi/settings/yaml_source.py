@@ -66,6 +66,11 @@ class Source:
         """Collect a mistake at `path`."""
         self.mistakes.append(self.mistake(path, message))
 
+    def move(self, old: Path, new: Path) -> None:
+        """Keep where the part at `old`, and what is in it, came from, as the origin of `new`."""
+        for path in [path for path in self.origins if path[: len(old)] == old]:
+            self.origins[(*new, *path[len(old) :])] = self.origins[path]
+
 
 def dotted(path: Path) -> str:
     """A path as text, e.g. ``sweep.grid.fluid.bulk_modulus[1]``."""

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.request import OBSERVATION, RunRequest, replace_fields
@@ -19,7 +18,7 @@ from hydrofdi.config.study.table import StudyTable
 from hydrofdi.config.sweeps.points import Column, Points
 from hydrofdi.config.sweeps.sweep import distinct_rows
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.settings.messages import describe_error
+from hydrofdi.settings.messages import first_reason
 from hydrofdi.settings.quantities import Section
 
 _MOST_NAMED = 4
@@ -27,9 +26,8 @@ _MOST_NAMED = 4
 
 def _impossible(error: ValueError, values: Mapping[str, Any], key: str, where: str = "") -> ConfigError:
     """The error of a point that is impossible, with the values [SI] of the sections that do not fit."""
-    reason = describe_error(error.errors()[0]) if isinstance(error, ValidationError) else error
     named = dict(list(values.items())[-_MOST_NAMED:])
-    return ConfigError([Issue(f"{where}at {shown_values(named)}: {reason}", key)])
+    return ConfigError([Issue(f"{where}at {shown_values(named)}: {first_reason(error)}", key)])
 
 
 Numbers = NDArray[np.int32]

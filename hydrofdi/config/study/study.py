@@ -81,7 +81,7 @@ class FaultsConfig(Section):
     {leakage.internal_flow: …}``.
     """
 
-    over: Axes = Field(min_length=1, max_length=1)
+    over: Axes = Field(default_factory=dict)
     """``leakage.internal_flow`` or ``leakage.internal_coefficient`` → levels, in all forms of an axis."""
 
     each: Count
@@ -108,12 +108,9 @@ class FaultsConfig(Section):
 
     @model_validator(mode="after")
     def _leaks_across_the_seal(self) -> Self:
-        if not self.parameter.startswith(SEAL):
-            raise ValueError(
-                "faults are leaks: leakage.internal_flow or leakage.internal_coefficient,"
-                f" not {self.parameter}"
-            )
-        if any(level == 0.0 for level in self.levels):
+        if [name.startswith(SEAL) for name in self.over] != [True]:
+            raise ValueError("a fault is one leak: leakage.internal_flow or leakage.internal_coefficient")
+        if 0.0 in self.levels:
             raise ValueError("a leak of 0 is not a fault; healthy.test already gives its alarm rate")
         return self
 
@@ -214,8 +211,8 @@ class ChartConfig(Section):
     """The watched output: ``label.output`` of an indicator that follows records sample by sample and stores
     its trace (option ``trace_duration``), such as ``weak_rls.leakage``."""
 
-    chart: str
-    """The rule: ``cusum``, ``ewma``, ``glr`` or ``moving_window``."""
+    chart: Literal["cusum", "ewma", "glr", "moving_window"]
+    """The rule."""
 
     options: dict[str, Any] = Field(default_factory=dict)
     """Options of the rule, which may also be given next to the other keys."""

@@ -17,7 +17,7 @@ from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.config.sweeps.distributions import is_unbounded, quantiles
 from hydrofdi.config.sweeps.sweep import SampleConfig, SweepConfig, correlated, distinct_rows, unit_cube
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.settings.messages import describe_error
+from hydrofdi.settings.messages import first_reason
 
 NOMINAL = -1
 """Index of a point that does not set the parameter."""
@@ -178,7 +178,7 @@ def drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float6
             validate_parameter(name, value)
         except ValidationError as error:
             remedy = "; truncated_normal: [mean, deviation, low, high] stays within limits"
-            reason = f"draws an invalid value: {describe_error(error.errors()[0])}"
+            reason = f"draws an invalid value: {first_reason(error)}"
             raise ConfigError(
                 [Issue(reason + (remedy if is_unbounded(distribution) else ""), path)]
             ) from None

@@ -1,0 +1,421 @@
+"""What a file writes for dotted parameters → values in SI; what is wrong is collected with its place."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit, validate_parameter
+from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.config.sweeps.condition import parse_condition
+from hydrofdi.config.sweeps.distributions import LAWS, argument_values
+from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.settings.messages import describe_error, first_reason, nearest
+from hydrofdi.settings.quantities import SI
+from hydrofdi.settings.yaml_source import Path, Source, dotted
+from hydrofdi.units import parse_quantity
+
+_MOST_VALUES = 1_000_000
+_GENERATORS = {
+    "linspace": ("first", "last", "count"),
+    "logspace": ("first", "last", "count"),
+    "arange": ("first", "last", "step"),
+}
+_DISTRIBUTIONS: dict[str, tuple[str, ...]] = {kind: law.arguments for kind, law in LAWS.items()}
+_DISTRIBUTIONS["choice"] = ()
+"""Kind → its arguments; any number of values where there are none."""
+
+_ABOUT = re.compile(r"\s*(?:±|\+/-|\+-)\s*(.*)", re.DOTALL)
+"""A width about the nominal value, such as ``±20 %`` or ``±1 µm``."""
+
+_ARGUMENTS_ABOUT = {
+    "uniform": lambda nominal, width: [nominal - width, nominal + width],
+    "triangular": lambda nominal, width: [nominal - width, nominal, nominal + width],
+    "normal": lambda nominal, width: [nominal, width],
+}
+"""Distribution → its arguments from the nominal value and the width after ``±``."""
+
+_SEEDS = [0, 2**31 - 1]
+
+
+def normalize(source: Source) -> None:
+    """Convert all that a source says of dotted parameters to SI, and spell out what follows from it.
+
+    ``indicators`` has to be normalized before.
+    """
+    data = source.data
+    for section in ("baseline", "sweep", "ensemble", "study"):
+        if data.get(section) is None:
+            data.pop(section, None)
+    names = _convert(source, data, ("baseline",), parameter_value)
+    _refuse_both_forms(source, ("baseline",), names)
+    for name in set(INTERNAL_LEAKAGE_FORMS).intersection(names):
+        value = data["baseline"][name]
+        if isinstance(value, float) and value > 0.0:
+            message = "a leaking baseline is not a healthy actuator; remove it, or set 0"
+            source.report(("baseline", name), message)
+    for section in ("sweep", "ensemble"):
+        _normalize_block(source, (section,), data.get(section))
+    _convert(source, data.get("replicates"), ("replicates", "over"), distribution_in_si)
+    if isinstance(study := data.get("study"), dict):
+        _normalize_study(source, study)
+
+
+Conversion = Callable[[Source, Path, str, Any], Any]
+"""Source, path, dotted parameter, and what is written for it → the same in SI."""
+
+
+def _convert(source: Source, section: Any, path: Path, in_si: Conversion) -> list[str]:
+    """Convert the mapping of a section at a path, and return its dotted parameters.
+
+    What is no mapping is left to the validation of the model.
+    """
+    mapping = section.get(path[-1]) if isinstance(section, dict) else None
+    if not isinstance(mapping, dict):
+        return []
+    section[path[-1]] = {name: in_si(source, (*path, name), name, value) for name, value in mapping.items()}
+    return list(mapping)
+
+
+def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
+    """A parameter value in SI; if it is invalid, the value unchanged, and the source gets a mistake."""
+    known = parameter_names()
+    if name not in known:
+        place = path[: path.index(name) + 1]
+        unknown = source.mistake(place, f"no parameter {name!r}{nearest(name, known)}")
+        if not any(mistake.message == unknown.message for mistake in source.mistakes):
+            source.mistakes.append(unknown)
+        return value
+    try:
+        return validate_parameter(name, value)
+    except ValidationError as errors:
+        for error in errors.errors():
+            source.report(path, describe_error(error))
+        return value
+
+
+def _changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
+    """A distribution, or a value; ``+25 %`` and ``−25 %`` are relative to the nominal value."""
+    if isinstance(value, Mapping):
+        return distribution_in_si(source, path, name, value)
+    is_relative = isinstance(value, str) and bool(re.fullmatch(r"\s*[-+−].*%\s*", value))
+    if not is_relative or name not in parameter_names():
+        return parameter_value(source, path, name, value)
+    nominal = nominal_value(source, name)
+    try:
+        change = parse_quantity(value.replace("−", "-"), "1")
+    except ValueError as error:
+        source.report(path, str(error))
+        return value
+    if not isinstance(nominal, float) or not nominal * change:
+        source.report(path, f"{value} of the nominal {nominal!r} is no change; state the value itself")
+        return value
+    return parameter_value(source, path, name, nominal * (1.0 + change))
+
+
+def nominal_value(source: Source, name: str) -> Any:
+    """The nominal value of a parameter in SI: the given one, else the default; None if it is invalid."""
+    section, field = name.split(".")
+    given = source.data.get(section)
+    if not isinstance(given, dict) or field not in given:
+        return getattr(RunRequest.model_fields[section].default, field)
+    try:
+        return validate_parameter(name, given[field])
+    except ValidationError:  # validation of the model reports it
+        return None
+
+
+def _is_stated(source: Source, name: str) -> bool:
+    """Whether a source gives a parameter a nominal value, valid or not."""
+    section, field = name.split(".")
+    given = source.data.get(section)
+    return isinstance(given, dict) and given.get(field) is not None
+
+
+def _kind(source: Source, path: Path, stated: Any, kinds: Iterable[str]) -> str:
+    """The kind of a generator or of a distribution; empty, with a mistake, if it is none."""
+    known = list(kinds)
+    if not isinstance(stated, dict) or len(stated) != 1:
+        source.report(path, f"expected one of {', '.join(known)}, such as {{{known[0]}: […]}}")
+        return ""
+    (kind,) = stated
+    if kind not in known:
+        source.report((*path, kind), f"is unknown{nearest(kind, known)}")
+        return ""
+    return str(kind)
+
+
+def _arguments(source: Source, path: Path, name: str, roles: tuple[str, ...], stated: Any) -> list[Any]:
+    """The arguments of a generator or of a distribution in SI; none, with a mistake, if one is invalid."""
+    if not isinstance(stated, list) or not stated or (roles and len(stated) != len(roles)):
+        source.report(path, f"expected [{', '.join(roles) or 'value, …'}]; found {stated!r}")
+        return []
+    n_mistake = len(source.mistakes)
+    values = [
+        _argument(source, (*path, place), name, role, value)
+        for place, (role, value) in enumerate(zip(roles or [""] * len(stated), stated, strict=True))
+    ]
+    are_numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+    if not roles or are_numbers:
+        return values
+    if len(source.mistakes) == n_mistake and name in parameter_names():
+        source.report(path, "its ends must be numbers")
+    return []
+
+
+def _argument(source: Source, path: Path, name: str, role: str, value: Any) -> Any:
+    """An argument in SI: a value of the parameter, a difference of two, or a number without a unit."""
+    if role not in ("deviation", "factor", "step", "count"):
+        return parameter_value(source, path, name, value)
+    try:
+        if role != "count":
+            return _difference("" if role == "factor" else name, value)
+        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _MOST_VALUES:
+            raise ValueError(f"the count must be an integer from 1 to {_MOST_VALUES}; found {value!r}")
+    except ValueError as error:
+        source.report(path, str(error))
+        return None
+    return value
+
+
+def _difference(name: str, value: Any) -> float:
+    unit = parameter_unit(name) if name in parameter_names() else None
+    number = SI(unit or "1").parse(value)
+    if not math.isfinite(number):
+        raise ValueError(f"must be a finite number; found {value}")
+    return number
+
+
+def distribution_in_si(source: Source, path: Path, name: str, stated: Any) -> Any:
+    """A distribution with its arguments in SI; if invalid, an empty one, and the source gets a mistake."""
+    nothing: dict[str, list[Any]] = {"uniform": []}  # validation of the model does not report it again
+    kind = _kind(source, path, stated, _DISTRIBUTIONS)
+    if not kind:
+        return nothing
+    arguments, path = stated[kind], (*path, kind)
+    if isinstance(arguments, str) and (about := _ABOUT.fullmatch(arguments)):
+        values = _about_nominal(source, path, name, kind, about[1])
+    else:
+        values = _arguments(source, path, name, _DISTRIBUTIONS[kind], arguments)
+    if values and kind in LAWS:
+        try:
+            _require_kind(name, kind, values)
+        except ValueError as error:
+            source.report(path, str(error))
+            return nothing
+    return {kind: values} if values else nothing
+
+
+def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str) -> list[float]:
+    """The arguments of a distribution about the nominal value of its parameter."""
+    if name not in parameter_names():
+        parameter_value(source, path, name, None)
+        return []
+    nominal = nominal_value(source, name)
+    if nominal is None and _is_stated(source, name):  # validation of the model reports it
+        return []
+    try:
+        if kind not in _ARGUMENTS_ABOUT or not isinstance(nominal, float):
+            raise ValueError(f"± needs a real number, and one of {', '.join(_ARGUMENTS_ABOUT)}")
+        size = abs(nominal) * parse_quantity(width, "1") if width.endswith("%") else _difference(name, width)
+        if not 0.0 < size < math.inf:
+            raise ValueError(f"the width after ± must be finite and greater than 0; found {width}")
+        arguments: list[float] = _ARGUMENTS_ABOUT[kind](nominal, size)
+        for value in argument_values({kind: arguments}):
+            validate_parameter(name, value)
+    except ValueError as error:
+        source.report(path, f"±{width}: {first_reason(error)}")
+        return []
+    return arguments
+
+
+def _require_kind(name: str, kind: str, values: list[Any]) -> None:
+    """Check that the arguments of a law are of the parameter's kind, in the right order, and large enough."""
+    named = dict(zip(LAWS[kind].arguments, values, strict=True))
+    if isinstance(values[0], int) != (kind == "integers"):
+        other = "uniform" if kind == "integers" else "integers"
+        raise ValueError(f"does not fit {name}; draw it with {{{other}: [low, high]}}")
+    for role, least in (("deviation", 0.0), ("factor", 1.0)):
+        if not named.get(role, math.inf) > least:
+            raise ValueError(f"the {role} must be greater than {least:g}; found {named[role]:g}")
+    order = [role for role in ("low", "mode", "high") if role in named]
+    ends = [named[role] for role in order]
+    if ends and (ends != sorted(ends) or (ends[0] == ends[-1] and kind != "integers")):
+        raise ValueError(f"needs {' ≤ '.join(order)}")
+    if kind == "loguniform" and ends[0] <= 0.0:
+        raise ValueError("needs ends above zero")
+
+
+def axis_in_si(source: Source, path: Path, name: str, stated: Any) -> list[Any]:
+    """An axis as a list of values in SI."""
+    if isinstance(stated, dict):
+        return _generated(source, path, name, stated)
+    if not isinstance(stated, list) or not stated:
+        source.report(path, f"an axis is a list of at least one value, or one of {', '.join(_GENERATORS)}")
+        return []
+    values = [parameter_value(source, (*path, index), name, value) for index, value in enumerate(stated)]
+    first: dict[str, int] = {}
+    for index, value in enumerate(values):
+        if first.setdefault(repr(value), index) != index and path[-2] != "zip":
+            source.report((*path, index), f"value {without_contents(value)!r} is in the list twice")
+    return values
+
+
+def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) -> list[Any]:
+    kind = _kind(source, path, stated, _GENERATORS)
+    path = (*path, kind)
+    ends = _arguments(source, path, name, _GENERATORS[kind], stated[kind]) if kind else []
+    try:
+        values = _range(kind, *ends) if ends else []
+        are_whole = bool(ends) and isinstance(ends[0], int)
+        return [
+            validate_parameter(name, int(value) if are_whole and value.is_integer() else value)
+            for value in values
+        ]
+    except ValueError as error:
+        source.report(path, first_reason(error))
+        return []
+
+
+def _range(kind: str, first: float, last: float, third: float) -> list[float]:
+    if kind == "linspace":
+        return [float(value) for value in np.linspace(first, last, int(third))]
+    if kind == "logspace":
+        if first <= 0.0 or last <= 0.0:
+            raise ValueError("logspace needs ends above zero")
+        return [float(value) for value in np.geomspace(first, last, int(third))]
+    count = math.ceil((last - first) / third - 1e-9) if third else 0
+    if not 1 <= count <= _MOST_VALUES:
+        raise ValueError(f"arange from {first:g} to below {last:g} by {third:g} gives no values, or too many")
+    return [float(first + index * third) for index in range(count)]
+
+
+def _normalize_block(source: Source, path: Path, block: Any) -> None:
+    if not isinstance(block, dict):
+        return
+    _refuse_outside_grid(source, path, block)
+    for kind in ("grid", "zip"):
+        if block.get(kind) == {}:
+            source.report((*path, kind), "names no parameter to vary")
+    varied = [
+        *_convert(source, block, (*path, "grid"), axis_in_si),
+        *_convert(source, block, (*path, "zip"), axis_in_si),
+        *_convert(source, block.get("sample"), (*path, "sample", "over"), distribution_in_si),
+    ]
+    _refuse_both_forms(source, path, varied)
+    _check_condition(source, (*path, "where"), block.get("where"))
+    if isinstance(union := block.get("union"), list):
+        for index, part in enumerate(union):
+            _normalize_block(source, (*path, "union", index), part)
+
+
+def _refuse_outside_grid(source: Source, path: Path, block: dict[str, Any]) -> None:
+    """Refuse parameters, or sections of parameters, beside ``grid`` instead of in it."""
+    for key in [key for key in block if key not in SweepConfig.model_fields]:
+        if known := [name for name in parameter_names() if key in (name, *name.split("."))]:
+            put = "it" if key in known else f"dotted parameters such as {known[0]!r}"
+            source.report((*path, key), f"put {put} under {dotted((*path, 'grid'))}")
+            del block[key]
+
+
+def _check_condition(source: Source, path: Path, text: Any) -> None:
+    try:
+        condition = parse_condition(text) if isinstance(text, str) else None
+    except ValueError:  # validation of the model reports it
+        return
+    known = parameter_names()
+    for name in sorted(condition.names - set(known)) if condition else ():
+        source.report(path, f"no parameter {name!r}{nearest(name, known)}")
+    for name, quantity in condition.compared if condition else ():
+        if name in known and (unit := parameter_unit(name)) is not None:
+            try:
+                parse_quantity(quantity, unit)
+            except ValueError as error:
+                source.report(path, f"{name} cannot be compared with this quantity: {error}")
+
+
+def _refuse_both_forms(source: Source, path: Path, names: Iterable[str]) -> None:
+    if set(INTERNAL_LEAKAGE_FORMS) <= set(names):
+        source.report(path, "give the internal leakage as internal_coefficient or as internal_flow, not both")
+
+
+def _normalize_study(source: Source, study: dict[str, Any]) -> None:
+    """A study with what is drawn and kept unless the file says otherwise; without parts that are null."""
+    if source.data.get("claims"):
+        source.report(("claims",), "a study has no claims; those of the paper are about its own experiment")
+    sections: list[Any] = [study, study.get("population")]
+    for section in sections:
+        for name in [*section] if isinstance(section, dict) else ():
+            if section[name] is None:
+                del section[name]
+    population = study.setdefault("population", {})
+    _normalize_faults(source, study.get("faults"))
+    for kind in ("shifts", "confusions"):
+        named: Any = study.get(kind)
+        for name in named if isinstance(named, dict) else ():
+            path = ("study", kind, name)
+            if not named[name] or not isinstance(named[name], dict):
+                message = "expected 'parameter: value' or 'parameter: {distribution}' pairs"
+                source.report(path, f"{message}; found {named[name]!r}")
+                named[name] = {}
+            _convert(source, named, path, _changed_value)
+    if isinstance(population, dict):
+        for kind in ("over", "per_record"):
+            population.setdefault(kind, {})
+            _convert(source, population, ("study", "population", kind), distribution_in_si)
+        if isinstance(population["per_record"], dict):
+            _draw_per_record(source, population["per_record"], population["over"])
+    for section, field, value in (("calibration", "at", "nominal"), ("store", "signals", "none")):
+        if isinstance(given := source.data.setdefault(section, {}), dict):
+            given.setdefault(field, value)
+
+
+def _normalize_faults(source: Source, faults: Any) -> None:
+    """Faults with their axis under ``over``, also where it stands beside the counts."""
+    if not isinstance(faults, dict):
+        return
+    path: Path = ("study", "faults")
+    if isinstance(over := faults.setdefault("over", {}), dict):
+        for name in [name for name in faults if "." in name]:
+            over[name] = faults.pop(name)
+            source.move((*path, name), (*path, "over", name))
+    _convert(source, faults, (*path, "over"), _levels)
+
+
+def _levels(source: Source, path: Path, name: str, stated: Any) -> list[float]:
+    """The levels that are numbers; each of the others is a mistake of the source."""
+    levels = axis_in_si(source, path, name, stated)
+    for place, level in enumerate(levels):
+        if level is None:
+            source.report((*path, place), "a level is a number with a unit, not null")
+    return [level for level in levels if isinstance(level, float)]
+
+
+def _draw_per_record(source: Source, per_record: dict[str, Any], over: Any) -> None:
+    """Draw what differs from record to record, unless the source names it."""
+    usual: dict[str, list[int]] = {"measurement.seed": _SEEDS}
+    if DWT in source.data.get("indicators", {DWT: {}}):
+        levels = nominal_value(source, "wavelet.levels")
+        usual["wavelet.phase"] = [0, 2**levels - 1] if isinstance(levels, int) else [0, 0]
+    if nominal_value(source, "input.shape") == "steps":
+        usual["input.seed"] = _SEEDS
+    if nominal_value(source, "load.random_force"):
+        usual["load.seed"] = _SEEDS
+    named = {*per_record, *(over if isinstance(over, dict) else ()), *_keys(source.data.get("sweep"))}
+    for name, ends in usual.items():
+        if name not in named and (name == "measurement.seed" or not _is_stated(source, name)):
+            per_record[name] = {"integers": ends}
+
+
+def _keys(data: Any) -> Iterator[str]:
+    """Keys of mappings, and of those within."""
+    for key in data if isinstance(data, dict) else ():
+        yield from (key, *_keys(data[key]))
+    for part in data if isinstance(data, list) else ():
+        yield from _keys(part)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 from hydrofdi.config.experiment import ExperimentConfig
@@ -20,6 +21,34 @@ from hydrofdi.settings.readable import typeset
 from hydrofdi.units import parse_quantity
 
 
+def _values(
+    experiment: ExperimentConfig, *, with_sweep: bool = True, with_study: bool = False
+) -> dict[str, dict[Any, None]]:
+    """Dotted parameter → its values, or ends of its distributions, in the runs of an experiment."""
+    blocks = [experiment.ensemble, experiment.sweep] if with_sweep else []
+    varied = {name for block in blocks for name in block.names_throughout}
+    study = experiment.study if with_study else None
+    values: dict[str, dict[Any, None]] = {}
+    for name, value in chain(
+        ((name, experiment.value(name)) for name in parameter_names() if name not in varied),
+        experiment.baseline.items(),
+        *map(_block_values, blocks),
+        study_values(study) if study else (),
+    ):
+        values.setdefault(name, {})[value] = None
+    return values
+
+
+def _block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
+    for axes in (block.grid, block.zip):
+        for name, values in axes.items():
+            yield from ((name, value) for value in values)
+    for name, distribution in (block.sample.over if block.sample else {}).items():
+        yield from ((name, value) for value in argument_values(distribution))
+    for part in block.union:
+        yield from _block_values(part)
+
+
 def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> list[str]:
     """A sentence on each parameter of which some value is far from the usual ones.
 
@@ -29,46 +58,22 @@ def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> 
     with_sweep : bool
         Whether values of ``sweep`` and ``ensemble`` count; without them, the nominal run is looked at.
     """
-    values: dict[str, dict[Any, None]] = {}
-    for name, value in _stated_values(experiment, with_sweep):
-        values.setdefault(name, {})[value] = None
+    values = _values(experiment, with_sweep=with_sweep)
     with shown_in(experiment.units):
-        sentences = [
-            sentence
-            for name in values
-            for sentence in _sentences(name, values[name], experiment.units.get(name))
-        ]
-    sentences += _friction_sentences(*(max(values[f"friction.{part}"]) for part in ("breakaway", "coulomb")))
+        sentences = [sentence for name in values for sentence in _sentences(name, values[name])]
+    breakaway, coulomb = (max(values[f"friction.{part}"]) for part in ("breakaway", "coulomb"))
+    if breakaway < coulomb:
+        sentences.append(
+            f"friction.breakaway = {breakaway:g} N is less than friction.coulomb = {coulomb:g} N"
+        )
     longest = max(value for value in values["record.duration"] if isinstance(value, float))
-    for file in values["input.file"]:
-        sentences += _file_sentences(file, longest) if isinstance(file, str) else ()
+    for text in values["input.file"]:
+        sentences += _file_sentences(text, longest) if isinstance(text, str) else ()
     return sentences
 
 
-def _stated_values(experiment: ExperimentConfig, with_sweep: bool) -> Iterator[tuple[str, Any]]:
-    blocks = [experiment.ensemble, experiment.sweep] if with_sweep else []
-    varied = {name for block in blocks for name in block.names}
-    for name in parameter_names():
-        if name not in varied:
-            yield name, experiment.value(name)
-    yield from experiment.baseline.items()
-    for block in blocks:
-        yield from block_values(block)
-
-
-def block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
-    """The parameters that vary in a block, each with every value or end of its distribution."""
-    for axes in (block.grid, block.zip):
-        for name, values in axes.items():
-            yield from ((name, value) for value in values)
-    for name, distribution in (block.sample.over if block.sample else {}).items():
-        yield from ((name, value) for value in argument_values(distribution))
-    for part in block.union:
-        yield from block_values(part)
-
-
-def _sentences(name: str, stated: Iterable[Any], unit: str | None = None) -> Iterator[str]:
-    """What is strange about the values of a parameter, some of which are written in a unit."""
+def _sentences(name: str, stated: Iterable[Any]) -> Iterator[str]:
+    """What is strange about the values of a parameter."""
     quantity = parameter_quantity(name)
     if quantity is None or quantity.usual is None:
         return
@@ -79,28 +84,12 @@ def _sentences(name: str, stated: Iterable[Any], unit: str | None = None) -> Ite
         ("above", [value for value in values[::-1] if abs(value) > high]),
     ):
         if found:
-            number = found[0] / parse_quantity(f"1 {unit}", quantity.unit) if unit else 0.0
-            is_written = _LEAST_WRITTEN <= abs(number) < _MOST_WRITTEN
-            value = f"{found[0]:g} {typeset(quantity.unit)}".removesuffix(" 1")
             others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-            reason = "" if is_written or quantity.unit == "1" else "; a number without a unit is in SI"
             usual = " … ".join(map(typeset, quantity.usual))
-            shown = shown_value(name, found[0]) if is_written else value
-            yield f"{name} = {shown}{others} is far {side} the usual {usual}{reason}"
-
-
-_LEAST_WRITTEN, _MOST_WRITTEN = 0.01, 1e6
-"""Numbers that people write before a unit; others are hardly meant in SI."""
-
-
-def _friction_sentences(breakaway: float, coulomb: float) -> Iterator[str]:
-    """What is strange about the largest breakaway friction and the largest Coulomb friction [N]."""
-    if breakaway < coulomb:
-        less, more = shown_value("friction.breakaway", breakaway), shown_value("friction.coulomb", coulomb)
-        yield (
-            f"friction.breakaway = {less} is less than friction.coulomb = {more}:"
-            " usually it is the larger of the two"
-        )
+            yield (
+                f"{name} = {shown_value(name, found[0])}{others} is far {side} the usual {usual};"
+                " a number without a unit is in SI"
+            )
 
 
 def _file_sentences(text: str, duration: float) -> Iterator[str]:
@@ -113,8 +102,7 @@ def _file_sentences(text: str, duration: float) -> Iterator[str]:
             f" record.duration = {duration:g} s, the last at {rows.times[-1]:g} s"
         )
     amplitude = "input.amplitude" if rows.quantity == "voltage" else "control.amplitude"
-    largest = float(abs(rows.values).max())
-    for sentence in _sentences(amplitude, [largest]):
+    for sentence in _sentences(amplitude, [float(abs(rows.values).max())]):
         yield f"input.file = {file}: the largest {rows.quantity}{sentence.removeprefix(amplitude)}"
 
 
@@ -125,7 +113,7 @@ Rule = tuple[str, Callable[[Any], bool], Sequence[str]]
 
 
 def _is(*values: Any) -> Callable[[Any], bool]:
-    return lambda value: value in values
+    return values.__contains__
 
 
 def _is_not(*values: Any) -> Callable[[Any], bool]:
@@ -168,60 +156,26 @@ RULES: tuple[Rule, ...] = (
 
 def idle_parameters(experiment: ExperimentConfig) -> list[str]:
     """A sentence on each parameter that is stated, or varies, but has no effect in any run."""
-    sentences = _idle_sentences(experiment, _stated_parameters(experiment))
+    default = RunRequest()
+    stated = [
+        name
+        for name, values in _values(experiment).items()
+        if any(each != default.value(name) for each in values)
+    ]
+    sentences = _idle_sentences(experiment, stated)
     return [sentences[name] for name in parameter_names() if name in sentences]
-
-
-def idle_draws(experiment: ExperimentConfig, names: Iterable[str]) -> set[str]:
-    """Those of some parameters that have no effect in any run of a study, whatever they are."""
-    idle = {*_idle_sentences(experiment, names)}
-    return idle if _has_chance(experiment) else idle | {"measurement.seed"}.intersection(names)
 
 
 def _idle_sentences(experiment: ExperimentConfig, names: Iterable[str]) -> dict[str, str]:
     """Parameter → why it has no effect in any run."""
     sentences: dict[str, str] = {}
+    occurring = _values(experiment, with_study=True)
     for option, is_met, parameters in RULES:
-        if found := [name for name in parameters if name in names and name not in sentences]:
-            values = list(dict.fromkeys(_occurring_values(option, experiment)))
-            if not any(map(is_met, values)):
-                choices = " or ".join(map(_shown, values))
-                sentences |= dict.fromkeys(found, f"has no effect: {option} is {choices} in every run")
-    return {name: f"{name} {sentence}" for name, sentence in sentences.items()}
-
-
-def _has_chance(experiment: ExperimentConfig) -> bool:
-    """Whether a sensor has noise, or the clock jitter, in any run."""
-    noisy = {f"{section}.{field}" for section in SENSING for field in ("noise", "noise_density", "jitter")}
-    chances = noisy & set(parameter_names())
-    return any(value for name in chances for value in _occurring_values(name, experiment))
-
-
-def _stated_parameters(experiment: ExperimentConfig) -> set[str]:
-    """Parameters that differ from their defaults, or vary."""
-    default = RunRequest()
-    nominal = {name for name in parameter_names() if experiment.value(name) != default.value(name)}
-    baseline = {name for name, value in experiment.baseline.items() if value != default.value(name)}
-    return nominal | baseline | {*experiment.ensemble.names, *experiment.sweep.names}
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return "null"
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def _occurring_values(option: str, experiment: ExperimentConfig) -> Iterator[Any]:
-    """The values that an option may have in some run."""
-    blocks = [experiment.ensemble, experiment.sweep]
-    if not any(option in block.names_throughout for block in blocks):
-        yield experiment.value(option)
-    if option in experiment.baseline:
-        yield experiment.baseline[option]
-    for block in blocks:
-        yield from (value for name, value in block_values(block) if name == option)
-    if experiment.study is not None:
-        yield from (value for name, value in study_values(experiment.study) if name == option)
+        if not any(map(is_met, occurring[option])):
+            choices = " or ".join("null" if each is None else f"{each}" for each in occurring[option])
+            for name in set(parameters).intersection(names) - sentences.keys():
+                sentences[name] = f"{name} has no effect: {option} is {choices} in every run"
+    return sentences
 
 
 _OF_RECORDS = ("measurement.seed", "input.seed", "load.seed")
@@ -233,9 +187,13 @@ def seeds_of(experiment: ExperimentConfig) -> dict[str, int | list[int] | str]:
     Those of records (sensor noise and jitter, pseudo-random inputs and loads) come first, then those of
     draws: samples, replicates, the population of a study, and scores.
     """
-    idle = idle_draws(experiment, _OF_RECORDS)
+    idle, values = _idle_sentences(experiment, _OF_RECORDS).keys(), _values(experiment, with_study=True)
+    chances = {f"{section}.{field}" for section in SENSING for field in ("noise", "noise_density", "jitter")}
+    has_chance = any(value for name in chances & values.keys() for value in values[name])
     seeds: dict[str, int | list[int] | str] = {
-        name: _values(name, experiment) for name in _OF_RECORDS if name not in idle
+        name: _seeds(name, experiment)
+        for name in _OF_RECORDS
+        if name not in idle and (has_chance or name != "measurement.seed")
     }
     parts: dict[str, Section | None] = {"ensemble": experiment.ensemble, "sweep": experiment.sweep}
     parts["study"] = experiment.study
@@ -254,16 +212,16 @@ def shown_seeds(seeds: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} {_shown_values(value)}" for name, value in seeds.items()) or "none"
 
 
-def _values(name: str, experiment: ExperimentConfig) -> int | list[int] | str:
+def _seeds(name: str, experiment: ExperimentConfig) -> int | list[int] | str:
     study = experiment.study
     if study is not None and name in study.population.per_record:
         return "drawn for each record from study.population.seed"
     blocks = (experiment.ensemble, experiment.sweep)
-    own = {value for block in blocks for key, value in block_values(block) if key == name}
-    values = sorted(own or {experiment.value(name)})
+    own = {value for block in blocks for key, value in _block_values(block) if key == name}
+    seeds = own or {experiment.value(name)}
     if name == "measurement.seed":
-        values += [experiment.value(name) + 1 + k for k in range(experiment.replicates.count)]
-    return values[0] if len(values) == 1 else sorted(set(values))
+        seeds |= {experiment.value(name) + 1 + k for k in range(experiment.replicates.count)}
+    return sorted(seeds) if len(seeds) > 1 else seeds.pop()
 
 
 def _nested(path: str, part: Any) -> Iterator[tuple[str, int]]:

@@ -28,10 +28,15 @@ from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.folder.provenance import read_provenance
 from hydrofdi.store.index import StoredRun, read_index
-from hydrofdi.store.layout.names import MESSAGE, RUN, STATUS, VERDICT, Variable, stored_variables
-from hydrofdi.store.layout.outputs import output_variables
+from hydrofdi.store.layout.names import (
+    MESSAGE,
+    STATUS,
+    VERDICT,
+    output_variables,
+    stored_variables,
+)
 from hydrofdi.store.reading import read_request, read_texts
-from hydrofdi.store.shard import held_names, read_variables
+from hydrofdi.store.shard import read_rows
 
 Folder = str | PathLike[str] | Results
 """Folder of an experiment, or what is stored in it."""
@@ -321,11 +326,9 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
     (coefficient,) = leakage_coefficients([spec], InProcessEngine(), {}, required="none")
     columns = compute_columns([Job.of(spec, run_id, coefficient, record_identity(spec))])
     computed = (*stored_variables(stored.signals, phases=True), *output_variables([spec.analysis.indicators]))
-    names = held_names(stored.shard)
-    variables = [variable for variable in computed if variable.name in names]
-    held = read_variables(stored.shard, variables, np.array([stored.row]))
+    held = read_rows(stored.shard, [variable.name for variable in computed], [stored.row])
     differing = []
-    for variable in variables:
+    for variable in (each for each in computed if each.name in held):
         old, new = held[variable.name], np.asarray(columns[variable.name])
         new = new.astype(stored.dtype) if variable.is_signal else new
         same = np.array_equal(old, new) if variable.is_text else np.array_equal(old, new, equal_nan=True)
@@ -336,10 +339,7 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
 
 def _held(stored: StoredRun) -> dict[str, Any]:
     """What a shard says of a run: its message, verdict, and the numbers behind it; older ones say less."""
-    known = held_names(stored.shard)
-    variables = [Variable(name, (RUN,), "", "") for name in _SAID if name in known]
-    values = read_variables(stored.shard, variables, np.array([stored.row]))
-    return {name: column[0] for name, column in values.items()}
+    return {name: column[0] for name, column in read_rows(stored.shard, _SAID, [stored.row]).items()}
 
 
 def _doubt(doubt: Doubt, held: dict[str, Any]) -> dict[str, Any]:

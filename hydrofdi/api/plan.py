@@ -33,8 +33,7 @@ from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.experiment_file import computed_variables
 from hydrofdi.store.folder.provenance import Failure, read_failures
 from hydrofdi.store.index import ShardIndex, StoredRun, holds_enough, read_index
-from hydrofdi.store.layout.names import stored_signals
-from hydrofdi.store.layout.outputs import dimensions
+from hydrofdi.store.layout.names import dimensions, stored_signals
 
 _MOST_FACTOR, _START_SECONDS = 2.0, 10.0
 """On a busy machine ready configurations took at most so many times their arithmetic, and the start [s]."""

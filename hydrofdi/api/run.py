@@ -32,7 +32,6 @@ from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
 from hydrofdi.store.index import read_index
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.outputs import output_variables
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.store.shard import Columns, write_shard
 from hydrofdi.units import Quantity, convert
@@ -208,7 +207,7 @@ class Run(Guessable):
         """Its numbers and signals as experiment files have them."""
         measured = self.experiment.indicator_choice.made(self.experiment.wavelet)
         stored = names.stored_variables("all", phases=self.experiment.wavelet.phase == "all")
-        known = {each.name: each for each in (*stored, *output_variables([measured]), *names.BY_LEVEL)}
+        known = {each.name: each for each in (*stored, *names.output_variables([measured]), *names.BY_LEVEL)}
         return [each for each in known.values() if each.name in self.columns and not each.is_text]
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:

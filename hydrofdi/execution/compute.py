@@ -26,8 +26,9 @@ from hydrofdi.sensing import Measurement
 from hydrofdi.simulation.balances import Outcome, Trajectory
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.store.experiment_data import gathered
 from hydrofdi.store.layout import names
-from hydrofdi.store.shard import read_records, write_shard
+from hydrofdi.store.shard import write_shard
 from hydrofdi.units import convert
 
 Columns = dict[str, NDArray[Any]]
@@ -110,10 +111,15 @@ def compute_columns(
 
 def measure_stored(jobs: Sequence[Job], *, seconds: Seconds | None = None) -> Columns:
     """The same of jobs whose records are stored, signals left out; nothing is simulated."""
-    places = [job.stored for job in jobs if job.stored is not None]
     wanted = set().union(*(needed_signals(job.analysis.indicators) for job in jobs))
-    records = read_records(places, wanted, jobs[0].parameters.record.n_sample)
-    return dict(records) | _identities(jobs) | measured_columns(jobs, records, seconds)
+    variables = [
+        each
+        for each in names.stored_variables("all")
+        if (each.name in wanted if each.is_signal else each.name not in names.FEATURES)
+    ]
+    sizes = {names.TIME: jobs[0].parameters.record.n_sample}
+    records = gathered([job.stored for job in jobs], variables, sizes)
+    return records | _identities(jobs) | measured_columns(jobs, records, seconds)
 
 
 def _identities(jobs: Sequence[Job]) -> Columns:

@@ -19,7 +19,6 @@ from hydrofdi.quality.measures import pressure_features
 from hydrofdi.records import RecordBatch
 from hydrofdi.store.index import StoredRun
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.outputs import wavelet_numbers
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.transforms.configuration import WaveletConfig
 
@@ -89,7 +88,7 @@ def measured_columns(
             values[failed] = np.nan
         elif name.endswith(names.OBSTACLE):
             values[failed] = records[names.MESSAGE][failed]
-    return columns | wavelet_numbers(columns)
+    return columns | names.wavelet_numbers(columns)
 
 
 def _alike(jobs: Sequence[Job]) -> list[list[int]]:

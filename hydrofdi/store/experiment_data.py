@@ -5,7 +5,7 @@ Sweeps and defaults are not expanded again, so changes of defaults in later vers
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,14 +20,54 @@ from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.folder.provenance import Failure
-from hydrofdi.store.index import ShardIndex
+from hydrofdi.store.index import ShardIndex, StoredRun
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import MESSAGE, OBSTACLE, RUN_ID, STATUS, TIME, Variable, axis_variable
-from hydrofdi.store.shard import read_variables
-from hydrofdi.store.signals import Block, FileSignals, lacking_blocks, read_blocks, signal_rows
+from hydrofdi.store.layout.names import (
+    MESSAGE,
+    OBSTACLE,
+    RUN_ID,
+    STATUS,
+    TIME,
+    Variable,
+    axis_variable,
+    stored_signals,
+    stored_variables,
+)
+from hydrofdi.store.shard import read_rows
+from hydrofdi.store.signals import Block, FileSignals, lacking_blocks, read_blocks
 
 MISSING = "missing"
 """Status of a run that has not been computed."""
+
+
+def gathered(
+    runs: Sequence[StoredRun | None], variables: Collection[Variable], sizes: Mapping[str, int]
+) -> dict[str, NDArray[Any]]:
+    """Variables of stored runs by name, one row per run; each shard is opened once.
+
+    Parameters
+    ----------
+    runs : sequence of StoredRun or None
+        None has NaN, or an empty text, and so has what a shard lacks.
+    variables : collection of Variable
+    sizes : mapping
+        Dimension → length.
+    """
+    columns = {
+        variable.name: variable.blank(len(runs), *(sizes[name] for name in variable.dimensions[1:]))
+        for variable in variables
+    }
+    positions_in: dict[Path, list[int]] = {}
+    rows_in: dict[Path, list[int]] = {}
+    for position, run in enumerate(runs):
+        if run is not None:
+            positions_in.setdefault(run.shard, []).append(position)
+            rows_in.setdefault(run.shard, []).append(run.row)
+    for shard, positions in positions_in.items():
+        for name, values in read_rows(shard, columns, rows_in[shard]).items():
+            inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
+            columns[name][tuple(inside)] = values
+    return columns
 
 
 class _Stretch(NamedTuple):
@@ -64,17 +104,15 @@ class ShardResults:
 
     def columns(self, variables: Sequence[Variable], sizes: Mapping[str, int]) -> dict[str, NDArray[Any]]:
         """Variables other than signals of these dimensions; NaN, or the reason, without a result."""
-        known = {
-            RUN_ID: np.array(self._run_ids, dtype=object),
-            STATUS: np.array(self.statuses(), dtype=object),
-        }
-        columns = known | self._gathered([each for each in variables if each.name not in known], sizes)
+        columns = gathered(self._located, variables, sizes)
+        columns[RUN_ID][:] = self._run_ids
+        columns[STATUS][:] = self.statuses()
         told = [name for name in columns if name == MESSAGE or name.endswith(OBSTACLE)]
         for position, located in enumerate(self._located):
             if located is None:
                 for name in told:
                     columns[name][position] = self._reason(position)[1]
-        return {variable.name: columns[variable.name] for variable in variables}
+        return columns
 
     def statuses(self) -> list[str]:
         """Status of each run, or why it has no result."""
@@ -83,39 +121,22 @@ class ShardResults:
             for position, located in enumerate(self._located)
         ]
 
-    def signal(self, name: str, position: int) -> NDArray[Any]:
-        """A signal of one run; empty if it is not stored."""
-        located = self._signals[position]
-        if located is None:
-            return np.empty(0)
-        with open_for_reading(located.shard) as file:
-            return np.asarray(file[name][located.row]) if name in file else np.empty(0)
-
     def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
         """Signals of some runs by name; a signal that no run has is omitted, missing rows are NaN."""
-        held: dict[str, NDArray[np.float64]] = {}
-        places: dict[Path, list[int]] = {}
-        for place, position in enumerate(positions):
-            if (located := self._signals[position]) is not None:
-                places.setdefault(located.shard, []).append(place)
-        for shard, inside in places.items():
-            rows = [located.row for place in inside if (located := self._signals[positions[place]])]
-            with open_for_reading(shard) as file:
-                for name in (name for name in names if name in file):
-                    read = signal_rows(file[name], rows)
-                    held.setdefault(name, np.full((len(positions), read.shape[1]), np.nan))[inside] = read
-        return held
+        runs = [self._signals[position] for position in positions]
+        stored = frozenset[str]().union(*(stored_signals(run.signals) for run in runs if run))
+        signals = [each for each in stored_variables("all") if each.name in stored.intersection(names)]
+        time = self.time() if signals else None
+        return {} if time is None else gathered(runs, signals, {TIME: len(time)})
 
-    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
-        time, values = self.time(), self.signal(name, position)
-        if time is None or values.size == 0:
-            raise StoreError(f"the shards contain no {name}; set store: {{signals: all}} and sweep again")
-        return time, values
+    def signal(self, name: str, position: int) -> NDArray[np.float64]:
+        """A signal of one run; empty if it is not stored."""
+        rows = self.rows([name], [position])
+        return rows[name][0] if name in rows else np.empty(0)
 
     def blocks(self, name: str, target: h5py.Dataset) -> Iterator[Block]:
         """All rows of a signal in order; NaN if it is not stored."""
-        for shard, row, n_run in self._stretches:
+        for shard, row, n_run in self._stretches():
             if shard is None:
                 yield from lacking_blocks(n_run, target)
                 continue
@@ -134,7 +155,6 @@ class ShardResults:
         with open_for_reading(shard) as file:
             return np.asarray(file[TIME][:])
 
-    @cached_property
     def _stretches(self) -> list[_Stretch]:
         stretches: list[_Stretch] = []
         for located in self._signals:
@@ -150,28 +170,6 @@ class ShardResults:
         """Status and message of a run without a result."""
         failure = self._failures.get(self._run_ids[position])
         return (failure.status, failure.message) if failure else (MISSING, "not computed yet")
-
-    def _gathered(self, variables: Sequence[Variable], sizes: Mapping[str, int]) -> dict[str, NDArray[Any]]:
-        """Variables read from the shards, each of which is opened once."""
-        positions_in: dict[Path, list[int]] = {}
-        rows_in: dict[Path, list[int]] = {}
-        for position, located in enumerate(self._located):
-            if located is not None:
-                positions_in.setdefault(located.shard, []).append(position)
-                rows_in.setdefault(located.shard, []).append(located.row)
-        pieces = [
-            (np.array(positions), read_variables(shard, variables, np.array(rows_in[shard])))
-            for shard, positions in positions_in.items()
-        ]
-        columns = {}
-        for variable in variables:
-            shape = self.n_run, *(sizes[dimension] for dimension in variable.dimensions[1:])
-            joined = columns[variable.name] = variable.blank(*shape)
-            for positions, of in pieces:
-                values = of[variable.name]
-                inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
-                joined[tuple(inside)] = values
-        return columns
 
 
 @dataclass(frozen=True)
@@ -276,4 +274,7 @@ class ExperimentData:
         StoreError
             The experiment did not store this signal.
         """
-        return self.signals.read(name, position)
+        time, rows = self.signals.time(), self.signals.rows([name], [position])
+        if time is None or name not in rows:
+            raise StoreError(f"{self.path}: contains no {name}; set store: {{signals: all}} and sweep again")
+        return time, rows[name][0]

@@ -21,13 +21,14 @@ from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import Variable, axis_variable, stored_variables
-from hydrofdi.store.layout.outputs import (
+from hydrofdi.store.layout.names import (
+    Variable,
+    axis_variable,
     dimensions,
     indicators_of,
     is_needless,
-    is_output,
     output_variables,
+    stored_variables,
     wavelet_numbers,
 )
 from hydrofdi.store.signals import create_signal, write_block
@@ -82,7 +83,7 @@ def write_experiment(
         _describe_indicators(file, experiment)
         for variable in signals if time is not None else ():
             if variable.name == names.INPUT_VOLTAGE and _share_input(table):
-                _write_shared_input(file, variable, results)
+                _write_shared_input(file, variable, results, experiment)
             else:
                 _write_signal(file, variable, results, experiment)
 
@@ -146,7 +147,7 @@ def _write_coordinates(file: h5py.File, time: NDArray[np.float64] | None, sizes:
     coordinates += [
         (name, np.arange(length), "", f"{name.partition('.')[2]} of {name.partition('.')[0]}")
         for name, length in sizes.items()
-        if is_output(name)
+        if "." in name
     ]
     if time is not None:
         coordinates.append((names.TIME, time, "s", "time"))
@@ -165,11 +166,13 @@ def _write_column(file: h5py.File, variable: Variable, values: NDArray[Any]) -> 
     _label(file, dataset, variable, variable.dimensions)
 
 
-def _write_shared_input(file: h5py.File, variable: Variable, results: ShardResults) -> None:
+def _write_shared_input(
+    file: h5py.File, variable: Variable, results: ShardResults, experiment: ExperimentConfig
+) -> None:
     signals = (results.signal(variable.name, position) for position in range(results.n_run))
     voltage = next((values for values in signals if values.size), None)
     if voltage is not None:
-        dataset = file.create_dataset(variable.name, data=voltage)
+        dataset = file.create_dataset(variable.name, data=voltage.astype(experiment.store.dtype))
         _label(file, dataset, variable, variable.dimensions[1:])
 
 
@@ -179,8 +182,7 @@ def _write_signal(
     shape = (results.n_run, file[names.TIME].shape[0])
     still = None
     if variable.is_mostly_still:
-        first = results.signal(variable.name, 0)
-        still = first[0] if first.size else np.nan
+        still = next(iter(results.signal(variable.name, 0)), np.nan)
     dataset = create_signal(file, variable.name, shape, experiment.store, still)
     row = 0
     for block in results.blocks(variable.name, dataset):

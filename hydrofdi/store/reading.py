@@ -20,9 +20,8 @@ from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
 from hydrofdi.store.experiment_file import computed_columns, requested_columns
 from hydrofdi.store.files import open_for_reading, reason, write_whole_text
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import Variable, axis_variable, stored_variables
-from hydrofdi.store.layout.outputs import is_output, wavelet_numbers
-from hydrofdi.store.shard import held_values
+from hydrofdi.store.layout.names import axis_variable, stored_variables, wavelet_numbers
+from hydrofdi.store.shard import values_in
 from hydrofdi.store.signals import FileSignals
 
 REQUEST_FILE = "experiment.json"
@@ -133,9 +132,8 @@ def read_experiment(path: Path) -> ExperimentData:
         asked = (*names.REQUESTED, names.REPLICATED) if names.REPLICATE_OF in file else names.REQUESTED
         stored = (*asked, *stored_variables("none", phases=names.PHASE in file))
         axes = {axis_variable(name) for name in experiment.varied_names}
-        held = [name for name in file if name in axes or (is_output(name) and not file[name].is_scale)]
-        variables = (*stored, *(Variable(name, (names.RUN,), "", "") for name in held))
-        columns = {each.name: held_values(file, each, slice(None)) for each in variables}
+        others = [name for name in file if name in axes or ("." in name and not file[name].is_scale)]
+        columns = {name: values_in(file, name) for name in (*(each.name for each in stored), *others)}
         columns |= wavelet_numbers(columns)
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 import numpy as np
@@ -18,12 +18,8 @@ from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import Variable, stored_variables
-from hydrofdi.store.layout.outputs import is_needless, is_output
+from hydrofdi.store.layout.names import Variable, is_needless, stored_variables
 from hydrofdi.store.signals import create_signal, write_block
-
-if TYPE_CHECKING:
-    from hydrofdi.store.index import StoredRun
 
 Columns = Mapping[str, NDArray[Any]]
 """Variable name → array with one row per run; ``time`` → sampling instants [s]."""
@@ -110,7 +106,12 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
         file.attrs["physics_version"] = PHYSICS_VERSION
         file.attrs["signals"] = store.signals
         file.attrs["dtype"] = store.dtype
-        for variable in (*stored_variables(store.signals, phases=has_phases), *_outputs(columns)):
+        outputs = [
+            Variable(name, (names.RUN,), "", "")
+            for name, values in columns.items()
+            if "." in name and not is_needless(name, values)
+        ]
+        for variable in (*stored_variables(store.signals, phases=has_phases), *outputs):
             values = columns[variable.name]
             if variable.is_text:
                 texts = [str(text) for text in values]
@@ -122,15 +123,6 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
                 file.create_dataset(variable.name, data=values)
         if store.signals != "none":
             file.create_dataset(names.TIME, data=columns[names.TIME])
-
-
-def _outputs(columns: Columns) -> list[Variable]:
-    """Variables of indicator outputs among the columns."""
-    return [
-        Variable(name, (names.RUN,), "", "")
-        for name, values in columns.items()
-        if is_output(name) and not is_needless(name, values)
-    ]
 
 
 def content_digest(path: Path) -> str:
@@ -162,7 +154,7 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
         )
 
 
-def held_values(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any]:
+def values_in(file: h5py.File, name: str, rows: slice = np.s_[:]) -> NDArray[Any]:
     """Rows of a variable.
 
     Raises
@@ -170,59 +162,19 @@ def held_values(file: h5py.File, variable: Variable, rows: slice) -> NDArray[Any
     KeyError
         The file lacks it.
     """
-    dataset = file[variable.name]
+    dataset = file[name]
     if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
-        raise KeyError(f"{dataset.name} is not a variable with one row per run")
+        raise KeyError(f"{name} is not a variable with one row per run")
     is_text = h5py.check_string_dtype(dataset.dtype)
     return np.asarray(dataset.asstr()[rows] if is_text else dataset[rows])
 
 
-def read_variables(
-    path: Path, variables: Collection[Variable], rows: NDArray[np.int64]
-) -> dict[str, NDArray[Any]]:
-    """Rows of variables of a shard, by name; a variable that it lacks has size zero beyond the rows."""
+def read_rows(path: Path, variables: Iterable[str], rows: Sequence[int]) -> dict[str, NDArray[Any]]:
+    """Rows of those of some variables that a shard contains, by name."""
+    first, inside = min(rows), slice(min(rows), max(rows) + 1)
     with open_for_reading(path) as file:
-        return {variable.name: _read_rows(file, variable, rows) for variable in variables}
-
-
-def _read_rows(file: h5py.File, variable: Variable, rows: NDArray[np.int64]) -> NDArray[Any]:
-    first, last = int(rows.min()), int(rows.max())
-    if not variable.is_optional or variable.name in file:
-        return held_values(file, variable, slice(first, last + 1))[rows - first]
-    return variable.blank(len(rows), *[0] * (len(variable.dimensions) - 1))
-
-
-def read_records(places: Sequence[StoredRun], signals: Collection[str], n_time: int) -> Columns:
-    """Read stored records: the requested signals and their metadata.
-
-    Parameters
-    ----------
-    places : sequence
-        Location of each record; signals of failed records may be missing.
-    signals : collection of str
-    n_time : int
-        Number of samples of each signal.
-    """
-    variables = [
-        variable
-        for variable in stored_variables("all")
-        if (variable.name in signals if variable.is_signal else variable.name not in names.FEATURES)
-    ]
-    columns: dict[str, NDArray[Any]] = {}
-    rows_in: dict[Path, list[int]] = {}
-    for position, place in enumerate(places):
-        rows_in.setdefault(place.shard, []).append(position)
-    for shard, positions in rows_in.items():
-        held = read_variables(shard, variables, np.array([places[k].row for k in positions]))
-        for variable in variables:
-            size = [n_time] if variable.is_signal else []
-            whole = columns.setdefault(variable.name, variable.blank(len(places), *size))
-            if held[variable.name].shape[1:] == whole.shape[1:]:
-                whole[positions] = held[variable.name]
-    return columns
-
-
-def held_names(path: Path) -> set[str]:
-    """Names of the variables in a shard."""
-    with open_for_reading(path) as file:
-        return set(file)
+        return {
+            name: values_in(file, name, inside)[np.asarray(rows) - first]
+            for name in variables
+            if name in file
+        }

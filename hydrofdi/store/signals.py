@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import StoreConfig
-from hydrofdi.errors import StoreError
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.layout.names import TIME
 
@@ -66,15 +65,6 @@ def read_blocks(source: h5py.Dataset, row: int, n_row: int, target: h5py.Dataset
         source.read_direct(block, np.s_[first : first + len(block)])
         yield block
     _drop_from_page_cache(source, row, n_row)
-
-
-def signal_rows(signal: h5py.Dataset, rows: Sequence[int]) -> NDArray[np.float64]:
-    """Rows of a signal in double precision, (n_row, n_time); a shared signal is repeated."""
-    if signal.ndim == 1:
-        return np.tile(np.asarray(signal[:], dtype=float), (len(rows), 1))
-    first, last = min(rows), max(rows)
-    block = np.asarray(signal[first : last + 1], dtype=float)
-    return block if list(rows) == list(range(first, last + 1)) else block[np.asarray(rows) - first]
 
 
 def lacking_blocks(n_row: int, target: h5py.Dataset) -> Iterator[Block]:
@@ -137,17 +127,21 @@ class FileSignals:
 
     path: Path
 
-    def read(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sampling instants [s] and a signal of one run, each of shape (n_time,)."""
+    def time(self) -> NDArray[np.float64] | None:
+        """Sampling instants [s]; None if no signals are stored."""
         with open_for_reading(self.path) as file:
-            if name not in file:
-                raise StoreError(
-                    f"{self.path}: contains no {name}; set store: {{signals: all}} and sweep again"
-                )
-            values = file[name]
-            return np.asarray(file[TIME][:]), np.asarray(values[:] if values.ndim == 1 else values[position])
+            return np.asarray(file[TIME][:]) if TIME in file else None
 
     def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
         """Signals of some runs by name; signals that the file lacks are omitted."""
         with open_for_reading(self.path) as file:
-            return {name: signal_rows(file[name], positions) for name in names if name in file}
+            return {name: _signal_rows(file[name], positions) for name in names if name in file}
+
+
+def _signal_rows(signal: h5py.Dataset, rows: Sequence[int]) -> NDArray[np.float64]:
+    """Rows of a signal in double precision, (n_row, n_time); a shared signal is repeated."""
+    if signal.ndim == 1:
+        return np.tile(np.asarray(signal[:], dtype=float), (len(rows), 1))
+    first = min(rows)
+    block: NDArray[np.float64] = np.asarray(signal[first : max(rows) + 1], dtype=float)
+    return block if len(block) == len(rows) == 1 else np.take(block, np.asarray(rows) - first, axis=0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -9,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.experiment import NAMED
+from hydrofdi.config.experiment import DWT, NAMED, Indicators
+from hydrofdi.config.run_table.runs import Runs
+from hydrofdi.transforms.wavelet import n_phase
 
 FORMAT_VERSION = 4
 """Version of the layout of shards and experiment files."""
@@ -43,11 +46,6 @@ class Variable:
         return self.name in {RUN_ID, RECORD_ID, STATUS, MESSAGE, VERDICT} or self.name.endswith(
             (ANALYSIS_ID, OBSTACLE)
         )
-
-    @property
-    def is_optional(self) -> bool:
-        """Whether only some shards contain it: signals, features over phases, outputs of indicators."""
-        return self.is_signal or PHASE in self.dimensions or "." in self.name
 
     def blank(self, *shape: int) -> NDArray[Any]:
         """Values of runs without a result: NaN, or empty text."""
@@ -216,3 +214,89 @@ FEATURES = frozenset(
 def axis_variable(parameter: str) -> str:
     """Name of the variable that contains a swept parameter, e.g. ``friction_viscous``."""
     return BULK_MODULUS if parameter == "fluid.bulk_modulus" else parameter.replace(".", "_")
+
+
+def indicators_of(runs: Runs) -> list[Indicators]:
+    """Distinct indicator sets of the runs."""
+    return [runs.choice.made(request.wavelet) for request in runs.distinct("wavelet")]
+
+
+def is_needless(name: str, values: NDArray[Any]) -> bool:
+    """Whether a variable can be omitted: obstacles, if no record has one."""
+    return name.endswith(OBSTACLE) and not any(values)
+
+
+def cf_unit(unit: str) -> str:
+    """A unit in the style of the CF conventions: ``m3 s-1`` for ``m^3/s``."""
+    first, *divisors = unit.replace("·", " ").replace("^", "").split("/")
+    factors = [*first.split(), *map(_inverse, divisors)]
+    return " ".join(factors[1:] if divisors and factors[0] == "1" else factors)
+
+
+def _inverse(unit: str) -> str:
+    """A unit with a negative exponent: ``kg-0.5`` for ``kg0.5``."""
+    name = unit.rstrip("0123456789.")
+    return f"{name}-{unit[len(name) :] or 1}"
+
+
+def output_variables(measured: Iterable[Indicators]) -> tuple[Variable, ...]:
+    """Variables for the outputs of indicators, each once; only their names contain a dot."""
+    variables: dict[str, Variable] = {}
+    for label, indicator in (item for indicators in measured for item in indicators.items()):
+        own = [
+            (
+                ANALYSIS_ID,
+                f"identity of the analysis {label}: hash of record, indicator and options",
+            ),
+            (OBSTACLE, f"why {label} could not be measured; empty if it was"),
+        ]
+        variables |= {f"{label}{end}": Variable(f"{label}{end}", (RUN,), "", text) for end, text in own}
+        for output in indicator.outputs:
+            shape = (RUN, *(f"{label}.{dimension}" for dimension in output.dims))
+            name = f"{label}.{output.name}"
+            variables[name] = Variable(name, shape, cf_unit(output.unit), output.long_name)
+    return tuple(variables.values())
+
+
+def dimensions(runs: Runs) -> dict[str, int]:
+    """All dimensions of the variables of runs, and their largest lengths."""
+    lengths = {RUN: len(runs), LEVEL: 0, PHASE: 0}
+    for request in runs.distinct("wavelet"):
+        wavelet = request.wavelet
+        lengths[LEVEL] = max(lengths[LEVEL], wavelet.levels)
+        if wavelet.phase == "all":
+            lengths[PHASE] = max(lengths[PHASE], n_phase(wavelet.levels))
+        for label, indicator in runs.choice.made(wavelet).items():
+            for output in indicator.outputs:
+                for dimension, length in output.dims.items():
+                    name = f"{label}.{dimension}"
+                    lengths[name] = max(length, lengths.get(name, 0))
+    return lengths
+
+
+_OUTPUT = {DETAIL_RMS: "d{}", APPROXIMATION_RMS: "a{}", PHASE_DETAIL_RMS: "d{}_phases"}
+"""Variable → name pattern of the indicator outputs that it contains, by level."""
+
+
+def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """``detail_rms``, ``approximation_rms`` and, if measured, ``phase_detail_rms`` of runs.
+
+    Parameters
+    ----------
+    columns : mapping
+        Variable name → array with one row per run.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n_run, n_level) or (n_run, n_phase, n_level)
+        NaN if ``dwt`` was not among the indicators.
+    """
+    numbers = {}
+    for name, output in _OUTPUT.items():
+        levels = range(1, 1 + sum(f"{DWT}.{output.format(level)}" in columns for level in range(1, 21)))
+        if levels:
+            arrays = [columns[f"{DWT}.{output.format(level)}"] for level in levels]
+            numbers[name] = np.stack(arrays, axis=-1)
+        elif name != PHASE_DETAIL_RMS:
+            numbers[name] = np.full(columns[SETTLED_DETAIL_RMS].shape, np.nan)
+    return numbers

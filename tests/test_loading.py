@@ -49,7 +49,7 @@ def test_units_of_the_workshop_are_exact(text, unit, value):
 @pytest.mark.parametrize(
     ("key", "meant"),
     [
-        ("fluid.EBM", "'bulk_modulus'"), ("beta", "'bulk_modulus'"), ("bore", "π/4"),
+        ("fluid.EBM", "'bulk_modulus'"), ("beta", "'bulk_modulus'"), ("bore", "'piston_area'"),
         ("load.mass", "'actuator.mass'"), ("supplly", "'supply'"),
         ("sweep.grid.fluid.EBM", "'fluid.bulk_modulus'"),
         ("supply.freq", ""), ("a", ""), ("sweep.grid.fluid.a", ""),

@@ -10,7 +10,6 @@ from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_quantity
 from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import ControlConfig
-from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.config.study.study import study_values
 from hydrofdi.config.sweeps.distributions import argument_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
@@ -59,8 +58,7 @@ def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> 
         Whether values of ``sweep`` and ``ensemble`` count; without them, the nominal run is looked at.
     """
     values = _values(experiment, with_sweep=with_sweep)
-    with shown_in(experiment.units):
-        sentences = [sentence for name in values for sentence in _sentences(name, values[name])]
+    sentences = [sentence for name in values for sentence in _sentences(name, values[name])]
     breakaway, coulomb = (max(values[f"friction.{part}"]) for part in ("breakaway", "coulomb"))
     if breakaway < coulomb:
         sentences.append(
@@ -86,10 +84,8 @@ def _sentences(name: str, stated: Iterable[Any]) -> Iterator[str]:
         if found:
             others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
             usual = " … ".join(map(typeset, quantity.usual))
-            yield (
-                f"{name} = {shown_value(name, found[0])}{others} is far {side} the usual {usual};"
-                " a number without a unit is in SI"
-            )
+            shown = f"{found[0]:g} {typeset(quantity.unit)}".removesuffix(" 1")
+            yield f"{name} = {shown}{others} is far {side} the usual {usual}"
 
 
 def _file_sentences(text: str, duration: float) -> Iterator[str]:

@@ -9,37 +9,10 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import TypeAdapter, model_validator
 from pydantic.fields import FieldInfo
 
-from hydrofdi.config.sections.analysis import (
-    AnalysisConfig,
-    require_discard_fits,
-    require_fluid_fits,
-    require_input_fits,
-    require_jitter_fits,
-    require_load_fits,
-    require_record_fits,
-)
+from hydrofdi.config.sections import analysis as checks
+from hydrofdi.config.sections import drive, machine, sensor
+from hydrofdi.config.sections.analysis import AnalysisConfig
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.sections.drive import ControlConfig, InputConfig, RecordConfig
-from hydrofdi.config.sections.machine import (
-    ActuatorConfig,
-    Edge,
-    EdgeConfig,
-    Edges,
-    FluidConfig,
-    FrictionConfig,
-    LeakageConfig,
-    LoadConfig,
-    SupplyConfig,
-    ValveConfig,
-)
-from hydrofdi.config.sections.sensor import (
-    LengthSensorConfig,
-    MeasurementConfig,
-    PressureSensorConfig,
-    SensorConfig,
-    VelocitySensorConfig,
-    VoltageSensorConfig,
-)
 from hydrofdi.settings.quantities import SI, Section, field_quantity
 from hydrofdi.transforms.configuration import WaveletConfig
 
@@ -47,56 +20,56 @@ from hydrofdi.transforms.configuration import WaveletConfig
 class RunParameters(Section):
     """The validated sections of one record, in SI."""
 
-    actuator: ActuatorConfig = ActuatorConfig()
+    actuator: machine.ActuatorConfig = machine.ActuatorConfig()
     """Cylinder and load."""
-    supply: SupplyConfig = SupplyConfig()
+    supply: machine.SupplyConfig = machine.SupplyConfig()
     """Supply and return pressure."""
-    fluid: FluidConfig = FluidConfig()
+    fluid: machine.FluidConfig = machine.FluidConfig()
     """Fluid."""
-    valve: ValveConfig = ValveConfig()
+    valve: machine.ValveConfig = machine.ValveConfig()
     """Servovalve."""
-    supply_1_edge: EdgeConfig = EdgeConfig()
+    supply_1_edge: machine.EdgeConfig = machine.EdgeConfig()
     """Edge of the valve from the supply to chamber 1."""
-    return_1_edge: EdgeConfig = EdgeConfig()
+    return_1_edge: machine.EdgeConfig = machine.EdgeConfig()
     """Edge of the valve from chamber 1 to the return."""
-    supply_2_edge: EdgeConfig = EdgeConfig()
+    supply_2_edge: machine.EdgeConfig = machine.EdgeConfig()
     """Edge of the valve from the supply to chamber 2."""
-    return_2_edge: EdgeConfig = EdgeConfig()
+    return_2_edge: machine.EdgeConfig = machine.EdgeConfig()
     """Edge of the valve from chamber 2 to the return."""
-    friction: FrictionConfig = FrictionConfig()
+    friction: machine.FrictionConfig = machine.FrictionConfig()
     """Friction."""
-    leakage: LeakageConfig = LeakageConfig()
+    leakage: machine.LeakageConfig = machine.LeakageConfig()
     """Internal and external leakage."""
-    input: InputConfig = InputConfig()
+    input: drive.InputConfig = drive.InputConfig()
     """Drive voltage, or reference of a controller."""
-    control: ControlConfig = ControlConfig()
+    control: drive.ControlConfig = drive.ControlConfig()
     """Open loop, or position control."""
-    load: LoadConfig = LoadConfig()
+    load: machine.LoadConfig = machine.LoadConfig()
     """Force on the piston."""
-    record: RecordConfig = RecordConfig()
+    record: drive.RecordConfig = drive.RecordConfig()
     """Integration and sampling."""
-    measurement: MeasurementConfig = MeasurementConfig()
+    measurement: sensor.MeasurementConfig = sensor.MeasurementConfig()
     """Common settings of the sensors."""
-    pressure_1_sensor: PressureSensorConfig = PressureSensorConfig()
+    pressure_1_sensor: sensor.PressureSensorConfig = sensor.PressureSensorConfig()
     """Sensor of the chamber-1 pressure."""
-    pressure_2_sensor: PressureSensorConfig = PressureSensorConfig()
+    pressure_2_sensor: sensor.PressureSensorConfig = sensor.PressureSensorConfig()
     """Sensor of the chamber-2 pressure."""
-    supply_sensor: PressureSensorConfig = PressureSensorConfig()
+    supply_sensor: sensor.PressureSensorConfig = sensor.PressureSensorConfig()
     """Sensor of the supply pressure."""
-    position_sensor: LengthSensorConfig = LengthSensorConfig()
+    position_sensor: sensor.LengthSensorConfig = sensor.LengthSensorConfig()
     """Sensor of the piston position."""
-    velocity_sensor: VelocitySensorConfig = VelocitySensorConfig()
+    velocity_sensor: sensor.VelocitySensorConfig = sensor.VelocitySensorConfig()
     """Sensor of the piston velocity."""
-    spool_sensor: LengthSensorConfig = LengthSensorConfig()
+    spool_sensor: sensor.LengthSensorConfig = sensor.LengthSensorConfig()
     """Sensor of the spool position."""
-    voltage_sensor: VoltageSensorConfig = VoltageSensorConfig()
+    voltage_sensor: sensor.VoltageSensorConfig = sensor.VoltageSensorConfig()
     """Sensor of the input voltage."""
 
     fits: ClassVar[Mapping[tuple[str, ...], Callable[..., None]]] = {
-        ("fluid", "supply"): require_fluid_fits,
-        ("input", "control", "record"): require_input_fits,
-        ("load", "record"): require_load_fits,
-        ("measurement", "record"): require_jitter_fits,
+        ("fluid", "supply"): checks.require_fluid_fits,
+        ("input", "control", "record"): checks.require_input_fits,
+        ("load", "record"): checks.require_load_fits,
+        ("measurement", "record"): checks.require_jitter_fits,
     }
     # sections that have to fit each other, and their check; in what else they hold, they are free
 
@@ -116,33 +89,15 @@ class RunParameters(Section):
         ValueError
             The values are invalid, or do not fit each other.
         """
-        return self.with_sections(self.changed_sections(values))
-
-    def changed_sections(self, values: Mapping[str, Any]) -> dict[str, Section]:
-        """The sections that dotted values change, as they become.
-
-        Raises
-        ------
-        ValueError
-            The values are invalid.
-        """
         changed: dict[str, list[tuple[str, Any]]] = {}
         for name, value in values.items():
             section, field = name.split(".")
             changed.setdefault(section, []).append((field, value))
-        return {name: replace_fields(self.__dict__[name], tuple(fields)) for name, fields in changed.items()}
-
-    def with_sections(self, sections: Mapping[str, Section]) -> Self:
-        """These parameters with valid sections replaced.
-
-        Raises
-        ------
-        ValueError
-            The sections do not fit each other.
-        """
-        moved = self.with_valid_sections(sections)
+        moved = self.with_valid_sections(
+            {name: replace_fields(self.__dict__[name], tuple(fields)) for name, fields in changed.items()}
+        )
         for fitting in self.fits:
-            if not sections.keys().isdisjoint(fitting):
+            if not changed.keys().isdisjoint(fitting):
                 moved.require_fit(fitting)
         return moved
 
@@ -171,9 +126,9 @@ class RunParameters(Section):
         return self.input.is_periodic and not self.load.random_force
 
     @property
-    def edges(self) -> Edges:
+    def edges(self) -> machine.Edges:
         """The metering edges of the valve."""
-        return Edges(*(Edge.of(self.valve, self.__dict__[name]) for name in EDGES))
+        return machine.Edges(*(machine.Edge.of(self.valve, self.__dict__[name]) for name in EDGES))
 
     @property
     def has_unequal_edges(self) -> bool:
@@ -200,7 +155,12 @@ class RunParameters(Section):
 
     def shown_sections(self) -> dict[str, dict[str, Any]]:
         """All parameters by section, as results show them."""
-        return {name: _shown_fields(self.__dict__[name]) for name in type(self).model_fields}
+        return {
+            name: {
+                field: self.shown_value(f"{name}.{field}") for field in type(self.__dict__[name]).model_fields
+            }
+            for name in type(self).model_fields
+        }
 
     def shown_value(self, name: str) -> Any:
         """The value of a dotted name as results show it: a file by its name, size and digest."""
@@ -216,13 +176,10 @@ EDGES = ("supply_1_edge", "return_1_edge", "supply_2_edge", "return_2_edge")
 SENSING: dict[str, type[Section]] = {
     name: info.annotation
     for name, info in RunParameters.model_fields.items()
-    if isinstance(info.annotation, type) and issubclass(info.annotation, SensorConfig | MeasurementConfig)
+    if isinstance(info.annotation, type)
+    and issubclass(info.annotation, sensor.SensorConfig | sensor.MeasurementConfig)
 }
 """Sections that say how signals are measured, not what happens."""
-
-
-def _shown_fields(section: Section) -> dict[str, Any]:
-    return {field: without_contents(getattr(section, field)) for field in type(section).model_fields}
 
 
 _SPELLED = {"record": "run"}
@@ -250,7 +207,7 @@ def replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Sec
     """
     new, kind = dict(fields), type(section)
     values = {name: section.__dict__[name] for name in kind.model_fields}
-    if isinstance(section, LeakageConfig) and new.keys() & {"internal_coefficient", "internal_flow"}:
+    if isinstance(section, machine.LeakageConfig) and new.keys() & {"internal_coefficient", "internal_flow"}:
         values |= {"internal_coefficient": None, "internal_flow": None}
     replaced = kind.model_validate(values | new)
     object.__setattr__(replaced, "__pydantic_fields_set__", _all_fields(kind))  # one set for all of them
@@ -272,8 +229,8 @@ class RunRequest(RunParameters):
 
     fits: ClassVar[Mapping[tuple[str, ...], Callable[..., None]]] = {
         **RunParameters.fits,
-        ("analysis", "input", "record"): require_discard_fits,
-        ("record", "analysis", "input", "wavelet"): require_record_fits,
+        ("analysis", "input", "record"): checks.require_discard_fits,
+        ("record", "analysis", "input", "wavelet"): checks.require_record_fits,
     }
 
     @property
@@ -300,7 +257,10 @@ class RunRequest(RunParameters):
 ANALYSIS_SECTIONS = tuple(sorted(RunRequest.model_fields.keys() - RunParameters.model_fields.keys()))
 """The sections that say how a record is analysed."""
 
-OBSERVATION: dict[str, type[Section]] = SENSING | {"analysis": AnalysisConfig, "wavelet": WaveletConfig}
+OBSERVATION: dict[str, type[Section]] = SENSING | {
+    "analysis": AnalysisConfig,
+    "wavelet": WaveletConfig,
+}
 """Sections that say how signals are measured and analysed, not what happens."""
 
 

@@ -13,13 +13,12 @@ from typing import Any
 _SYNONYMS = {
     "ebm": "bulk_modulus", "beta": "bulk_modulus", "ki": "internal_coefficient", "leak": "internal_flow",
     "fs": "sampling_frequency", "dt": "step", "ps": "pressure", "pt": "return_pressure",
-    "kp": "proportional_gain", "oil": "fluid",
+    "kp": "proportional_gain", "oil": "fluid", "bore": "piston_area", "rod": "piston_area",
     "open": "load", "read": "load", "results": "load", "write": "save", "export": "save", "summary": "table",
     "todataframe": "to_pandas", "df": "to_pandas", "dataset": "to_xarray", "predict": "judge",
     "naturalfrequency": "hydraulic_mode_frequency", "listindicators": "indicators", "run": "simulate",
     "detect": "judge", "describeindicator": "indicators", "monitor": "Detector", "fit": "train",
 }  # fmt: skip
-_AREA = ("bore", "rod", "borediameter", "roddiameter", "pistondiameter", "a1", "a2")
 _MOST_LISTED, _MOST_CHOICES = 12, 6
 
 _LIMITS = {
@@ -28,8 +27,19 @@ _LIMITS = {
     "less_than_equal": ("at most", "le"),
 }
 
+_EXPECTED = {
+    **dict.fromkeys(
+        ("model_type", "model_attributes_type", "dict_type"), "a section with 'key: value' pairs"
+    ),
+    **dict.fromkeys(("int_type", "int_from_float", "int_parsing"), "an integer"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
+    **dict.fromkeys(("tuple_type", "list_type"), "a list"),
+    "string_type": "a text",
+}
+"""Kind of an error of pydantic → what is allowed."""
 
-def nearest(name: str, known: Sequence[str], elsewhere: Sequence[str] = (), section: str = "") -> str:
+
+def nearest(name: str, known: Sequence[str], elsewhere: Sequence[str] = ()) -> str:
     """The end of a message on an unknown name: the known one that it probably means, or all if they are few.
 
     Parameters
@@ -38,14 +48,7 @@ def nearest(name: str, known: Sequence[str], elsewhere: Sequence[str] = (), sect
         Dotted where the known names are.
     known, elsewhere : sequence of str
         What may stand there; dotted names of other sections.
-    section : str
-        Where an undotted name stands.
     """
-    if _plain(_last(name)) in _AREA and any(_last(key) == "piston_area" for key in (*known, *elsewhere)):
-        return (
-            "; give 'actuator.piston_area': π/4 · (bore² − rod²), both chambers (a single rod: only records,"
-            " with piston_area_2 of indicators)"
-        )
     same = [key for key in elsewhere if _last(key) in (name, _SYNONYMS.get(_plain(name)))]
     moved = f"; did you mean {' or '.join(map(repr, same[:3]))}?" if same else ""
     return similar(name, known) or moved or listed(known)
@@ -109,35 +112,18 @@ def describe_error(error: Any, known: Sequence[str] = (), elsewhere: Sequence[st
     if kind in _LIMITS:
         how, limit = _LIMITS[kind]
         return out_of_range(how, context[limit], found)
+    if kind in _EXPECTED:
+        return f"expected {_EXPECTED[kind]}; found {brief(found)}"
     match kind:
         case "missing":
             return "is missing"
         case "extra_forbidden":
-            section, name = ("", *map(str, error["loc"]))[-2:]
-            return f"unknown key{nearest(name, known, elsewhere, section)}"
+            return f"unknown key{nearest(str(error['loc'][-1]), known, elsewhere)}"
         case "literal_error" | "enum":
             choices = re.findall("'([^']*)'", context["expected"])
             if len(choices) > _MOST_CHOICES:
                 return f"{brief(found)} is unknown{nearest(str(found), choices)}"
             return f"must be {context['expected']}; found {brief(found)}{similar(found, choices)}"
-        case "model_type" | "model_attributes_type" | "dict_type":
-            return f"expected a section with 'key: value' pairs; found {brief(found)}"
-        case "string_type":
-            return f"expected a text; found {brief(found)}"
-        case "int_type" | "int_from_float" | "int_parsing":
-            return f"expected an integer; found {brief(found)}"
-        case "bool_type" | "bool_parsing":
-            return f"expected true or false; found {brief(found)}"
-        case "tuple_type" | "list_type":
-            return f"expected a list; found {brief(found)}"
-        case "finite_number":
-            return f"must be a finite number; found {found}"
-        case "too_short":
-            return f"needs {counted(context['min_length'], 'entry')} or more; found {len(found)}"
-        case "json_invalid":
-            return f"is not JSON: {context['error']}"
-        case "string_pattern_mismatch" if error["loc"][-1] == "name":
-            return f"letters, digits, '.', '_' and '-' only, at most 64; found {brief(found)}"
         case "value_error":
             message = str(context["error"])
             return f"{message}; found {brief(found)}" if message.startswith("expected") else message

@@ -172,6 +172,7 @@ class Runs(Sequence[RunSpec]):
 
     def __init__(self, frame: Frame, calibrations: Frame, choice: IndicatorChoice = DEFAULT_CHOICE) -> None:
         self._frame, self._calibrations, self.choice = frame, calibrations, choice
+        self._made: dict[bytes, RunParameters] = {}
 
     def __len__(self) -> int:
         return len(self._frame.numbers)
@@ -197,10 +198,6 @@ class Runs(Sequence[RunSpec]):
                 self._made.clear()
             self._made[key] = self._calibrations.request(row).parameters
         return self._made[key]
-
-    @cached_property
-    def _made(self) -> dict[bytes, RunParameters]:
-        return {}
 
     def __iter__(self) -> Iterator[RunSpec]:
         return (self[row] for row in range(len(self)))
@@ -257,12 +254,6 @@ class Runs(Sequence[RunSpec]):
         for needs, parameters in zip(solved.tolist(), self._frame.texts(RECORD_SECTIONS), strict=True):
             yield _digest(next(calibrations) if needs else None, parameters)
 
-    @property
-    def are_analysed_by_default(self) -> bool:
-        """Whether no run has an analysis of its own."""
-        requests = (self._frame.request(row) for row in self.first(*ANALYSIS_SECTIONS).tolist())
-        return not any(RunSpec(request, None, self.choice).analysis_text for request in requests)
-
     def analysis_texts(self) -> Iterator[str]:
         """``RunSpec.analysis_text`` of all runs."""
         for sections in self._frame.texts(ANALYSIS_SECTIONS):
@@ -302,7 +293,9 @@ def run_identities(runs: Runs, physics_version: int = PHYSICS_VERSION) -> tuple[
 
 def identities_of_analyses(runs: Runs, records: tuple[str, ...]) -> tuple[str, ...]:
     """``run_identity`` of many runs, from the identities of their records."""
-    if runs.are_analysed_by_default:
+    if not any(
+        RunSpec(request, None, runs.choice).analysis_text for request in runs.distinct(*ANALYSIS_SECTIONS)
+    ):
         return records
     return tuple([_of_run(*pair) for pair in zip(records, runs.analysis_texts(), strict=True)])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -31,19 +31,27 @@ def study_points(study: StudyConfig) -> Points:
 
 
 def _points(config: PopulationConfig, each: Drawn) -> Points:
-    columns = (
-        dict(_actuator_columns(config, each))
-        | dict(_record_columns(config, each))
-        | dict(_setting_columns(config, each))
-    )
+    own = correlated(_cube(config, each), list(config.over), config.correlation)
+    columns = {
+        name: _drawn(name, law, own[:, axis], f"{_PATH}.over.{name}")
+        for axis, (name, law) in enumerate(config.over.items())
+        if each.varied is None or name in each.varied
+    }
+    others = f"study.{each.population.kind.value}s.{each.population.name}"
+    for path, stated in ((f"{_PATH}.per_record", config.per_record), (others, each.settings)):
+        for name, value in stated.items():
+            if isinstance(value, Mapping):
+                unit = _unit(config, each.identity, name, each.count)
+                columns[name] = _drawn(name, dict(value), unit, f"{path}.{name}")
+            else:
+                columns[name] = Column([value], np.zeros(each.count, dtype=np.int32))
     return Points(each.count, columns)
 
 
-def _actuator_columns(config: PopulationConfig, each: Drawn) -> Iterator[tuple[str, Column]]:
-    unit = correlated(_cube(config, each), list(config.over), config.correlation)
-    for axis, (name, distribution) in enumerate(config.over.items()):
-        if each.varied is None or name in each.varied:
-            yield name, _column(drawn(name, distribution, unit[:, axis], f"{_PATH}.over.{name}"))
+def _drawn(name: str, law: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> Column:
+    values = drawn(name, law, unit, path)
+    places = {value: place for place, value in enumerate(dict.fromkeys(values))}
+    return Column(list(places), np.array([places[value] for value in values], dtype=np.int32))
 
 
 def _cube(config: PopulationConfig, each: Drawn) -> NDArray[np.float64]:
@@ -52,27 +60,6 @@ def _cube(config: PopulationConfig, each: Drawn) -> NDArray[np.float64]:
         axes = [_unit(config, each.actuators, name, each.count) for name in config.over]
         return np.stack(axes, axis=1) if axes else np.empty((each.count, 0))
     return unit_cube(config.method, each.count, len(config.over), _seed_sequence(config.seed, each.actuators))
-
-
-def _record_columns(config: PopulationConfig, each: Drawn) -> Iterator[tuple[str, Column]]:
-    for name, distribution in config.per_record.items():
-        unit = _unit(config, each.identity, name, each.count)
-        yield name, _column(drawn(name, distribution, unit, f"{_PATH}.per_record.{name}"))
-
-
-def _setting_columns(config: PopulationConfig, each: Drawn) -> Iterator[tuple[str, Column]]:
-    path = f"study.{each.population.kind.value}s.{each.population.name}"
-    for name, value in each.settings.items():
-        if isinstance(value, Mapping):
-            unit = _unit(config, each.identity, name, each.count)
-            yield name, _column(drawn(name, dict(value), unit, f"{path}.{name}"))
-        else:
-            yield name, Column([value], np.zeros(each.count, dtype=np.int32))
-
-
-def _column(values: list[Any]) -> Column:
-    places = {value: place for place, value in enumerate(dict.fromkeys(values))}
-    return Column(list(places), np.array([places[value] for value in values], dtype=np.int32))
 
 
 def _unit(config: PopulationConfig, population: str, name: str, count: int) -> NDArray[np.float64]:

@@ -18,8 +18,6 @@ from hydrofdi.units import convert
 
 _MOST_CONDITIONS = 8 * WIDTH
 _SHOWN_MISTAKES = 10
-_MOST_USUAL = 1000.0
-"""A leakage flow beyond it [L/min] is most often a number without its unit."""
 
 
 def leakage_coefficients(
@@ -142,23 +140,20 @@ def _require_reachable(
     if not unreachable:
         return
     varied = [name for name in varied_parameters(conditions.values()) if name != "leakage.internal_flow"]
-    sentences = list(
-        dict.fromkeys(
-            _unreachable_sentence(conditions[identity], varied, reachable.get(identity))
-            for identity in unreachable
-        )
+    sentences = []
+    for identity in unreachable:
+        condition, most = conditions[identity], reachable.get(identity)
+        place = shown_values({name: condition.value(name) for name in varied})
+        sentence = f"{unreachable_sentence(condition)}{' at ' if place else ''}{place}"
+        if most is not None:
+            sentence += f"; the most that this actuator leaks is {convert(most, 'L/min'):.3g} L/min"
+        sentences.append(sentence)
+    distinct = list(dict.fromkeys(sentences))[:_SHOWN_MISTAKES]
+    raise ConfigError([Issue(sentence, "leakage.internal_flow") for sentence in distinct])
+
+
+def unreachable_sentence(condition: RunParameters) -> str:
+    """What is wrong with a leakage flow that no K_i reaches."""
+    return (
+        f"no K_i gives a mean leakage of {convert(condition.leakage.internal_flow or 0.0, 'L/min'):.4g} L/min"
     )
-    more = len(sentences) - _SHOWN_MISTAKES
-    shown = [*sentences[:_SHOWN_MISTAKES], f"and {more} more like these"] if more > 0 else sentences
-    raise ConfigError([Issue(sentence, "leakage.internal_flow") for sentence in shown])
-
-
-def _unreachable_sentence(condition: RunParameters, varied: Sequence[str], most: float | None) -> str:
-    flow = convert(condition.leakage.internal_flow or 0.0, "L/min")
-    place = shown_values({name: condition.value(name) for name in varied})
-    sentence = f"no K_i gives a mean leakage of {flow:.4g} L/min{' at ' if place else ''}{place}"
-    if flow > _MOST_USUAL:
-        sentence += "; a number without a unit is in m³/s"
-    if most is None:
-        return sentence
-    return f"{sentence}; the most that this actuator leaks is {convert(most, 'L/min'):.3g} L/min"

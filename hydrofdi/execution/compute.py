@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.errors import HydrofdiError
+from hydrofdi.execution.calibrating import unreachable_sentence
 from hydrofdi.execution.engine import Engine, TaskFailure
 from hydrofdi.execution.measuring import Job, measured_columns, needed_signals
 from hydrofdi.indicators.measuring import Seconds
@@ -29,7 +30,6 @@ from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.experiment_data import gathered
 from hydrofdi.store.layout import names
 from hydrofdi.store.shard import write_shard
-from hydrofdi.units import convert
 
 Columns = dict[str, NDArray[Any]]
 
@@ -172,14 +172,11 @@ def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
 
 def _outcomes(jobs: Sequence[Job], trajectory: Trajectory) -> tuple[Outcome, ...]:
     return tuple(
-        _unreachable(job.parameters) if math.isnan(job.leakage_coefficient) else outcome
+        Outcome("unreachable_leakage", unreachable_sentence(job.parameters))
+        if math.isnan(job.leakage_coefficient)
+        else outcome
         for job, outcome in zip(jobs, trajectory.outcomes, strict=True)
     )
-
-
-def _unreachable(parameters: RunParameters) -> Outcome:
-    flow = convert(parameters.leakage.internal_flow or 0.0, "L/min")
-    return Outcome("unreachable_leakage", f"no K_i gives a mean leakage of {flow:.4g} L/min")
 
 
 def _plant_numbers(

@@ -72,7 +72,7 @@ def request_record(directory: Path) -> dict[str, Any]:
     except FileNotFoundError:
         return {}
     except (OSError, ValueError, TypeError) as error:
-        raise StoreError(f"{path}: cannot be read: {error}") from None
+        raise StoreError(f"{path}: cannot be read: {reason(error)}") from None
 
 
 def read_request(directory: Path) -> ExperimentConfig:
@@ -83,17 +83,10 @@ def read_request(directory: Path) -> ExperimentConfig:
     StoreError
         The file is missing or cannot be read.
     """
-    path = directory / REQUEST_FILE
-    try:
-        return stored_experiment(path.read_text(encoding="utf-8"), str(path))
-    except FileNotFoundError:
-        raise StoreError(
-            f"{directory}: is not the folder of an experiment (it has no {REQUEST_FILE})"
-        ) from None
-    except StoreError:
-        raise
-    except (OSError, ValueError) as error:
-        raise StoreError(f"{path}: cannot be read: {reason(error)}") from None
+    record = request_record(directory)
+    if not record:
+        raise StoreError(f"{directory}: is not the folder of an experiment (it has no {REQUEST_FILE})")
+    return stored_experiment(json.dumps(record), str(directory / REQUEST_FILE))
 
 
 def stored_experiment(text: str, place: str) -> ExperimentConfig:

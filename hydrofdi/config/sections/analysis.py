@@ -103,16 +103,13 @@ def require_input_fits(drive: InputConfig, control: ControlConfig, record: Recor
         )
     if drive.shape == "steps":
         _require_whole_steps("input.period", drive.period, record)
-    if drive.shape == "sweep" and drive.end_frequency > MOST_OF_STEP_RATE / record.step:
-        raise ValueError(
-            f"input.end_frequency = {drive.end_frequency:g} Hz is too fast"
-            f" for record.step = {record.step:g} s"
-        )
-    if drive.shape == "multisine" and drive.harmonics / drive.period > MOST_OF_STEP_RATE / record.step:
-        raise ValueError(
-            f"harmonic {drive.harmonics} of input.period = {drive.period:g} s"
-            f" is too fast for record.step = {record.step:g} s"
-        )
+    fastest = {
+        "sweep": (drive.end_frequency, "input.end_frequency"),
+        "multisine": (drive.harmonics / drive.period, "input.harmonics of input.period"),
+    }
+    frequency, name = fastest.get(drive.shape, (0.0, ""))
+    if frequency > MOST_OF_STEP_RATE / record.step:
+        raise ValueError(f"{name} = {frequency:g} Hz is too fast for record.step = {record.step:g} s")
 
 
 def require_fluid_fits(fluid: FluidConfig, supply: SupplyConfig) -> None:
@@ -138,16 +135,11 @@ def _require_whole_steps(name: str, time: float, record: RecordConfig) -> None:
 
 
 def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> None:
-    if drive.file is None:
-        return
-    quantity = parse_rows(drive.file).quantity
-    if control.is_closed and quantity != "position":
+    needed = "position" if control.is_closed else "voltage"
+    if drive.file is not None and (quantity := parse_rows(drive.file).quantity) != needed:
         raise ValueError(
-            f"input.file contains voltages; with control.law = {control.law} it needs positions,"
-            " with a header such as 'time [s], position [mm]'"
+            f"input.file contains a {quantity}; with control.law = {control.law} it needs a {needed}"
         )
-    if not control.is_closed and quantity != "voltage":
-        raise ValueError("input.file contains positions; in open loop it needs voltages")
 
 
 @lru_cache(maxsize=1024)

@@ -8,11 +8,10 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
 from hydrofdi.config.sweeps.distributions import argument_values
-from hydrofdi.config.sweeps.sweep import Axes, CorrelationConfig, Distribution
+from hydrofdi.config.sweeps.sweep import Axes, CorrelationConfig, Distribution, require_drawn
 from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.threshold import ThresholdKind
 from hydrofdi.records import Channel
-from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
@@ -54,9 +53,7 @@ class PopulationConfig(Section):
     def _parameters_are_drawn_once(self) -> Self:
         if twice := sorted(self.over.keys() & self.per_record.keys()):
             raise ValueError(f"{twice[0]} is drawn under both over and per_record")
-        for name in self.correlation.parameters if self.correlation else ():
-            if name not in self.over:
-                raise ValueError(f"correlation: {name!r} is not drawn{nearest(name, list(self.over))}")
+        require_drawn(self.correlation, self.over)
         return self
 
 
@@ -170,18 +167,11 @@ class StudyConfig(Section):
 
     @model_validator(mode="after")
     def _seals_are_those_of_faults(self) -> Self:
-        healthy = {
-            "population.over": self.population.over,
-            "population.per_record": self.population.per_record,
-        }
-        for kind, named in (("shifts", self.shifts), ("confusions", self.confusions)):
-            healthy |= {f"{kind}.{name}": changes for name, changes in named.items()}
-        for place, changes in healthy.items():
+        drawn = [self.population.over, self.population.per_record]
+        for changes in (*drawn, *self.shifts.values(), *self.confusions.values()):
             for name in changes:
                 if name.startswith(SEAL):
-                    raise ValueError(
-                        f"{place}: {name} belongs under faults; these actuators have no seal leak"
-                    )
+                    raise ValueError(f"{name} belongs under faults; these actuators have no seal leak")
         if twice := sorted(self.shifts.keys() & self.confusions.keys()):
             raise ValueError(f"{twice[0]!r} is both a shift and a confusion; give each its own name")
         return self

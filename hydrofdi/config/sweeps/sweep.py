@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -87,6 +87,19 @@ class CorrelationConfig(Section):
         return self
 
 
+def require_drawn(correlation: CorrelationConfig | None, over: Collection[str]) -> None:
+    """Check that correlated parameters are drawn.
+
+    Raises
+    ------
+    ValueError
+        One is not.
+    """
+    for name in correlation.parameters if correlation else ():
+        if name not in over:
+            raise ValueError(f"correlation: {name!r} is not drawn{nearest(name, list(over))}")
+
+
 class SampleConfig(Section):
     """Points drawn from distributions."""
 
@@ -113,9 +126,7 @@ class SampleConfig(Section):
 
     @model_validator(mode="after")
     def _correlated_parameters_are_drawn(self) -> Self:
-        for name in self.correlation.parameters if self.correlation else ():
-            if name not in self.over:
-                raise ValueError(f"correlation: {name!r} is not drawn{nearest(name, list(self.over))}")
+        require_drawn(self.correlation, self.over)
         return self
 
 

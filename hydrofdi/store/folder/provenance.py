@@ -9,6 +9,7 @@ import platform
 import socket
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from importlib.metadata import distributions
@@ -61,11 +62,9 @@ def read_failures(directory: Path) -> dict[str, Failure]:
     """Identity of a run → stored failure; unreadable files are ignored."""
     failures = {}
     for path in sorted((directory / _FOLDER).glob("*.json")):
-        try:
-            failure = Failure(**json.loads(path.read_text()))
-        except (OSError, ValueError, TypeError):
-            continue
-        failures[failure.run_id] = failure
+        with suppress(TypeError):
+            failure = Failure(**(_read_json(path) or {}))
+            failures[failure.run_id] = failure
     return failures
 
 
@@ -77,14 +76,19 @@ def forget_failure(directory: Path, run_id: str) -> None:
 _CALIBRATIONS = "calibrations.json"
 
 
+def _read_json(path: Path) -> Any:
+    """The content of a JSON file; None if it cannot be read."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+
+
 def read_calibrations(directory: Path) -> dict[str, float]:
     """Identity of a calibration → K_i [m^3.5/kg^0.5]; empty if no readable file exists."""
     try:
-        return {
-            str(key): float(value)
-            for key, value in json.loads((directory / _CALIBRATIONS).read_text()).items()
-        }
-    except (OSError, ValueError, TypeError, AttributeError):
+        return {key: float(value) for key, value in _read_json(directory / _CALIBRATIONS).items()}
+    except (ValueError, TypeError, AttributeError):
         return {}
 
 
@@ -137,10 +141,7 @@ def add_provenance(directory: Path, record: dict[str, Any]) -> None:
 
 def read_provenance(directory: Path) -> list[dict[str, Any]]:
     """Provenance records of all sweeps on an experiment's folder."""
-    try:
-        return list(json.loads((directory / _PROVENANCE).read_text()))
-    except (OSError, ValueError):
-        return []
+    return list(_read_json(directory / _PROVENANCE) or [])
 
 
 def read_costs(directory: Path) -> dict[str, float]:

@@ -1,35 +1,28 @@
 """Conditions on parameters, such as ``friction.coulomb > 0 and fluid.bulk_modulus < '900 MPa'``.
 
-They are written in Python syntax and parsed by Python, but never executed. Constructs that are not listed
-here are refused.
+They are written in Python syntax. Constructs that are not listed here are refused, so that what is computed
+consists of parameters, numbers and texts alone.
 """
 
 from __future__ import annotations
 
 import ast
 import math
-import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from types import CodeType
 from typing import Any
 
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_si
 
-Values = Mapping[str, Any]
-
-_OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
-    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.And: all, ast.Or: any,
-    ast.Not: operator.not_, ast.USub: operator.neg, ast.UAdd: operator.pos,
-    ast.Add: operator.add, ast.Sub: operator.sub,
-    ast.Mult: lambda left, right: left * float(right),
-    ast.Div: lambda left, right: left / right if right else math.nan,
-}  # fmt: skip
-_ALLOWED = (ast.BoolOp, ast.UnaryOp, ast.BinOp, ast.Compare, ast.Name, ast.Load, *_OPERATORS)
+_ALLOWED = (
+    ast.BoolOp, ast.UnaryOp, ast.BinOp, ast.Compare, ast.Name, ast.Load, ast.And, ast.Or, ast.Not, ast.USub,
+    ast.UAdd, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -38,7 +31,7 @@ class Condition:
 
     Attributes
     ----------
-    tree : ast.expr
+    code : code
         In which names are dotted parameters, and quoted quantities are numbers in SI.
     names : frozenset of str
         Dotted names of the parameters in the condition.
@@ -46,11 +39,11 @@ class Condition:
         Each parameter that is compared with a quoted quantity, and the quantity.
     """
 
-    tree: ast.expr
+    code: CodeType
     names: frozenset[str]
     compared: tuple[tuple[str, str], ...]
 
-    def holds(self, values: Values) -> bool:
+    def holds(self, values: Mapping[str, Any]) -> bool:
         """Whether the condition holds for parameter values in SI; None counts as NaN.
 
         Raises
@@ -58,7 +51,10 @@ class Condition:
         TypeError, ValueError, OverflowError
             Text is compared or calculated with like a number, or a number is too large.
         """
-        return bool(_value(self.tree, values))
+        # a whole number times a text would repeat it, without limit
+        real = {name: float(value) if isinstance(value, int) else value for name, value in values.items()}
+        known = {name: math.nan if value is None else value for name, value in real.items()}
+        return bool(eval(self.code, {"__builtins__": {}}, known))
 
 
 @lru_cache(maxsize=64)
@@ -74,6 +70,7 @@ def parse_condition(text: str) -> Condition:
         written = _Named().visit(ast.parse(text.strip(), mode="eval").body)
         compared = tuple(_compared(written))
         tree = _InSi().visit(written)
+        code = compile(ast.fix_missing_locations(ast.Expression(tree)), "<condition>", "eval")
     except SyntaxError as error:
         raise ValueError(f"condition {text!r}: {_place(error)}") from None
     except (RecursionError, MemoryError):
@@ -81,7 +78,7 @@ def parse_condition(text: str) -> Condition:
     except (ValueError, OverflowError) as error:
         raise ValueError(f"condition {text!r}: {error}") from None
     names = frozenset(node.id for node in ast.walk(tree) if isinstance(node, ast.Name))
-    return Condition(tree, names, compared)
+    return Condition(code, names, compared)
 
 
 class _Named(ast.NodeTransformer):
@@ -104,28 +101,16 @@ class _InSi(ast.NodeTransformer):
             raise ValueError(f"unexpected {ast.unparse(node)!r}")
         return ast.Constant(float(node.value))
 
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        if isinstance(node.op, ast.Div):  # what is divided by zero is NaN
+            node.right = ast.BoolOp(ast.Or(), [node.right, ast.Constant(math.nan)])
+        return node
+
     def generic_visit(self, node: ast.AST) -> ast.AST:
         if not isinstance(node, _ALLOWED):
             raise ValueError(f"unexpected {ast.unparse(node) or type(node).__name__!r}")
         return super().generic_visit(node)
-
-
-def _value(node: ast.expr, values: Values) -> Any:
-    match node:
-        case ast.BoolOp(op=junction, values=parts):
-            return _OPERATORS[type(junction)](_value(part, values) for part in parts)
-        case ast.UnaryOp(op=sign, operand=inner):
-            return _OPERATORS[type(sign)](_value(inner, values))
-        case ast.BinOp(op=symbol, left=left, right=right):
-            return _OPERATORS[type(symbol)](_value(left, values), _value(right, values))
-        case ast.Compare(left=left, ops=symbols, comparators=others):
-            pairs = pairwise([_value(part, values) for part in (left, *others)])
-            return all(_OPERATORS[type(symbol)](*pair) for symbol, pair in zip(symbols, pairs, strict=True))
-        case ast.Name(id=name):
-            return math.nan if values[name] is None else values[name]
-        case ast.Constant(value=number):
-            return number
-    raise AssertionError(node)
 
 
 def _compared(tree: ast.expr) -> Iterator[tuple[str, str]]:

@@ -22,17 +22,7 @@ from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.folder.provenance import Failure
 from hydrofdi.store.index import ShardIndex, StoredRun
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import (
-    MESSAGE,
-    OBSTACLE,
-    RUN_ID,
-    STATUS,
-    TIME,
-    Variable,
-    axis_variable,
-    stored_signals,
-    stored_variables,
-)
+from hydrofdi.store.layout.names import Variable
 from hydrofdi.store.shard import read_rows
 from hydrofdi.store.signals import Block, FileSignals, lacking_blocks, read_blocks
 
@@ -105,9 +95,9 @@ class ShardResults:
     def columns(self, variables: Sequence[Variable], sizes: Mapping[str, int]) -> dict[str, NDArray[Any]]:
         """Variables other than signals of these dimensions; NaN, or the reason, without a result."""
         columns = gathered(self._located, variables, sizes)
-        columns[RUN_ID][:] = self._run_ids
-        columns[STATUS][:] = self.statuses()
-        told = [name for name in columns if name == MESSAGE or name.endswith(OBSTACLE)]
+        columns[names.RUN_ID][:] = self._run_ids
+        columns[names.STATUS][:] = self.statuses()
+        told = [name for name in columns if name == names.MESSAGE or name.endswith(names.OBSTACLE)]
         for position, located in enumerate(self._located):
             if located is None:
                 for name in told:
@@ -121,13 +111,13 @@ class ShardResults:
             for position, located in enumerate(self._located)
         ]
 
-    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+    def rows(self, signals: Collection[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
         """Signals of some runs by name; a signal that no run has is omitted, missing rows are NaN."""
         runs = [self._signals[position] for position in positions]
-        stored = frozenset[str]().union(*(stored_signals(run.signals) for run in runs if run))
-        signals = [each for each in stored_variables("all") if each.name in stored.intersection(names)]
-        time = self.time() if signals else None
-        return {} if time is None else gathered(runs, signals, {TIME: len(time)})
+        stored = frozenset[str]().union(*(names.stored_signals(run.signals) for run in runs if run))
+        held = [each for each in names.stored_variables("all") if each.name in stored.intersection(signals)]
+        time = self.time() if held else None
+        return {} if time is None else gathered(runs, held, {names.TIME: len(time)})
 
     def signal(self, name: str, position: int) -> NDArray[np.float64]:
         """A signal of one run; empty if it is not stored."""
@@ -153,7 +143,7 @@ class ShardResults:
         if shard is None:
             return None
         with open_for_reading(shard) as file:
-            return np.asarray(file[TIME][:])
+            return np.asarray(file[names.TIME][:])
 
     def _stretches(self) -> list[_Stretch]:
         stretches: list[_Stretch] = []
@@ -255,7 +245,7 @@ class ExperimentData:
 
     def values(self, name: str) -> list[Any]:
         """Value of a dotted parameter in SI, for each run; None if it is not set."""
-        variable = axis_variable(name)
+        variable = names.axis_variable(name)
         if variable in self.columns:
             stored = self.columns[variable].tolist()
             return [None if value != value or value == "" else value for value in stored]

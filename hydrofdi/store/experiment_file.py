@@ -21,16 +21,7 @@ from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import (
-    Variable,
-    axis_variable,
-    dimensions,
-    indicators_of,
-    is_needless,
-    output_variables,
-    stored_variables,
-    wavelet_numbers,
-)
+from hydrofdi.store.layout.names import Variable
 from hydrofdi.store.signals import create_signal, write_block
 
 
@@ -61,8 +52,8 @@ def write_experiment(
         The file cannot be written.
     """
     time = results.time() if experiment.store.signals != "none" else None
-    variables, sizes = computed_variables(table), dimensions(table.runs)
-    signals = [variable for variable in stored_variables(experiment.store.signals) if variable.is_signal]
+    variables, sizes = computed_variables(table), names.dimensions(table.runs)
+    signals = [each for each in names.stored_variables(experiment.store.signals) if each.is_signal]
     columns = computed_columns(results, table)
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         _write_attributes(file, experiment, versions)
@@ -72,11 +63,11 @@ def write_experiment(
         for variable in (*names.REQUESTED, *replicated):
             _write_column(file, variable, requested[variable.name])
         for name in _plain_axes(table):
-            _write_column(file, *_axis(name, requested[axis_variable(name)]))
+            _write_column(file, *_axis(name, requested[names.axis_variable(name)]))
         for variable in variables:
-            if not is_needless(variable.name, columns[variable.name]):
+            if not names.is_needless(variable.name, columns[variable.name]):
                 _write_column(file, variable, columns[variable.name])
-        by_level = wavelet_numbers(columns)
+        by_level = names.wavelet_numbers(columns)
         for variable in names.BY_LEVEL:
             if variable.name in by_level:
                 _write_column(file, variable, by_level[variable.name])
@@ -90,15 +81,15 @@ def write_experiment(
 
 def computed_variables(table: RunTable) -> tuple[Variable, ...]:
     """Variables that the runs of a table compute, without signals."""
-    measured = indicators_of(table.runs)
+    measured = names.indicators_of(table.runs)
     phases = any(request.wavelet.phase == "all" for request in table.runs.distinct("wavelet"))
-    return (*stored_variables("none", phases=phases), *output_variables(measured))
+    return (*names.stored_variables("none", phases=phases), *names.output_variables(measured))
 
 
 def computed_columns(results: ShardResults, table: RunTable) -> dict[str, NDArray[Any]]:
     """Computed results of the runs of a table, without signals; gaps for runs without results."""
     variables = computed_variables(table)
-    columns = results.columns(variables, dimensions(table.runs))
+    columns = results.columns(variables, names.dimensions(table.runs))
     fill_given_coefficients(columns[names.LEAKAGE_COEFFICIENT], table)
     return columns
 
@@ -217,7 +208,7 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
         names.MATCHED_BASELINE: np.array(table.matched_baseline),
         names.REPLICATE_OF: np.array(table.replicate_of),
     }
-    return columns | {axis_variable(name): _axis_values(table, name) for name in _plain_axes(table)}
+    return columns | {names.axis_variable(name): _axis_values(table, name) for name in _plain_axes(table)}
 
 
 def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
@@ -246,4 +237,6 @@ def _plain_axes(table: RunTable) -> list[str]:
 def _axis(parameter: str, values: NDArray[Any]) -> tuple[Variable, NDArray[Any]]:
     """Variable of a swept parameter, and its values."""
     units = "" if values.dtype == object else parameter_unit(parameter) or ""
-    return Variable(axis_variable(parameter), (names.RUN,), units, f"swept parameter {parameter}"), values
+    return Variable(
+        names.axis_variable(parameter), (names.RUN,), units, f"swept parameter {parameter}"
+    ), values

@@ -20,7 +20,6 @@ from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
 from hydrofdi.store.experiment_file import computed_columns, requested_columns
 from hydrofdi.store.files import open_for_reading, reason, write_whole_text
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import axis_variable, stored_variables, wavelet_numbers
 from hydrofdi.store.shard import values_in
 from hydrofdi.store.signals import FileSignals
 
@@ -123,11 +122,11 @@ def read_experiment(path: Path) -> ExperimentData:
             file.attrs["configuration"], f"{path}: its configuration (hydrofdi {writer} wrote it)"
         )
         asked = (*names.REQUESTED, names.REPLICATED) if names.REPLICATE_OF in file else names.REQUESTED
-        stored = (*asked, *stored_variables("none", phases=names.PHASE in file))
-        axes = {axis_variable(name) for name in experiment.varied_names}
+        stored = (*asked, *names.stored_variables("none", phases=names.PHASE in file))
+        axes = {names.axis_variable(name) for name in experiment.varied_names}
         others = [name for name in file if name in axes or ("." in name and not file[name].is_scale)]
         columns = {name: values_in(file, name) for name in (*(each.name for each in stored), *others)}
-        columns |= wavelet_numbers(columns)
+        columns |= names.wavelet_numbers(columns)
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")
         versions = {
@@ -207,5 +206,5 @@ def read_unfinished(
         Library versions.
     """
     columns = computed_columns(results, table) | requested_columns(table)
-    columns |= wavelet_numbers(columns)
+    columns |= names.wavelet_numbers(columns)
     return ExperimentData(path, experiment, columns, dict(versions), results)

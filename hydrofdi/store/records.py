@@ -14,30 +14,20 @@ from hydrofdi.config.sections.drive import InputConfig
 from hydrofdi.errors import Issue, StoreError
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
 from hydrofdi.store.experiment_data import ExperimentData
-from hydrofdi.store.layout.names import (
-    BULK_MODULUS,
-    LEAKAGE_COEFFICIENT,
-    LEAKAGE_LEVEL,
-    MESSAGE,
-    RECORD_ID,
-    RUN_ID,
-    STATUS,
-    VALVE_SUPPLY_PRESSURE,
-    stored_variables,
-)
+from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
 _MOST_RECORDS, _MOST_SAMPLES = 256, 320_000
 """Limits of a batch: records, and samples per channel that are in memory at a time."""
 
-_SIGNALS = {Channel.SUPPLY_PRESSURE: VALVE_SUPPLY_PRESSURE}
+_SIGNALS = {Channel.SUPPLY_PRESSURE: names.VALVE_SUPPLY_PRESSURE}
 """Channels whose signal has a different name."""
 
 SIGNAL_OF_CHANNEL = {
     channel: signal
     for channel in Channel
     if (signal := _SIGNALS.get(channel, channel.value))
-    in {variable.name for variable in stored_variables("all") if variable.is_signal}
+    in {variable.name for variable in names.stored_variables("all") if variable.is_signal}
 }
 """Channel → name of its signal, for all channels of simulated runs."""
 
@@ -170,24 +160,24 @@ class StoredRecords:
 
     def _rejected(self, row: int, labels: bool) -> RejectedRecord:
         columns = self.data.columns
-        status, message = str(columns[STATUS][row]), str(columns[MESSAGE][row])
+        status, message = str(columns[names.STATUS][row]), str(columns[names.MESSAGE][row])
         label = self._label(row) if labels else ""
         return RejectedRecord(
             self.record_ids[row], self.name, "", Issue(message or status, kind=status), label
         )
 
     def _is_ok(self, row: int) -> bool:
-        return bool(self.data.columns[STATUS][row] == "ok")
+        return bool(self.data.columns[names.STATUS][row] == "ok")
 
     def _label(self, row: int) -> str:
-        names = (LEAKAGE_LEVEL, LEAKAGE_COEFFICIENT, BULK_MODULUS)
-        return condition_label(*(float(self.data.columns[name][row]) for name in names))
+        stated = (names.LEAKAGE_LEVEL, names.LEAKAGE_COEFFICIENT, names.BULK_MODULUS)
+        return condition_label(*(float(self.data.columns[name][row]) for name in stated))
 
     @cached_property
     def record_ids(self) -> list[str]:
         """Identities of the records, or of the runs in files without record identities."""
-        run_ids = self.data.columns[RUN_ID]
-        record_ids = self.data.columns.get(RECORD_ID, run_ids)
+        run_ids = self.data.columns[names.RUN_ID]
+        record_ids = self.data.columns.get(names.RECORD_ID, run_ids)
         return [str(record or run) for record, run in zip(record_ids, run_ids, strict=True)]
 
     @cached_property
@@ -200,9 +190,9 @@ class StoredRecords:
 
     @cached_property
     def _periods(self) -> list[float | None]:
-        names = ("input.shape", "input.period", "load.random_force")
+        drives = ("input.shape", "input.period", "load.random_force")
         periods: dict[tuple[Any, ...], float | None] = {}
-        values = list(zip(*(self.data.values(name) for name in names), strict=True))
+        values = list(zip(*(self.data.values(name) for name in drives), strict=True))
         for shape, period, force in set(values):
             drive = InputConfig.model_construct(shape=shape, period=period)
             periods[shape, period, force] = drive_period(drive, force)

@@ -18,7 +18,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder
 from hydrofdi.store.layout import names
-from hydrofdi.store.layout.names import Variable, is_needless, stored_variables
+from hydrofdi.store.layout.names import Variable
 from hydrofdi.store.signals import create_signal, write_block
 
 Columns = Mapping[str, NDArray[Any]]
@@ -109,9 +109,9 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
         outputs = [
             Variable(name, (names.RUN,), "", "")
             for name, values in columns.items()
-            if "." in name and not is_needless(name, values)
+            if "." in name and not names.is_needless(name, values)
         ]
-        for variable in (*stored_variables(store.signals, phases=has_phases), *outputs):
+        for variable in (*names.stored_variables(store.signals, phases=has_phases), *outputs):
             values = columns[variable.name]
             if variable.is_text:
                 texts = [str(text) for text in values]

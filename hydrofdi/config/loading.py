@@ -208,13 +208,10 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
     full = _full_key(key)
     if "." not in full and full not in ExperimentConfig.model_fields:
         names = [dotted.replace(".", "__") for dotted in parameter_names()]
-        if several := [name for name in names if name.partition("__")[2] == key]:
-            message = f"is a key of several sections; write one of {', '.join(several)}"
-        else:
-            whole = [name for name in names if name.replace("__", "_") == key]
-            known = [*(name.partition("__")[2] for name in names), *ExperimentConfig.model_fields]
-            message = f"unknown key{nearest(key, whole or known) if len(key) > 1 else ''}"
-        source.mistakes.append(Issue(message, key, origin))
+        several = [name for name in names if key in (name.partition("__")[2], name.replace("__", "_"))]
+        fields = [*(name.partition("__")[2] for name in names), *ExperimentConfig.model_fields]
+        hint = f"; write {' or '.join(several)}" if several else nearest(key, fields) if len(key) > 1 else ""
+        source.mistakes.append(Issue(f"unknown key{hint}", key, origin))
         return ()
     parts = tuple(full.split("."))
     is_below = parts[0] in ("baseline", "sweep", "ensemble", "replicates", "study") and len(parts) > 2

@@ -137,19 +137,9 @@ def first_reason(error: ValueError) -> str:
 
 
 def out_of_range(how: str, limit: float, found: Any, unit: str = "1") -> str:
-    """A number beyond its limit [in `unit`]; a share above its largest value is most often in percent."""
+    """A number beyond its limit [in `unit`]."""
     allowed = f"{limit:g} {unit}" if unit != "1" and limit else f"{limit:g}"
-    shown = f"{found:g}" if isinstance(found, float) else found
-    return f"must be {how} {allowed}; found {shown}{percent_hint(found, limit) if how == 'at most' else ''}"
-
-
-def percent_hint(found: Any, most: float) -> str:
-    """The end of a message on a share above its largest value, which is most often a number of percent."""
-    try:
-        number = float(found)
-    except (OverflowError, TypeError, ValueError):
-        return ""
-    return f"; write '{number:g} %' if it is in percent" if most <= 1.0 <= number < 100.0 else ""
+    return f"must be {how} {allowed}; found {f'{found:g}' if isinstance(found, float) else found}"
 
 
 _LONGEST = 60

@@ -159,11 +159,7 @@ class StudyConfig(Section):
     @property
     def names(self) -> list[str]:
         """Dotted parameters that differ between its records."""
-        population, faults = self.population, self.faults.over if self.faults else {}
-        others = (
-            name for changes in (self.shifts, self.confusions) for each in changes.values() for name in each
-        )
-        return list(dict.fromkeys([*faults, *population.over, *population.per_record, *others]))
+        return list(dict.fromkeys(name for name, _ in study_values(self)))
 
     @model_validator(mode="after")
     def _seals_are_those_of_faults(self) -> Self:

@@ -14,8 +14,7 @@ from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.config.sweeps.distributions import LAWS, argument_values
-from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.config.sweeps.sweep import LAWS, SweepConfig, argument_values
 from hydrofdi.settings.messages import describe_error, first_reason, nearest
 from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.yaml_source import Path, Source, dotted

@@ -7,8 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
-from hydrofdi.config.sweeps.distributions import argument_values
-from hydrofdi.config.sweeps.sweep import Axes, CorrelationConfig, Distribution, require_drawn
+from hydrofdi.config.sweeps.sweep import Axes, CorrelationConfig, Distribution, argument_values, require_drawn
 from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.threshold import ThresholdKind
 from hydrofdi.records import Channel

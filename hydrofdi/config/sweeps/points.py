@@ -14,8 +14,15 @@ from pydantic import ValidationError
 
 from hydrofdi.config.request import parameter_quantity, validate_parameter
 from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.config.sweeps.distributions import is_unbounded, quantiles
-from hydrofdi.config.sweeps.sweep import SampleConfig, SweepConfig, correlated, distinct_rows, unit_cube
+from hydrofdi.config.sweeps.sweep import (
+    SampleConfig,
+    SweepConfig,
+    correlated,
+    distinct_rows,
+    is_unbounded,
+    quantiles,
+    unit_cube,
+)
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.messages import first_reason
 

@@ -6,7 +6,7 @@ depend only on the configuration, the results and the library versions.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -58,12 +58,9 @@ def write_experiment(
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         _write_attributes(file, experiment, versions)
         _write_coordinates(file, time, sizes)
-        replicated = (names.REPLICATED,) if experiment.replicates.count else ()
-        requested = requested_columns(table)
-        for variable in (*names.REQUESTED, *replicated):
-            _write_column(file, variable, requested[variable.name])
-        for name in _plain_axes(table):
-            _write_column(file, *_axis(name, requested[names.axis_variable(name)]))
+        for variable, values in _requested(table):
+            if variable is not names.REPLICATED or experiment.replicates.count:
+                _write_column(file, variable, values)
         for variable in variables:
             if not names.is_needless(variable.name, columns[variable.name]):
                 _write_column(file, variable, columns[variable.name])
@@ -194,6 +191,10 @@ def _describe(dataset: h5py.Dataset, units: str, long_name: str) -> None:
 
 def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
     """Variables of each run that come from the experiment, in addition to the computed ones."""
+    return {variable.name: values for variable, values in _requested(table)}
+
+
+def _requested(table: RunTable) -> Iterator[tuple[Variable, NDArray[Any]]]:
     flows, coefficients = (
         table.runs.values(name) for name in ("leakage.internal_flow", "leakage.internal_coefficient")
     )
@@ -201,42 +202,22 @@ def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
         flow or (np.nan if coefficient else 0.0)
         for flow, coefficient in zip(flows, coefficients, strict=True)
     ]
-    columns = {
-        names.BULK_MODULUS: np.array(table.runs.values("fluid.bulk_modulus")),
-        names.LEAKAGE_LEVEL: np.array(levels, dtype=float),
-        names.FIXED_BASELINE: np.array(table.fixed_baseline),
-        names.MATCHED_BASELINE: np.array(table.matched_baseline),
-        names.REPLICATE_OF: np.array(table.replicate_of),
-    }
-    return columns | {names.axis_variable(name): _axis_values(table, name) for name in _plain_axes(table)}
+    moduli = table.runs.values("fluid.bulk_modulus")
+    columns = (moduli, np.array(levels, dtype=float), table.fixed_baseline, table.matched_baseline)
+    yield from zip(names.REQUESTED, map(np.asarray, columns), strict=True)
+    yield names.REPLICATED, table.replicate_of
+    for name in table.axes:
+        if name != "fluid.bulk_modulus" and not name.startswith("leakage.internal"):
+            values, unit = _axis_values(table, name), parameter_unit(name) or ""
+            unit = "" if values.dtype == object else unit
+            yield Variable(names.axis_variable(name), (names.RUN,), unit, f"swept parameter {name}"), values
 
 
 def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
     """Values of a swept parameter: numbers with NaN for unset values, or text if any value is text."""
     values = [without_contents(value) for value in table.runs.values(parameter)]
-    if any(isinstance(value, str) for value in values):
-        return np.array([_as_text(value, parameter_unit(parameter) or "") for value in values], dtype=object)
-    return np.array([np.nan if value is None else value for value in values])
-
-
-def _as_text(value: Any, unit: str) -> str:
-    if value is None:
-        return ""
-    return f"{value:.15g} {unit}".strip() if isinstance(value, float) else str(value)
-
-
-def _plain_axes(table: RunTable) -> list[str]:
-    """Swept parameters that no other variable of the file contains."""
-    return [
-        name
-        for name in table.axes
-        if name != "fluid.bulk_modulus" and not name.startswith("leakage.internal")
-    ]
-
-
-def _axis(parameter: str, values: NDArray[Any]) -> tuple[Variable, NDArray[Any]]:
-    """Variable of a swept parameter, and its values."""
-    units = "" if values.dtype == object else parameter_unit(parameter) or ""
-    return Variable(
-        names.axis_variable(parameter), (names.RUN,), units, f"swept parameter {parameter}"
-    ), values
+    if not any(isinstance(value, str) for value in values):
+        return np.array([np.nan if value is None else value for value in values])
+    unit = parameter_unit(parameter) or ""
+    texts = [f"{value:.15g} {unit}".strip() if isinstance(value, float) else value for value in values]
+    return np.array(["" if text is None else str(text) for text in texts], dtype=object)

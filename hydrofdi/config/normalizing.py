@@ -14,10 +14,10 @@ from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.config.sweeps.sweep import LAWS, SweepConfig, argument_values
+from hydrofdi.config.sweeps.sweep import LAWS, argument_values
 from hydrofdi.settings.messages import describe_error, first_reason, nearest
 from hydrofdi.settings.quantities import SI
-from hydrofdi.settings.yaml_source import Path, Source, dotted
+from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000
@@ -298,7 +298,6 @@ def _range(kind: str, first: float, last: float, third: float) -> list[float]:
 def _normalize_block(source: Source, path: Path, block: Any) -> None:
     if not isinstance(block, dict):
         return
-    _refuse_outside_grid(source, path, block)
     for kind in ("grid", "zip"):
         if block.get(kind) == {}:
             source.report((*path, kind), "names no parameter to vary")
@@ -312,15 +311,6 @@ def _normalize_block(source: Source, path: Path, block: Any) -> None:
     if isinstance(union := block.get("union"), list):
         for index, part in enumerate(union):
             _normalize_block(source, (*path, "union", index), part)
-
-
-def _refuse_outside_grid(source: Source, path: Path, block: dict[str, Any]) -> None:
-    """Refuse parameters, or sections of parameters, beside ``grid`` instead of in it."""
-    for key in [key for key in block if key not in SweepConfig.model_fields]:
-        if known := [name for name in parameter_names() if key in (name, *name.split("."))]:
-            put = "it" if key in known else f"dotted parameters such as {known[0]!r}"
-            source.report((*path, key), f"put {put} under {dotted((*path, 'grid'))}")
-            del block[key]
 
 
 def _check_condition(source: Source, path: Path, text: Any) -> None:

@@ -78,9 +78,9 @@ def write_experiment(
 
 def computed_variables(table: RunTable) -> tuple[Variable, ...]:
     """Variables that the runs of a table compute, without signals."""
-    measured = names.indicators_of(table.runs)
-    phases = any(request.wavelet.phase == "all" for request in table.runs.distinct("wavelet"))
-    return (*names.stored_variables("none", phases=phases), *names.output_variables(measured))
+    wavelets = [request.wavelet for request in table.runs.distinct("wavelet")]
+    computed = names.stored_variables("none", phases=any(each.phase == "all" for each in wavelets))
+    return (*computed, *names.output_variables(map(table.runs.choice.made, wavelets)))
 
 
 def computed_columns(results: ShardResults, table: RunTable) -> dict[str, NDArray[Any]]:

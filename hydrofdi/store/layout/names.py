@@ -216,11 +216,6 @@ def axis_variable(parameter: str) -> str:
     return BULK_MODULUS if parameter == "fluid.bulk_modulus" else parameter.replace(".", "_")
 
 
-def indicators_of(runs: Runs) -> list[Indicators]:
-    """Distinct indicator sets of the runs."""
-    return [runs.choice.made(request.wavelet) for request in runs.distinct("wavelet")]
-
-
 def is_needless(name: str, values: NDArray[Any]) -> bool:
     """Whether a variable can be omitted: obstacles, if no record has one."""
     return name.endswith(OBSTACLE) and not any(values)

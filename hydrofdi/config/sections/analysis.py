@@ -69,20 +69,6 @@ class AnalysisConfig(Section):
             return f"{self.discard} of input.period = {period:g} s"
         return f"{self.discard:g} s"
 
-    def require_whole_samples(self, record: RecordConfig, period: float) -> None:
-        """Check that what is left out is a whole number of samples.
-
-        Raises
-        ------
-        ValueError
-            It is not.
-        """
-        time = self.discarded_time(period)
-        if time and not is_whole(time * record.sampling_frequency):
-            raise ValueError(
-                f"analysis.discard = {self.shown_discard(period)} is not a multiple of the sampling interval"
-            )
-
 
 MOST_OF_STEP_RATE = 0.05
 """Largest frequency of an input over the rate of the steps that hold it."""
@@ -150,7 +136,9 @@ def require_discard_fits(analysis: AnalysisConfig, drive: InputConfig, record: R
             f"analysis.discard = {analysis.discard} needs an input with a period, and input.shape ="
             f" {drive.shape} has none; give a time"
         )
-    analysis.require_whole_samples(record, drive.period)
+    time, shown = analysis.discarded_time(drive.period), analysis.shown_discard(drive.period)
+    if time and not is_whole(time * record.sampling_frequency):
+        raise ValueError(f"analysis.discard = {shown} is not a multiple of the sampling interval")
 
 
 @lru_cache(maxsize=1024)

@@ -15,7 +15,6 @@ from pydantic import ValidationError
 from hydrofdi.config.request import parameter_quantity, validate_parameter
 from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.config.sweeps.sweep import (
-    SampleConfig,
     SweepConfig,
     correlated,
     distinct_rows,
@@ -45,10 +44,6 @@ class Column:
     values: Sequence[Any]
     index: NDArray[np.int32]
 
-    def at(self, positions: NDArray[np.intp]) -> Column:
-        """The column of some of the points."""
-        return Column(self.values, self.index[positions])
-
 
 @dataclass(frozen=True)
 class Points:
@@ -59,7 +54,10 @@ class Points:
 
     def at(self, positions: NDArray[np.intp]) -> Points:
         """Some of the points."""
-        return Points(len(positions), {name: column.at(positions) for name, column in self.columns.items()})
+        columns = self.columns.items()
+        return Points(
+            len(positions), {name: Column(each.values, each.index[positions]) for name, each in columns}
+        )
 
     def values(self, point: int, names: Sequence[str] | None = None) -> dict[str, Any]:
         """The values in SI that a point sets, by parameter."""
@@ -104,8 +102,17 @@ def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -
         n_value = len(next(iter(block.zip.values())))
         index = np.arange(n_value, dtype=np.int32)
         factors.append(Points(n_value, {name: Column(values, index) for name, values in block.zip.items()}))
-    if block.sample:
-        factors.append(sample_points(block.sample, f"{path}.sample"))
+    if sample := block.sample:
+        cube = unit_cube(sample.method, sample.count, len(sample.over), sample.seed)
+        unit, index = (
+            correlated(cube, [*sample.over], sample.correlation),
+            np.arange(sample.count, dtype=np.int32),
+        )
+        columns = {
+            name: Column(drawn(name, law, unit[:, axis], f"{path}.sample.over.{name}"), index)
+            for axis, (name, law) in enumerate(sample.over.items())
+        }
+        factors.append(Points(sample.count, columns))
     if block.union:
         parts = [
             sweep_points(part, nominal, f"{path}.union[{position}]")
@@ -147,26 +154,6 @@ def _fulfilling(text: str, points: Points, nominal: Callable[[str], Any], path: 
     except (TypeError, ValueError, OverflowError) as error:
         raise ConfigError([Issue(f"condition {text!r}: {error}", path)]) from None
     return points.at(np.flatnonzero(np.array(holds, dtype=bool)[inverse]))
-
-
-def sample_points(sample: SampleConfig, path: str) -> Points:
-    """The points of a sample.
-
-    Raises
-    ------
-    ConfigError
-        A drawn value is invalid for its parameter.
-    """
-    cube = unit_cube(sample.method, sample.count, len(sample.over), sample.seed)
-    unit = correlated(cube, list(sample.over), sample.correlation)
-    index = np.arange(sample.count, dtype=np.int32)
-    return Points(
-        sample.count,
-        {
-            name: Column(drawn(name, distribution, unit[:, axis], f"{path}.over.{name}"), index)
-            for axis, (name, distribution) in enumerate(sample.over.items())
-        },
-    )
 
 
 def drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> list[Any]:

@@ -57,7 +57,7 @@ def argument_values(distribution: dict[Any, list[Any]]) -> list[Any]:
     ((kind, arguments),) = distribution.items()
     roles = LAWS[kind].arguments if kind in LAWS else ("value",) * len(arguments)
     return [
-        value for role, value in zip(roles, arguments, strict=True) if role not in ("deviation", "factor")
+        value for role, value in zip(roles, arguments, strict=False) if role not in ("deviation", "factor")
     ]
 
 

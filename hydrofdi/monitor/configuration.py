@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import tzinfo
 from pathlib import Path
-from typing import Annotated, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self
 from urllib.parse import unquote, urlsplit
 
 from pydantic import Field, field_validator, model_validator
@@ -16,8 +16,6 @@ from hydrofdi.records.measured.description.checks import channel_mistakes
 from hydrofdi.records.measured.description.sections import FormatConfig, SamplesConfig
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.validation import read_yaml, validated
-
-Placed = TypeVar("Placed", bound=Section)
 
 PORTS = {"mqtt": 1883, "mqtts": 8883, "opc.tcp": 4840}
 """Schemes of addresses → their usual ports."""
@@ -235,12 +233,8 @@ def load_monitor_config(path: Path | None) -> MonitorConfig:
     config = validated(MonitorConfig, source)
     if mistakes := list(channel_mistakes(config.channels, source)):
         raise ConfigError(mistakes)
-    return _placed(config, path.parent)
-
-
-def _placed(section: Placed, folder: Path) -> Placed:
-    """A section with its paths below a folder."""
-    found = {name: getattr(section, name) for name in type(section).model_fields}
-    paths = {name: folder / value for name, value in found.items() if isinstance(value, Path)}
-    sections = {name: _placed(value, folder) for name, value in found.items() if isinstance(value, Section)}
-    return section.model_copy(update=paths | sections)
+    placed = {}
+    for name, section in (("mqtt", config.mqtt), ("opcua", config.opcua)):
+        files = {key: path.parent / file for key, file in section if isinstance(file, Path)}
+        placed[name] = section.model_copy(update=files)
+    return config.model_copy(update=placed)

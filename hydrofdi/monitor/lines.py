@@ -119,7 +119,29 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
     dict
         ``line`` is ``window`` or ``event``; instants (``start``, ``end``, ``time``) are in seconds.
     """
-    return _window(line, unit) if isinstance(line, WindowLine) else _event(line)
+    if isinstance(line, Event):
+        record = {"line": "event", "event": line.kind.value, "time": _finite(line.time)}
+        return {**record, "count": line.count, "is_end": line.is_end, "text": line.text}
+    verdict, chart = line.verdict, line.chart
+    return {
+        "line": "window",
+        "number": line.number,
+        "start": _finite(line.start),
+        "end": _finite(line.end),
+        "condition": line.condition.value,
+        "score": _finite(verdict.score),
+        "unit": unit,
+        "alarm": verdict.alarm,
+        "margin": _finite(verdict.margin),
+        "beyond_limit": verdict.is_beyond,
+        "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.message},
+        "doubt": verdict.doubt or None,
+        "chart": chart and {
+            "statistic": _finite(chart.statistic),
+            "limit": _finite(chart.limit),
+            "alarm": chart.alarm,
+        },
+    }  # fmt: skip
 
 
 def line_text(line: Line, unit: str = "1") -> str:
@@ -199,34 +221,6 @@ class StreamLines:
 
     def close(self) -> None:
         """Do nothing: all lines are written."""
-
-
-def _window(line: WindowLine, unit: str) -> dict[str, Any]:
-    verdict, chart = line.verdict, line.chart
-    return {
-        "line": "window",
-        "number": line.number,
-        "start": _finite(line.start),
-        "end": _finite(line.end),
-        "condition": line.condition.value,
-        "score": _finite(verdict.score),
-        "unit": unit,
-        "alarm": verdict.alarm,
-        "margin": _finite(verdict.margin),
-        "beyond_limit": verdict.is_beyond,
-        "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.message},
-        "doubt": verdict.doubt or None,
-        "chart": chart and {
-            "statistic": _finite(chart.statistic),
-            "limit": _finite(chart.limit),
-            "alarm": chart.alarm,
-        },
-    }  # fmt: skip
-
-
-def _event(line: Event) -> dict[str, Any]:
-    record = {"line": "event", "event": line.kind.value, "time": _finite(line.time)}
-    return {**record, "count": line.count, "is_end": line.is_end, "text": line.text}
 
 
 def _finite(number: float | None) -> float | None:

@@ -56,24 +56,16 @@ class MetricsSink:
         self._alarms = self._counter("alarms", "Alarms that were raised")
         self._samples = self._counter("samples", "Samples that arrived")
         self._events = self._counter("events", "Events, each repetition counted", ["kind"])
-        self._condition = Enum(
-            "hydrofdi_condition",
-            "Condition of the actuator",
-            states=[condition.value for condition in Condition],
-            registry=self._registry,
-        )
-        self._score = self._gauge("score", f"Score of the last window that has one, in {file.unit}")
-        self._margin = self._gauge("margin", "Distance of this score from its limit, in healthy spreads")
-        for unknown in (self._score, self._margin):
-            unknown.set(math.nan)
-        self._window = self._gauge(
-            "last_window_timestamp_seconds",
-            "Arrival of the last window; before the first, start of the monitor (Unix time)",
-        )
-        self._window.set(time.time())
-        self._sample = self._gauge(
-            "last_sample_time_seconds", "Time stamp of the last sample, on the clock of the stream"
-        )
+        states = [condition.value for condition in Condition]
+        text = "Condition of the actuator"
+        self._condition = Enum("hydrofdi_condition", text, states=states, registry=self._registry)
+        self._score = self._gauge("score", f"Score of the last window that has one, in {file.unit}", math.nan)
+        text = "Distance of this score from its limit, in healthy spreads"
+        self._margin = self._gauge("margin", text, math.nan)
+        text = "Arrival of the last window; before the first, start of the monitor (Unix time)"
+        self._window = self._gauge("last_window_timestamp_seconds", text, time.time())
+        text = "Time stamp of the last sample, on the clock of the stream"
+        self._sample = self._gauge("last_sample_time_seconds", text)
         self._lag: Gauge | None = None
         self._latest = math.nan
         try:
@@ -109,24 +101,20 @@ class MetricsSink:
         self._thread.join()
 
     def _describe(self, file: DetectorFile) -> None:
+        output = file.config.output or file.score_name
         Info("hydrofdi_monitor", "Version and detector", registry=self._registry).info(
-            {
-                "version": __version__,
-                "indicator": file.config.indicator,
-                "output": file.config.output or file.score_name,
-            }
+            {"version": __version__, "indicator": file.config.indicator, "output": output}
         )
-        threshold = self._gauge("threshold", f"Limits of the score, in {file.unit}", ["side"])
+        text = f"Limits of the score, in {file.unit}"
+        threshold = Gauge("hydrofdi_threshold", text, ["side"], registry=self._registry)
         for side, limit in (("low", file.limits.low), ("high", file.limits.high)):
             if limit is not None:
                 threshold.labels(side).set(limit)
         self._statistic: Gauge | None = None
         if file.chart is not None:
-            height = self._gauge("chart_limit", "Limit of the control chart, in healthy spreads")
-            height.set(file.chart.limit)
+            self._gauge("chart_limit", "Limit of the control chart, in healthy spreads", file.chart.limit)
             text = "Statistic of the control chart, in healthy spreads"
-            self._statistic = self._gauge("chart_statistic", text)
-            self._statistic.set(math.nan)
+            self._statistic = self._gauge("chart_statistic", text, math.nan)
 
     def _count_samples(self, chunk: Chunk) -> None:
         self._samples.inc(chunk.n_time)
@@ -161,8 +149,10 @@ class MetricsSink:
     def _counter(self, name: str, text: str, labels: Sequence[str] = ()) -> Counter:
         return Counter(f"hydrofdi_{name}", text, labels, registry=self._registry)
 
-    def _gauge(self, name: str, text: str, labels: Sequence[str] = ()) -> Gauge:
-        return Gauge(f"hydrofdi_{name}", text, labels, registry=self._registry)
+    def _gauge(self, name: str, text: str, value: float = 0.0) -> Gauge:
+        gauge = Gauge(f"hydrofdi_{name}", text, registry=self._registry)
+        gauge.set(value)
+        return gauge
 
 
 class _Server(WSGIServer):

@@ -8,7 +8,6 @@ import math
 import time
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from math import ceil
 from typing import Any, NamedTuple
@@ -193,16 +192,14 @@ class OpcUaSource(Connection, StreamSource):
     async def _check(self, client: Client, expected: bytes) -> None:
         """Check policy and certificate: a server does not answer what is encrypted for another one."""
         wanted = client.security_policy.URI, ua.MessageSecurityMode.SignAndEncrypt
-        plain = Client(self.name, timeout=_TIMEOUT)
-        endpoints = await plain.connect_and_get_server_endpoints()
-        offered = [each for each in endpoints if (each.SecurityPolicyUri, each.SecurityMode) == wanted]
-        if not offered:
-            raise ConnectionError("it does not offer this security policy with signing and encrypting")
-        if not any((each.ServerCertificate or b"").startswith(expected) for each in offered):
-            raise ConnectionError("its certificate is not 'server_certificate'")
+        for each in await Client(self.name, timeout=_TIMEOUT).connect_and_get_server_endpoints():
+            is_own = (each.ServerCertificate or b"").startswith(expected)
+            if is_own and (each.SecurityPolicyUri, each.SecurityMode) == wanted:
+                return
+        raise ConnectionError("it does not offer 'security' with signing and 'server_certificate'")
 
     async def _subscribe(self, client: Client, results: asyncio.Queue[ua.PublishResult | Exception]) -> None:
-        """Subscribe to all nodes. Some servers state the publishing interval even if they sample faster."""
+        """Subscribe to all nodes."""
         interval = self._config.publishing_interval
         request = ua.CreateSubscriptionParameters(
             RequestedPublishingInterval=1000 * interval,
@@ -210,23 +207,16 @@ class OpcUaSource(Connection, StreamSource):
             RequestedMaxKeepAliveCount=max(1, ceil(_KEEP_ALIVE / interval)),
         )
         created = await client.uaclient.create_subscription(request, results.put)
-        published = created.RevisedPublishingInterval / 1000
-        n_queued = ceil((published + _HELD) / self._period)
+        n_queued = ceil((created.RevisedPublishingInterval / 1000 + _HELD) / self._period)
         numbered = enumerate(self._nodes, _FIRST_HANDLE)
         items = [_item(node, handle, self._period, n_queued) for handle, node in numbered]
         wanted = ua.CreateMonitoredItemsParameters(created.SubscriptionId, ua.TimestampsToReturn.Both, items)
-        sampled = 0.0
         for node, item in zip(self._nodes, await client.uaclient.create_monitored_items(wanted), strict=True):
             if not item.StatusCode.is_good():
                 raise ConnectionError(f"it does not report {node}: {item.StatusCode.name}")
-            sampled = max(sampled, item.RevisedSamplingInterval / 1000)
         self._joiner.begin()
         self._begun.clear()
-        remark = f", {counted(len(self._nodes), 'node')}"
-        if sampled > 1.01 * self._period and sampled != published:
-            remark += f"; the server says that it samples every {1000 * sampled:g} ms at best,"
-            remark += f" the detector needs {1000 * self._period:g} ms"
-        self.report_connected(remark)
+        self.report_connected(f", {counted(len(self._nodes), 'node')}")
 
     def _take(self, changes: Changes) -> None:
         now, n_overflow = time.monotonic(), 0
@@ -280,7 +270,7 @@ def _item(node: str, handle: int, period: float, n_queued: int) -> ua.MonitoredI
         QueueSize=n_queued,
         DiscardOldest=True,
     )
-    read = ua.ReadValueId(_node_id(node), AttributeIds.Value)
+    read = ua.ReadValueId(ua.NodeId.from_string(node), AttributeIds.Value)
     return ua.MonitoredItemCreateRequest(read, ua.MonitoringMode.Reporting, parameters)
 
 
@@ -304,18 +294,12 @@ def _loaded(key: str, config: OpcUaConfig) -> Any:
         return (x509.load_pem_x509_certificate if is_pem else x509.load_der_x509_certificate)(content)
 
 
-def _node_id(text: str) -> ua.NodeId:
-    try:
-        return ua.NodeId.from_string(text)
-    except (UaError, ValueError):
-        raise ConfigError(
-            f"{text!r} is not a node id; write, for example, 'ns=2;s=P1' or 'ns=2;i=1001'"
-        ) from None
-
-
 def _column(channel: Channel, config: ChannelConfig) -> Column:
     where = f"channels.{channel}"
-    _node_id(config.column)
+    try:
+        ua.NodeId.from_string(config.column)
+    except (UaError, ValueError):
+        raise ConfigError(f"{where}: {config.column!r} is not a node id such as 'ns=2;s=P1'") from None
     if not config.unit:
         raise ConfigError(f"{where}: write the 'unit' of the node, such as bar")
     return Column(0, config.column, config, config.unit, factor_to_si(config.unit, channel.unit, where))
@@ -353,12 +337,6 @@ class NodeValue(NamedTuple):
     channel: int
     value: float
     arrival: float
-
-
-@dataclass
-class _Instant:
-    time: float
-    values: dict[int, NodeValue]
 
 
 class Joiner:
@@ -410,45 +388,41 @@ class Joiner:
         self._pending = sorted((*self._pending, *values))
         instants = self._instants()
         n_ready = 0
-        while n_ready < len(instants) and self._is_ready(instants[n_ready], now):
+        while n_ready < len(instants) and self._is_ready(*instants[n_ready], now):
             n_ready += 1
-        self._pending = [value for instant in instants[n_ready:] for value in instant.values.values()]
-        kept = [instant for instant in instants[:n_ready] if self._is_kept(instant)]
+        self._pending = [value for _, values in instants[n_ready:] for value in values.values()]
+        kept = [instant for instant in instants[:n_ready] if self._is_kept(*instant)]
         samples = np.full((len(kept), self._n_channel), np.nan)
-        for row, instant in enumerate(kept):
-            for value in instant.values.values():
+        for row, (_, present) in enumerate(kept):
+            for value in present.values():
                 samples[row, value.channel] = value.value
-        return np.array([instant.time for instant in kept]), samples
+        return np.array([time for time, _ in kept]), samples
 
-    def _instants(self) -> list[_Instant]:
-        instants: list[_Instant] = []
+    def _instants(self) -> list[tuple[float, dict[int, NodeValue]]]:
+        """Instants, each with the values of its channels: at most one of a node."""
+        instants: list[tuple[float, dict[int, NodeValue]]] = []
         for value in self._pending:
-            here = instants[-1] if instants else None
-            if here is None or value.time - here.time > self._tolerance or _differs(here, value):
-                here = _Instant(value.time, {})
-                instants.append(here)
-            here.values[value.channel] = value
+            begin, values = instants[-1] if instants else (-np.inf, {})
+            is_other = value.channel in values and values[value.channel].time != value.time
+            if value.time - begin > self._tolerance or is_other:
+                values = {}
+                instants.append((value.time, values))
+            values[value.channel] = value
         return instants
 
-    def _is_ready(self, instant: _Instant, now: float) -> bool:
-        missing = set(range(self._n_channel)) - instant.values.keys()
-        if all(self._latest[channel] - instant.time > self._tolerance for channel in missing):
+    def _is_ready(self, time: float, values: Mapping[int, NodeValue], now: float) -> bool:
+        missing = set(range(self._n_channel)) - values.keys()
+        if all(self._latest[channel] - time > self._tolerance for channel in missing):
             return True
-        return now - min(value.arrival for value in instant.values.values()) > self._wait
+        return now - min(value.arrival for value in values.values()) > self._wait
 
-    def _is_kept(self, instant: _Instant) -> bool:
-        if len(instant.values) == self._n_channel:
+    def _is_kept(self, time: float, values: Mapping[int, NodeValue]) -> bool:
+        if len(values) == self._n_channel:
             self._left_out = self._patience
-        elif instant.time <= self._last + self._tolerance:
+        elif time <= self._last + self._tolerance:
             return False
         elif self._left_out < self._patience:
             self._left_out += 1
             return False
-        self._last = instant.time
+        self._last = time
         return True
-
-
-def _differs(instant: _Instant, value: NodeValue) -> bool:
-    """Whether the instant has another value of the node, from another time."""
-    other = instant.values.get(value.channel)
-    return other is not None and other.time != value.time

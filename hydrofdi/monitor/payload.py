@@ -10,10 +10,11 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.sources import joined
+from hydrofdi.monitor.sources import joined, malformed
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.measured.columns import Column, columns_of, is_counts, split_title, time_column
+from hydrofdi.records.measured.rows import runs
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_quantity
@@ -47,8 +48,8 @@ class PayloadError(ValueError):
     """A payload that is not understood; a short sentence says why. It is counted and skipped."""
 
 
-class PayloadReader:
-    """JSON → samples in SI.
+class Lines:
+    """Reads complete lines: as many at once as possible, and those that are not understood one by one.
 
     Parameters
     ----------
@@ -57,7 +58,14 @@ class PayloadReader:
     clock : SampleClock, optional
         Gives instants to samples without time; without a clock, such samples are refused.
     needed : collection of Channel
-        Channels whose keys are refused, not ignored, if their unit has another dimension.
+        Channels whose columns or keys are refused, not ignored, if their unit has another dimension.
+    name : str
+        The stream, for messages.
+
+    Attributes
+    ----------
+    header : list of str
+        The lines that are needed to continue within the stream.
     """
 
     def __init__(
@@ -65,11 +73,46 @@ class PayloadReader:
         config: MonitorConfig,
         clock: SampleClock | None = None,
         needed: Collection[Channel] = (),
+        name: str = "JSON",
     ) -> None:
-        self._config, self._needed = config, needed
-        self._clock, self._largest = clock, config.limits.payload
-        self._known: tuple[tuple[str, ...], tuple[int, ...]] | None = None
-        self._columns: tuple[Column | None, dict[Channel, Column]] = None, {}
+        self.header: list[str] = []
+        self.config, self.clock, self.name, self.needed = config, clock, name, needed
+
+    def chunks(self, lines: Sequence[str]) -> list[Chunk]:
+        """Samples of complete lines.
+
+        Raises
+        ------
+        DataError
+            The first line is not a usable header.
+        """
+        chunks: list[Chunk] = []
+        for place, found in runs(lines, self.block):
+            chunks += self.line(lines[place], found) if isinstance(found, ValueError) else [found]
+        return chunks
+
+    def block(self, lines: Sequence[str]) -> Chunk:
+        """Samples of lines of the same form.
+
+        Raises
+        ------
+        ValueError
+            One of them is something else.
+        """
+        raise NotImplementedError
+
+    def line(self, line: str, error: ValueError) -> list[Chunk]:
+        """A line that is something else: a sample that could not be read."""
+        if self.clock is not None:
+            self.clock.n_sample += 1
+        return [malformed("line", line.strip("\r "), str(error))]
+
+
+class PayloadReader(Lines):
+    """JSON → samples in SI."""
+
+    _known: tuple[tuple[str, ...], tuple[int, ...]] | None = None
+    _columns: tuple[Column | None, dict[Channel, Column]] = None, {}
 
     def read(self, payload: bytes) -> Chunk:
         """The samples of a payload: one JSON object, or one on each line.
@@ -79,11 +122,24 @@ class PayloadReader:
         PayloadError
                     The payload is anything else.
         """
-        if len(payload) > self._largest:
-            raise PayloadError(f"is larger than {counted(self._largest, 'byte')}")
+        if len(payload) > self.config.limits.payload:
+            raise PayloadError(f"is larger than {counted(self.config.limits.payload, 'byte')}")
         lines = [line for line in payload.splitlines() if line.strip()]
         are_objects = len(lines) > 1 and lines[0].rstrip().endswith(b"}")
         return joined([self.chunk(parsed(line)) for line in (lines if are_objects else [payload])])
+
+    def chunks(self, lines: Sequence[str]) -> list[Chunk]:
+        """Samples of complete lines."""
+        return super().chunks([line for line in lines if line.strip()])
+
+    def block(self, lines: Sequence[str]) -> Chunk:
+        """A line, or lines with the same keys and one sample each, as one block."""
+        objects = [parsed(line) for line in lines]
+        if len({tuple(found) for found in objects}) > 1:
+            raise PayloadError("lines have different keys")
+        if len(objects) == 1:
+            return self.chunk(objects[0])
+        return self.chunk({key: [found[key] for found in objects] for key in objects[0]})
 
     def chunk(self, found: Mapping[str, Any]) -> Chunk:
         """The samples of one JSON object.
@@ -110,8 +166,8 @@ class PayloadReader:
             if times.size != n_time:
                 stamps = counted(times.size, "time stamp")
                 raise PayloadError(f"has {stamps} for {counted(n_time, 'sample')}, and no '{_FREQUENCY}'")
-        elif self._clock is not None:
-            times = self._clock.take(n_time)
+        elif self.clock is not None:
+            times = self.clock.take(n_time)
         else:
             raise PayloadError("has no time stamp; add 'time' [s]")
         return Chunk(times, values)
@@ -123,16 +179,16 @@ class PayloadReader:
         if (keys, dated) != self._known:
             if len(keys) > _MOST_KEYS:
                 raise PayloadError(f"has {len(keys)} keys; at most {_MOST_KEYS}")
-            names, configured = {*keys, *(split_title(key)[0] for key in keys)}, self._config.channels
+            names, configured = {*keys, *(split_title(key)[0] for key in keys)}, self.config.channels
             present = {channel: each for channel, each in configured.items() if each.column in names}
             if configured and not present:
                 wanted = ", ".join(each.column for each in configured.values())
                 raise PayloadError(f"has none of the keys {wanted[:100]}")
             units = [split_title(key)[1] for key in keys]
-            config = self._config.model_copy(update={"channels": present})
+            config = self.config.model_copy(update={"channels": present})
             try:
                 self._columns = stream_columns(
-                    keys, units, "JSON", config, self._needed, dated, has_clock=self._clock is not None
+                    keys, units, "JSON", config, self.needed, dated, has_clock=self.clock is not None
                 )
             except DataError as error:
                 raise PayloadError(str(error).removeprefix("JSON: ")) from None
@@ -145,7 +201,7 @@ class PayloadReader:
             return column.in_si(_numbers(column.title, value))
         texts = value if isinstance(value, list) else [value]
         try:
-            return unix_seconds(texts, self._config.time_zone)
+            return unix_seconds(texts, self.config.time_zone)
         except (AttributeError, TypeError, ValueError, OverflowError) as error:
             raise PayloadError(f"{column.title[:60]!r}: {str(error)[:200]}") from None
 

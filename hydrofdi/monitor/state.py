@@ -120,15 +120,10 @@ class StateFile:
             aside.write_bytes(_checksum(content) + b"\n" + content)
 
     def _require_own(self, header: dict[str, Any]) -> None:
-        words = {
-            "version": "was written by another version of hydrofdi",
-            "detector": "belongs to another detector",
-            "source": f"belongs to another source, {header.get('source')}",
-        }
-        for key, text in words.items():
+        for key in ("version", "detector", "source"):
             if header.get(key) != self._owner[key]:
                 advice = "give another file as 'state', or remove this one to start from scratch"
-                raise StoreError(f"{self.path}: {text}; {advice}")
+                raise StoreError(f"{self.path}: belongs to another {key}; {advice}")
 
 
 def digest(detector: DetectorFile) -> str:

@@ -9,71 +9,26 @@ from typing import Any
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.payload import PayloadError, PayloadReader, SampleClock, parsed, stream_columns
+from hydrofdi.monitor.payload import Lines, PayloadReader, SampleClock, stream_columns
 from hydrofdi.monitor.sources import Position, joined, malformed
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.dates import is_dated, unix_seconds
 from hydrofdi.records.measured.columns import Column, is_unit, split_title
-from hydrofdi.records.measured.rows import RowReader, runs
+from hydrofdi.records.measured.rows import RowReader
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.messages import counted
 
 
-class _Lines:
-    """Reads complete lines: as many at once as possible, and those that are not understood one by one.
-
-    Attributes
-    ----------
-    header : list of str
-        The lines that are needed to continue within the stream.
-    """
-
-    def __init__(
-        self, config: MonitorConfig, clock: SampleClock | None, name: str, needed: Collection[Channel]
-    ) -> None:
-        self.header: list[str] = []
-        self.config, self.clock, self.name, self.needed = config, clock, name, needed
-
-    def read(self, lines: Sequence[str]) -> list[Chunk]:
-        """Samples of complete lines.
-
-        Raises
-        ------
-        DataError
-            The first line is not a usable header.
-        """
-        chunks: list[Chunk] = []
-        for place, found in runs(lines, self.block):
-            chunks += self.line(lines[place], found) if isinstance(found, ValueError) else [found]
-        return chunks
-
-    def block(self, lines: Sequence[str]) -> Chunk:
-        """Samples of lines of the same form.
-
-        Raises
-        ------
-        ValueError
-            One of them is something else.
-        """
-        raise NotImplementedError
-
-    def line(self, line: str, error: ValueError) -> list[Chunk]:
-        """A line that is something else: a sample that could not be read."""
-        if self.clock is not None:
-            self.clock.n_sample += 1
-        return [malformed("line", line.strip("\r "), str(error))]
-
-
-class CsvLines(_Lines):
+class CsvLines(Lines):
     """Reads a header, an optional row of units, and rows.
 
     A line that is not a row is a comment, a repeated header, or malformed.
     """
 
     def __init__(
-        self, config: MonitorConfig, clock: SampleClock | None, name: str, needed: Collection[Channel]
+        self, config: MonitorConfig, clock: SampleClock | None, needed: Collection[Channel], name: str
     ) -> None:
-        super().__init__(config, clock, name, needed)
+        super().__init__(config, clock, needed, name)
         self._rows = RowReader(config.format, [])
         self._units: list[str] | None = None
         self._channels: dict[Channel, Column] = {}
@@ -157,7 +112,7 @@ class CsvLines(_Lines):
                 " frequency"
             )
         self._has_begun = True
-        return self.read([text])
+        return self.chunks([text])
 
     def _is_header(self, text: str) -> bool:
         """Whether a line names columns, some of them known from the header before."""
@@ -167,29 +122,6 @@ class CsvLines(_Lines):
             return False
         is_numeric = any(map(self._rows.is_number, filter(None, titles)))
         return not is_numeric and bool(set(titles) & set(self._rows.titles))
-
-
-class JsonLines(_Lines):
-    """Reads lines with one JSON object each."""
-
-    def __init__(
-        self, config: MonitorConfig, clock: SampleClock | None, name: str, needed: Collection[Channel]
-    ) -> None:
-        super().__init__(config, clock, name, needed)
-        self._reader = PayloadReader(config, clock, needed)
-
-    def read(self, lines: Sequence[str]) -> list[Chunk]:
-        """Samples of complete lines."""
-        return super().read([line for line in lines if line.strip()])
-
-    def block(self, lines: Sequence[str]) -> Chunk:
-        """A line, or lines with the same keys and one sample each, as one block."""
-        objects = [parsed(line) for line in lines]
-        if len({tuple(found) for found in objects}) > 1:
-            raise PayloadError("lines have different keys")
-        if len(objects) == 1:
-            return self._reader.chunk(objects[0])
-        return self._reader.chunk({key: [found[key] for found in objects] for key in objects[0]})
 
 
 class TextLines:
@@ -219,12 +151,14 @@ class TextLines:
         self._clock = None if frequency is None else SampleClock(frequency, n_sample)
         encoding = config.format.encoding
         self._encoding = "utf-8-sig" if encoding.lower() in ("utf-8", "utf8") else encoding
-        self._csv, self._json = (each(config, self._clock, name, needed) for each in (CsvLines, JsonLines))
-        self._lines: CsvLines | JsonLines | None = None
+        self._csv, self._json = (
+            each(config, self._clock, needed, name) for each in (CsvLines, PayloadReader)
+        )
+        self._lines: Lines | None = None
         self._rest, self._is_skipping = b"", "is_skipping" in position
         if header := position.get("header"):
             self._lines = self._csv
-            self._lines.read(list(header))
+            self._lines.chunks(list(header))
 
     @property
     def n_unfinished(self) -> int:
@@ -303,4 +237,4 @@ class TextLines:
             if not first:
                 return []
             self._lines = self._json if first.startswith("{") else self._csv
-        return self._lines.read(lines)
+        return self._lines.chunks(lines)

@@ -1,7 +1,6 @@
 """An OPC UA server on loopback, in a thread of the tests."""
 
 import asyncio
-import socket
 import time
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
@@ -15,15 +14,10 @@ from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.opcua import OpcUaSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
+from tests.monitor.brokers import free_port
 from tests.monitor.streams import reading_of
 
 EPOCH = datetime(2026, 1, 1, tzinfo=UTC)
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 class LoopbackServer:

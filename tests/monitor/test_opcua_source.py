@@ -236,9 +236,6 @@ def test_time_that_runs_back_is_left_to_the_stream_to_judge():
     assert joiner.add(values_of(np.ones((10, 2))), now=0.0)[0].size == 10
 
 
-pytest.importorskip("asyncua")
-
-
 class Deaf(OpcUaSource):
     """Takes the first cancellation for something else."""
 

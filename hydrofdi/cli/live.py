@@ -116,13 +116,21 @@ def _windows(tally: Tally) -> Iterator[Any]:
 
 def _told(tally: Tally) -> Iterator[str]:
     """Counts of windows, of alarms, and of what was not judged."""
-    from hydrofdi.settings.readable import count_text, time_text
+    from hydrofdi.settings.readable import count_text, percent, percentage, time_text
 
-    windows, records = counted(tally.n_judged, tally.noun), counted(tally.n_record, "record")
-    lasting = time_text(3600.0 * tally.hours)
+    windows, rate = counted(tally.n_judged, tally.noun), tally.rate
+    records, lasting = counted(tally.n_record, "record"), time_text(3600.0 * tally.hours)
     parts = [f"judged {windows} of {records}, {lasting}: {counted(tally.n_alarm, 'alarm')}"]
     if tally.n_judged:
-        parts += [_share(tally), f"{count_text(tally.n_alarm / tally.hours)} an hour"]
+        remarks = []
+        if tally.rests_on:
+            ends = f"{percentage(rate.low)} to {percent(rate.high)}"
+            remarks.append(f"{ends}, {100.0 * rate.confidence:g} % interval over {tally.rests_on}")
+        if tally.n_group > 1 and tally.rests_on != tally.group_noun:
+            remarks.append(f"{tally.group_noun} are too few")
+        share = percent(rate.value)
+        parts.append(f"{share} ({'; '.join(remarks)})" if remarks else share)
+        parts.append(f"{count_text(tally.n_alarm / tally.hours)} an hour")
     yield ", ".join(parts)
     if tally.faults:
         kinds = ", ".join(f"{kind} {n:,}" for kind, n in tally.faults.most_common())
@@ -133,20 +141,6 @@ def _told(tally: Tally) -> Iterator[str]:
     for (_, record), reason in list(tally.unjudged.items())[:1]:
         more = f"; {counted(len(tally.unjudged), 'record')} in all" if len(tally.unjudged) > 1 else ""
         yield f"no window of {record} was judged: {reason}{more}"
-
-
-def _share(tally: Tally) -> str:
-    """Share of alarms among judged windows, with the interval if there is one."""
-    from hydrofdi.settings.readable import percent, percentage
-
-    rate, share = tally.rate, percent(tally.rate.value)
-    if tally.rests_on:
-        ends = f"{percentage(rate.low)} to {percent(rate.high)}"
-        few = f"; {tally.group_noun} are too few" if tally.rests_on == "windows" and tally.n_group > 1 else ""
-        return f"{share} ({ends}, {100.0 * rate.confidence:g} % interval over {tally.rests_on}{few})"
-    if tally.n_group > 1:
-        return f"{share} ({tally.n_group} {tally.group_noun} are too few for an interval)"
-    return share
 
 
 def monitor(

@@ -110,13 +110,11 @@ class LiveView:
         yield Text(self._source, "bold", no_wrap=True)
         yield Text.assemble((f" {badge} ", _STYLES.get(badge, "bold black on yellow")), f" {why}")
         if self._samples is not None:
-            last = {channel: float(samples[-1]) for channel, samples in self._samples.channels.items()}
-            yield Text(
-                ", ".join(f"{each.symbol} {shown_quantity(at, each.unit)}" for each, at in last.items())
-            )
-        yield Text(f"{self._file.score_name}: alarm {self._file.limits_text}")
-        yield Text("; ".join(self._counted()))
-        yield Text(promise_text(self._file))
+            last = ((each, float(samples[-1])) for each, samples in self._samples.channels.items())
+            yield Text(", ".join(f"{each.symbol} {shown_quantity(value, each.unit)}" for each, value in last))
+        limits = f"{self._file.score_name}: alarm {self._file.limits_text}"
+        for text in (limits, "; ".join(self._counted()), promise_text(self._file)):
+            yield Text(text)
         yield Text("Events (Ctrl-C ends)", "bold")
         for event in self._events:
             kind = event.kind.replace("_", " ")

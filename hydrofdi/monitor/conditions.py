@@ -143,10 +143,7 @@ def _why(verdict: Verdict, chart: ChartReading | None) -> str:
 _KIND_OF_FAULT = {
     "other_rate": EventKind.RATE_CHANGED,
     "missing": EventKind.MISSING_SAMPLES,
-    "stuck": EventKind.STUCK,
-    "clipped": EventKind.CLIPPED,
-    "novel": EventKind.NOVEL,
-    "missing_channel": EventKind.MISSING_CHANNEL,
+    **{each: EventKind(each) for each in ("stuck", "clipped", "novel", "missing_channel")},
 }
 _BEYOND = "novel, the score beyond its limit"
 _EPISODES = {

@@ -8,7 +8,7 @@ import math
 import time
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
-from datetime import UTC, datetime
+from datetime import UTC
 from math import ceil
 from typing import Any, NamedTuple
 
@@ -52,8 +52,6 @@ _MOST = 65_536
 
 _OVERFLOW = 0x480
 """Bits of the status of a value before which the queue of the server was full."""
-
-_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 class OpcUaSource(Connection, StreamSource):
@@ -218,7 +216,7 @@ class OpcUaSource(Connection, StreamSource):
         self._begun.clear()
         self.report_connected(f", {counted(len(self._nodes), 'node')}")
 
-    def _take(self, changes: Changes) -> None:
+    def _take(self, changes: Sequence[ua.MonitoredItemNotification]) -> None:
         now, n_overflow = time.monotonic(), 0
         values: list[NodeValue] = []
         for change in changes:
@@ -249,11 +247,8 @@ class OpcUaSource(Connection, StreamSource):
             return []
 
 
-Changes = list[ua.MonitoredItemNotification]
-
-
-def _changes_of(result: ua.PublishResult) -> Changes:
-    changes: Changes = []
+def _changes_of(result: ua.PublishResult) -> list[ua.MonitoredItemNotification]:
+    changes: list[ua.MonitoredItemNotification] = []
     for data in result.NotificationMessage.NotificationData or ():
         if isinstance(data, ua.DataChangeNotification):
             changes += data.MonitoredItems
@@ -314,14 +309,9 @@ def _node_values(data: ua.DataValue, channel: int, period: float, arrival: float
     if data.StatusCode is not None and not data.StatusCode.is_good():
         value = math.nan
     numbers = value if isinstance(value, list) else [value]
-    end = _seconds(stamp)
+    end = stamp.replace(tzinfo=UTC).timestamp()
     start = end - (len(numbers) - 1) * period
     return [NodeValue(start + n * period, channel, _number(each), arrival) for n, each in enumerate(numbers)]
-
-
-def _seconds(stamp: datetime) -> float:
-    """Time since 1970, in UTC [s]."""
-    return (stamp.replace(tzinfo=UTC) - _EPOCH).total_seconds()
 
 
 def _number(value: object) -> float:

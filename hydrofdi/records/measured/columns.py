@@ -236,9 +236,11 @@ def titles_of_time(titles: Sequence[str], units: Sequence[str]) -> list[int]:
     return next((found for found in named.values() if found), [])
 
 
-def channel_named(title: str, unit: str) -> Channel | None:
-    """The channel that a title means; None if there is none, or the unit has another dimension."""
-    channel = _CHANNELS.get(short_name(title))
+def channel_named(title: str, unit: str, more: Mapping[str, Channel] = {}) -> Channel | None:
+    """The channel that a title means, by the usual or by `more` names; None if there is none, or the unit has
+    another dimension."""
+    name = short_name(title)
+    channel = _CHANNELS.get(name) or more.get(name)
     if channel is None or is_counts(unit) or (found := known_unit(unit)) is None:
         return channel
     return channel if found.exponents == parse_unit(channel.unit).exponents else None

@@ -15,7 +15,7 @@ from hydrofdi.records.measured.columns import (
     columns_of,
     is_unit,
     known_unit,
-    short_name,
+    named_time,
     shortened,
     split_title,
     time_column,
@@ -163,7 +163,7 @@ def _below_preamble(file: Path, table: Table | None) -> tuple[int, Table]:
 def _suggestion(pattern: str, skip: int, table: Table, sampling_frequency: float | None) -> str:
     channels: dict[Channel, str] = {}
     for position in range(len(table.titles)):
-        if channel := _channel(table, position):
+        if channel := channel_named(table.titles[position], table.unit(position), _CHANNELS):
             channels.setdefault(channel, _column(table, position, channel.unit))
     columns = channels or {Channel.CHAMBER_1_PRESSURE: "{column: '…', unit: …}"}
     form = ["decimal: ','"] * table.has_decimal_commas + [f"skip: {skip}"] * bool(skip)
@@ -174,12 +174,10 @@ def _suggestion(pattern: str, skip: int, table: Table, sampling_frequency: float
 
 def _sampling(table: Table) -> str:
     """The sampling to suggest: a column that may be the time by its name, its dates or its unit."""
-    second, n_column = parse_unit("s").exponents, len(table.titles)
-    units = [known_unit(table.unit(position)) for position in range(n_column)]
-    named = titles_of_time(table.titles, [table.unit(position) for position in range(n_column)])
-    dated = [position for position in range(n_column) if table.is_dated(position)]
-    stated = [position for position, unit in enumerate(units) if unit and unit.exponents == second]
-    time = next(iter([*named, *dated, *stated]), None)
+    second = parse_unit("s").exponents
+    units = [known_unit(table.unit(position)) for position in range(len(table.titles))]
+    others = (n for n, unit in enumerate(units) if table.is_dated(n) or (unit and unit.exponents == second))
+    time = next(iter([*named_time(table.titles, table.unit, table.is_dated), *others]), None)
     if time is None or _is_counter(table, time):
         return "sampling_frequency: …"
     if table.is_dated(time):
@@ -203,12 +201,3 @@ def _is_counter(table: Table, position: int) -> bool:
         return counts_samples(table.numbers(position))
     except DataError:
         return False
-
-
-def _channel(table: Table, position: int) -> Channel | None:
-    """The channel to suggest for a column; None if its name is unknown, or its unit does not fit."""
-    title, unit = table.titles[position], known_unit(table.unit(position))
-    channel = channel_named(title, table.unit(position)) or _CHANNELS.get(short_name(title))
-    if unit is None or channel is None:
-        return channel
-    return channel if unit.exponents == parse_unit(channel.unit).exponents else None

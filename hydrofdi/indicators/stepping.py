@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,12 @@ class Steps:
         starts = self.sample + first
         windows: Array = signal[self.record[:, None], starts[:, None] + np.arange(length)]
         return windows
+
+    def spread(self, values: Array, n_record: int) -> tuple[Array, Array]:
+        """Mean of values (n_step,) over the steps of each record, and the sum of squares about it, each
+        (n_record,)."""
+        mean = self.sums(values, n_record) / self.counts(n_record)
+        return mean, self.sums(np.square(values - mean[self.record]), n_record)
 
     def sums(self, values: Array, n_record: int) -> Array:
         """Sum of values (n_step,) over the steps of each record, shape (n_record,)."""
@@ -129,7 +135,32 @@ class SteppingOptions(Section):
 
 
 class SteppedChannelOptions(ChannelOptions, SteppingOptions):
-    """Options of an indicator of one channel after the steps of the drive."""
+    """Options of an indicator of one channel in a window after each step of the drive.
+
+    Subclasses state ``delay`` and ``window``: the time excluded after a step and the time analysed [s].
+    """
+
+    if TYPE_CHECKING:
+        delay: float
+        window: float
+
+    def window_samples(self, sampling_frequency: float) -> tuple[int, int]:
+        """Samples that are excluded after a step, and samples of the window."""
+        return round(self.delay * sampling_frequency), round(self.window * sampling_frequency)
+
+    def obstacle(self, records: RecordBatch, n_least: int) -> str | None:
+        """Message if the steps cannot be found, or the window has too few samples; else None."""
+        n_sample = self.window_samples(records.sampling_frequency)[1]
+        if n_sample < n_least:
+            return f"a window of {self.window:g} s has {n_sample} samples; {n_least} are needed"
+        if self.steps == "period" and records.drive_period is None:
+            return "the period of the drive is unknown"
+        return None
+
+    def steps_of(self, records: RecordBatch, signal: Array) -> Steps:
+        """The steps that are followed by a full window."""
+        window = self.window_samples(records.sampling_frequency)
+        return drive_steps(records, self, signal).with_window(*window, records.n_time)
 
     @property
     def channels(self) -> frozenset[Channel]:
@@ -140,13 +171,6 @@ class SteppedChannelOptions(ChannelOptions, SteppingOptions):
     def optional_channels(self) -> frozenset[Channel]:
         """The voltage, if it may show the steps."""
         return frozenset({Channel.INPUT_VOLTAGE} if self.steps == "auto" else ())
-
-
-def stepping_obstacle(records: RecordBatch, options: SteppingOptions) -> str | None:
-    """Message if the steps of records cannot be found, else None."""
-    if options.steps == "period" and records.drive_period is None:
-        return "the period of the drive is unknown"
-    return None
 
 
 def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -> Steps:

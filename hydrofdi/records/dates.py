@@ -13,10 +13,9 @@ import numpy as np
 from hydrofdi.records.batch import Array
 from hydrofdi.settings.messages import similar
 
-_POINTED = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):(.*)")
+_POINTED = re.compile(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):")
 """Day, month and year separated by dots, as in 31.01.2026 12:00."""
 _BEYOND = re.compile(r":\d\d[.,]\d{6}(\d{1,3})")
-_USUAL = len("31.1.2026 8:00:00.123456")
 _EPOCH = datetime(1970, 1, 1)
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
 _BILLION = 10**9
@@ -74,37 +73,21 @@ def instant(text: str, zone: tzinfo | None = None) -> Instant:
     """
     written = text.strip()
     try:
-        found = datetime.fromisoformat(written)
-    except ValueError:
-        found = _pointed(written)
-    if found.tzinfo is None and zone is not None:
-        found = found.replace(tzinfo=zone)
-    try:
+        found = datetime.fromisoformat(_POINTED.sub(_turned, written))
+        found = found.replace(tzinfo=zone) if found.tzinfo is None else found
         passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
-    except OverflowError:
+    except (ValueError, OverflowError):
         raise ValueError(f"{written[:40]!r} is not a date and time such as {_EXAMPLE}") from None
+    digits = _BEYOND.search(written)  # datetime ignores what is below a microsecond
+    nanoseconds = int(f"{digits[1]:0<3}") if digits else 0
     whole = passed.days * 86_400 + passed.seconds
-    return Instant(
-        whole * _BILLION + passed.microseconds * 1000 + _beyond_microseconds(written),
-        found.tzinfo is not None,
-    )
+    return Instant(whole * _BILLION + passed.microseconds * 1000 + nanoseconds, found.tzinfo is not None)
 
 
-def _pointed(text: str) -> datetime:
-    match = _POINTED.fullmatch(text)
-    try:
-        if match is None:
-            raise ValueError
-        day, month, year, hour, rest = match.groups()
-        return datetime.fromisoformat(f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}:{rest}")
-    except ValueError:
-        raise ValueError(f"{text[:40]!r} is not a date and time such as {_EXAMPLE}") from None
-
-
-def _beyond_microseconds(text: str) -> int:
-    """Nanoseconds in the digits that ``datetime`` ignores."""
-    digits = _BEYOND.search(text) if len(text) > _USUAL else None
-    return int(f"{digits[1]:0<3}") if digits else 0
+def _turned(match: re.Match[str]) -> str:
+    """Day, month, year and hour in the order of ISO 8601."""
+    day, month, year, hour = match.groups()
+    return f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}:"
 
 
 def seconds_since(first: Instant | None, instants: Sequence[Instant | None]) -> Array:

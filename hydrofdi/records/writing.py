@@ -12,8 +12,8 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records.batch import Array, Channel, RecordBatch
-from hydrofdi.records.measured.columns import channel_named, known_unit, scaled
-from hydrofdi.settings.messages import counted, listed, nearest
+from hydrofdi.records.measured.columns import channel_called, known_unit, scaled
+from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_unit, similar_units
 
 
@@ -98,7 +98,7 @@ def selection(channels: Collection[str], units: Collection[str]) -> Selection:
     ConfigError
         A channel or a unit is unknown, or a unit fits no channel that is written.
     """
-    chosen = tuple(dict.fromkeys(map(_channel, channels)))
+    chosen = tuple(dict.fromkeys(map(channel_called, channels)))
     for unit in units:
         fitting = [channel for channel in Channel if _fits(_known(unit), channel)]
         if not set(fitting) & set(chosen or Channel):
@@ -109,15 +109,6 @@ def selection(channels: Collection[str], units: Collection[str]) -> Selection:
         if len(own) > 1:
             raise ConfigError(f"units {' and '.join(own)} both fit {channel.symbol}; give one of them")
     return Selection(chosen, tuple(units))
-
-
-def _channel(name: str) -> Channel:
-    channel = channel_named(name, "")
-    if channel is None:
-        known = [*(each.symbol for each in Channel), *(each.value for each in Channel)]
-        shown = [each.symbol for each in Channel]
-        raise ConfigError(f"unknown channel {name!r}{nearest(name, known) or listed(shown)}")
-    return channel
 
 
 def _known(unit: str) -> str:

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.api.arguments import Names, refusal
-from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.errors import DataError
 from hydrofdi.records import Channel
 from hydrofdi.records.dates import instant, is_dated
 from hydrofdi.records.measured.columns import (
+    channel_called,
     channel_named,
     channels_named,
     find_column,
@@ -24,7 +25,7 @@ from hydrofdi.records.measured.columns import (
 )
 from hydrofdi.records.measured.recording import counts_samples
 from hydrofdi.records.measured.source import HeldSource, HeldTable, held_source
-from hydrofdi.settings.messages import counted, nearest
+from hydrofdi.settings.messages import counted
 
 _CF_POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")
 """A power as CF writes it: ``m s-1``."""
@@ -323,7 +324,4 @@ def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:
 def _channel(name: str) -> Channel:
     if not isinstance(name, str):
         raise refusal("channel", "the name of a channel, or column → name", name)
-    found = channel_named(name, "")
-    if found is None:
-        raise ConfigError(f"channel: {name!r} is unknown{nearest(name, [each.value for each in Channel])}")
-    return found
+    return channel_called(name)

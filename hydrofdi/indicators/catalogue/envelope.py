@@ -16,11 +16,7 @@ from hydrofdi.indicators.single_channel import (
     band_obstacle,
     middle_band,
 )
-from hydrofdi.indicators.stepping import (
-    SteppedChannelOptions,
-    drive_steps,
-    stepping_obstacle,
-)
+from hydrofdi.indicators.stepping import SteppedChannelOptions
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.wavelet import root_mean_square
@@ -115,25 +111,18 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
         band = middle_band(self.options.band, records.sampling_frequency)
         if band[1] - band[0] < 4.0 / records.duration:
             return f"a band of {band[1] - band[0]:g} Hz needs records of {4.0 / (band[1] - band[0]):.3g} s"
-        if self._n_window(records) < _FEWEST_SAMPLES:
-            return (
-                f"a window of {self.options.window:g} s has {self._n_window(records)} samples;"
-                f" {_FEWEST_SAMPLES} are needed"
-            )
-        return band_obstacle(records, band) or stepping_obstacle(records, self.options)
+        return band_obstacle(records, band) or self.options.obstacle(records, _FEWEST_SAMPLES)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Each (n_record,); the decay is NaN if no step is followed by a full window."""
         signal, sampling = self.signal(records), records.sampling_frequency
         envelope = np.abs(analytic_signal(signal, sampling, middle_band(self.options.band, sampling)))
-        delay, length = round(self.options.delay * sampling), self._n_window(records)
-        steps = drive_steps(records, self.options, signal).with_window(delay, length, records.n_time)
-        windows = steps.windows(envelope, delay, length)
+        steps = self.options.steps_of(records, signal)
+        windows = steps.windows(envelope, *self.options.window_samples(sampling))
         moves = windows.min(axis=1, initial=np.inf) > _ROUNDING * np.abs(signal).max(axis=1)[steps.record]
         steps, rates = steps.where(moves), _decay_rates(windows[moves], sampling)
         count = steps.counts(records.n_record).astype(float)
-        mean = steps.sums(rates, records.n_record) / count
-        squares = steps.sums(np.square(rates - mean[steps.record]), records.n_record)
+        mean, squares = steps.spread(rates, records.n_record)
         spread = np.where(count > 1.0, np.sqrt(squares / count), np.nan)
         return {
             "amplitude": root_mean_square(envelope),
@@ -141,9 +130,6 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
             "decay_rate_spread": spread,
             "steps": count,
         }
-
-    def _n_window(self, records: RecordBatch) -> int:
-        return round(self.options.window * records.sampling_frequency)
 
 
 def _decay_rates(envelopes: Array, sampling_frequency: float) -> Array:

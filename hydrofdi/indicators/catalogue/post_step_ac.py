@@ -11,11 +11,7 @@ from pydantic import Field
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.single_channel import SingleChannelIndicator
-from hydrofdi.indicators.stepping import (
-    SteppedChannelOptions,
-    drive_steps,
-    stepping_obstacle,
-)
+from hydrofdi.indicators.stepping import SteppedChannelOptions
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.free_motion import less_polynomials, orthonormal_polynomials
@@ -74,27 +70,16 @@ class PostStepAc(SingleChannelIndicator[PostStepAcOptions]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the steps cannot be found, or if the polynomial fits any window exactly."""
-        length = self._window(records)[1]
-        if length <= self.options.trend_degree + 1:
-            return (
-                f"a window of {self.options.window:g} s has only {length} samples, which the trend fits"
-                " exactly"
-            )
-        return stepping_obstacle(records, self.options)
+        return self.options.obstacle(records, self.options.trend_degree + 2)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Each (n_record,), in the unit of the channel; NaN if no step is followed by a full window."""
         signal, n_record = self.signal(records), records.n_record
-        window = self._window(records)
-        steps = drive_steps(records, self.options, signal).with_window(*window, records.n_time)
+        window = self.options.window_samples(records.sampling_frequency)
+        steps = self.options.steps_of(records, signal)
         pieces, count = steps.windows(signal, *window), steps.counts(n_record)
         trend = orthonormal_polynomials(window[1], self.options.trend_degree)
         rms = np.sqrt(np.mean(np.square(less_polynomials(pieces, trend)), axis=1))
-        mean = steps.sums(rms, n_record) / count
-        spread = steps.sums(np.square(rms - mean[steps.record]), n_record)
+        mean, spread = steps.spread(rms, n_record)
         relative = steps.sums(rms / pieces.mean(axis=1), n_record) / count
         return {"rms": mean, "rms_error": np.sqrt(spread / ((count - 1.0) * count)), "relative": relative}
-
-    def _window(self, records: RecordBatch) -> tuple[int, int]:
-        frequency = records.sampling_frequency
-        return round(self.options.delay * frequency), round(self.options.window * frequency)

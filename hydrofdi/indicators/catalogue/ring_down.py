@@ -12,12 +12,7 @@ from pydantic import Field
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.single_channel import SingleChannelIndicator
-from hydrofdi.indicators.stepping import (
-    SteppedChannelOptions,
-    Steps,
-    drive_steps,
-    stepping_obstacle,
-)
+from hydrofdi.indicators.stepping import SteppedChannelOptions, Steps
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.free_motion import FreeMotion, fit_free_motion
@@ -80,12 +75,7 @@ class RingDown(SingleChannelIndicator[RingDownOptions]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the steps cannot be found, or if a window has too few samples."""
-        if self._n_window(records) < _LEAST_SAMPLES:
-            return (
-                f"a window of {self.options.window:g} s has {self._n_window(records)} samples;"
-                f" {_LEAST_SAMPLES} are needed"
-            )
-        return stepping_obstacle(records, self.options)
+        return self.options.obstacle(records, _LEAST_SAMPLES)
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Each (n_record,); frequencies in Hz, the others dimensionless."""
@@ -97,14 +87,10 @@ class RingDown(SingleChannelIndicator[RingDownOptions]):
         motion = fit_free_motion(pieces, steps.record, frequency, self.options.trend_degree)
         return _summary(motion, steps, records.n_record, self._is_ringing(motion))
 
-    def _n_window(self, records: RecordBatch) -> int:
-        return round(self.options.window * records.sampling_frequency)
-
     def _pieces(self, records: RecordBatch, signal: Array) -> tuple[Steps, Array]:
         """Steps that have a full window of finite, varying pressure, and the pressure in it."""
-        delay, length = round(self.options.delay * records.sampling_frequency), self._n_window(records)
-        steps = drive_steps(records, self.options, signal).with_window(delay, length, records.n_time)
-        pieces = steps.windows(signal, delay, length)
+        steps = self.options.steps_of(records, signal)
+        pieces = steps.windows(signal, *self.options.window_samples(records.sampling_frequency))
         moves = np.isfinite(pieces).all(axis=1) & (np.ptp(pieces, axis=1) > 1e-9 * np.abs(pieces).max(axis=1))
         return steps.where(moves), pieces[moves]
 
@@ -128,9 +114,7 @@ def _summary(motion: FreeMotion, steps: Steps, n_record: int, rings: NDArray[np.
         "damping_ratio": (motion.damping_ratio[rings], motion.damping_deviation[rings]),
     }
     for name, (of_steps, deviation) in found.items():
-        mean = ringing.sums(of_steps, n_record) / n_ringing
-        spread = ringing.sums(np.square(of_steps - mean[ringing.record]), n_record)
-        values[name] = mean
+        values[name], spread = ringing.spread(of_steps, n_record)
         values[f"{name}_error"] = np.sqrt(spread / ((n_ringing - 1.0) * n_ringing))
         values[f"{name}_formal_error"] = np.sqrt(ringing.sums(np.square(deviation), n_record)) / n_ringing
     return values

@@ -9,9 +9,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from hydrofdi.errors import DataError, Issue
+from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.measured.description.sections import COUNTS, ChannelConfig, TimeConfig
+from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import Unit, parse_unit, similar_units
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
@@ -244,6 +245,21 @@ def channel_named(title: str, unit: str, more: Mapping[str, Channel] = {}) -> Ch
     if channel is None or is_counts(unit) or (found := known_unit(unit)) is None:
         return channel
     return channel if found.exponents == parse_unit(channel.unit).exponents else None
+
+
+def channel_called(name: str) -> Channel:
+    """The channel of a name or symbol.
+
+    Raises
+    ------
+    ConfigError
+        There is none.
+    """
+    channel = channel_named(name, "")
+    if channel is None:
+        known = [*(each.symbol for each in Channel), *(each.value for each in Channel)]
+        raise ConfigError(f"unknown channel {name!r}{nearest(name, known) or listed(known[: len(Channel)])}")
+    return channel
 
 
 def find_column(titles: Sequence[str], column: str, place: str) -> int:

@@ -23,7 +23,7 @@ from hydrofdi.indicators.estimation.chamber_balance import (
 from hydrofdi.indicators.faults import FLUID, POSITIVE
 from hydrofdi.indicators.nominal_actuator import NominalActuator, PlantConstant
 from hydrofdi.indicators.nominal_plant import UncertainActuator
-from hydrofdi.indicators.stepping import alternating_side
+from hydrofdi.indicators.single_channel import alternating_side
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.regression import regress

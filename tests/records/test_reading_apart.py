@@ -16,7 +16,7 @@ import scipy.io
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats import opening
 from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.formats.table import RejectionError
+from hydrofdi.records.measured.recording import RejectionError
 from hydrofdi.records.measured.source import measured_source
 from tests.records.measuring import P1, described
 

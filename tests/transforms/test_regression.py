@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.indicators.estimation.chamber_balance import weak_weights
-from hydrofdi.indicators.stepping import half_periods, jumps
+from hydrofdi.indicators.single_channel import half_periods, jumps
 from hydrofdi.transforms.free_motion import common_motion, fit_free_motion
 from hydrofdi.transforms.regression import regress
 

@@ -13,10 +13,10 @@ from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.single_channel import (
     Band,
     SingleChannelIndicator,
+    SteppedChannelOptions,
     band_obstacle,
     middle_band,
 )
-from hydrofdi.indicators.stepping import SteppedChannelOptions
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.wavelet import root_mean_square

@@ -10,8 +10,7 @@ from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import SingleChannelIndicator
-from hydrofdi.indicators.stepping import SteppedChannelOptions
+from hydrofdi.indicators.single_channel import SingleChannelIndicator, SteppedChannelOptions
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.free_motion import less_polynomials, orthonormal_polynomials

@@ -11,8 +11,7 @@ from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import SingleChannelIndicator
-from hydrofdi.indicators.stepping import SteppedChannelOptions, Steps
+from hydrofdi.indicators.single_channel import SingleChannelIndicator, SteppedChannelOptions, Steps
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.free_motion import FreeMotion, fit_free_motion

@@ -11,8 +11,7 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.measured.description.sections import CyclesConfig, SegmentConfig, TrimConfig
-from hydrofdi.records.measured.formats.table import RejectionError
-from hydrofdi.records.measured.recording import Recording
+from hydrofdi.records.measured.recording import Recording, RejectionError
 from hydrofdi.records.stuck import BAND, Direction, drive_edges
 
 

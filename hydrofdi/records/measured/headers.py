@@ -29,8 +29,7 @@ from hydrofdi.records.measured.description.sections import (
     TimeConfig,
 )
 from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.formats.table import RejectionError, Table
-from hydrofdi.records.measured.recording import counts_samples
+from hydrofdi.records.measured.recording import RejectionError, Table, counts_samples
 from hydrofdi.units import parse_unit, similar_units
 
 _SUGGESTED = {

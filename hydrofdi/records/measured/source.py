@@ -28,7 +28,6 @@ from hydrofdi.records.measured.defects import Ranges, defects, differences
 from hydrofdi.records.measured.description.checks import contradictions
 from hydrofdi.records.measured.description.sections import OF_STREAMS, MeasuredConfig
 from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.formats.table import RejectionError, Table
 from hydrofdi.records.measured.forming import (
     MOST_SAMPLES,
     batched,
@@ -39,7 +38,7 @@ from hydrofdi.records.measured.forming import (
     path_pattern,
 )
 from hydrofdi.records.measured.headers import completed, suggested_description
-from hydrofdi.records.measured.recording import Recording, recording_of
+from hydrofdi.records.measured.recording import Recording, RejectionError, Table, recording_of
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
 

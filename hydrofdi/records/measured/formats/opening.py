@@ -23,8 +23,8 @@ from hydrofdi.records import array_reader
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.columns import split_title
 from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats.table import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.records.measured.formats.text import TextTable
+from hydrofdi.records.measured.recording import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.settings.messages import counted, nearest
 
 _EXACT = 2**53

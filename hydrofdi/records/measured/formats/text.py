@@ -19,7 +19,7 @@ from hydrofdi.records import dates
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.columns import is_unit
 from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats.table import MOST_BYTES, RejectionError, Table, damage_named
+from hydrofdi.records.measured.recording import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.records.measured.rows import RowReader, runs
 
 _BLOCK = 2**21

@@ -236,11 +236,9 @@ def assumed_plants(
 
 def assumption_text(label: str, names: Sequence[str]) -> str:
     """The sentence that names constants which nobody gave."""
-    are = "is" if len(names) == 1 else "are"
-    them = f"it as an option of {label}" if len(names) == 1 else f"them as options of {label}"
     return (
-        f"{label}: {', '.join(names)} {are} not given; the nominal actuator of the paper is assumed, so the"
-        f" numbers may be wrong for yours; give {them}"
+        f"{label}: not given: {', '.join(names)}; the nominal actuator of the paper is assumed, so the"
+        f" numbers may be wrong for yours; give your values as options of {label}"
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,9 +12,10 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records.batch import Array, Channel, RecordBatch
-from hydrofdi.records.measured.columns import channel_called, known_unit, scaled
+from hydrofdi.records.measured.columns import channel_called, scaled
+from hydrofdi.records.measured.formats.opening import parquet_library
 from hydrofdi.settings.messages import counted
-from hydrofdi.units import parse_unit, similar_units
+from hydrofdi.units import parse_unit
 
 
 @dataclass(frozen=True)
@@ -52,12 +53,12 @@ class Selection:
     ----------
     channels : sequence of Channel
         Channels in this order; if empty, all channels of a record.
-    units : sequence of str
-        Each applies to all channels of its dimension; the others are in SI.
+    units : mapping of Channel to str
+        The others are in SI.
     """
 
-    channels: Sequence[Channel] = ()
-    units: Sequence[str] = ()
+    channels: Sequence[Channel]
+    units: Mapping[Channel, str]
 
     def columns(self, batch: RecordBatch, row: int) -> Iterator[Column]:
         """Time and the channels of a record.
@@ -72,15 +73,13 @@ class Selection:
             if channel not in batch.channels:
                 has = ", ".join(each.symbol for each in batch.channels)
                 raise DataError(f"{batch.sources[row]}: has no {channel.symbol} ({channel}); it has {has}")
-            yield self._column(batch, row, channel)
-
-    def _column(self, batch: RecordBatch, row: int, channel: Channel) -> Column:
-        own, values = batch.unit(channel), batch[channel][row]
-        if channel in batch.relative:
-            return Column(channel.symbol, "-" if own == "1" else own, values)
-        unit = next((unit for unit in self.units if _fits(unit, channel)), own)
-        factor = parse_unit(own).factor / parse_unit(unit).factor
-        return Column(channel.symbol, unit, scaled(values, factor))
+            own, values = batch.unit(channel), batch[channel][row]
+            if channel in batch.relative:
+                yield Column(channel.symbol, "-" if own == "1" else own, values)
+                continue
+            unit = self.units.get(channel, own)
+            factor = parse_unit(own).factor / parse_unit(unit).factor
+            yield Column(channel.symbol, unit, scaled(values, factor))
 
 
 def selection(channels: Collection[str], units: Collection[str]) -> Selection:
@@ -91,37 +90,29 @@ def selection(channels: Collection[str], units: Collection[str]) -> Selection:
     channels : collection of str
         Symbols or names: ``P1``, ``chamber_1_pressure``, ``position``.
     units : collection of str
-        Such as ``bar`` and ``mm``.
+        Such as ``bar`` and ``mm``, each for the channels of its dimension.
 
     Raises
     ------
     ConfigError
-        A channel or a unit is unknown, or a unit fits no channel that is written.
+        A channel or a unit is unknown, a unit fits no channel that is written, or two fit the same one.
     """
-    chosen = tuple(dict.fromkeys(map(channel_called, channels)))
+    chosen, of = tuple(dict.fromkeys(map(channel_called, channels))), dict[Channel, str]()
     for unit in units:
-        fitting = [channel for channel in Channel if _fits(_known(unit), channel)]
-        if not set(fitting) & set(chosen or Channel):
+        try:
+            exponents = parse_unit(unit).exponents
+        except ValueError as error:
+            raise ConfigError(f"unit: {error}") from None
+        fitting = [each for each in chosen or Channel if parse_unit(each.unit).exponents == exponents]
+        if not fitting:
             symbols = ", ".join(channel.symbol for channel in chosen or Channel)
             raise ConfigError(f"unit {unit!r} fits none of the channels {symbols}")
-    for channel in chosen or Channel:
-        own = [unit for unit in units if _fits(unit, channel)]
-        if len(own) > 1:
-            raise ConfigError(f"units {' and '.join(own)} both fit {channel.symbol}; give one of them")
-    return Selection(chosen, tuple(units))
-
-
-def _known(unit: str) -> str:
-    if known_unit(unit) is None:
-        dimensions = dict.fromkeys(channel.unit for channel in Channel)
-        similar = [each for own in dimensions for each in similar_units(unit, own)]
-        hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
-        raise ConfigError(f"unknown unit {unit!r}{hint}")
-    return unit
-
-
-def _fits(unit: str, channel: Channel) -> bool:
-    return parse_unit(unit).exponents == parse_unit(channel.unit).exponents
+        if fitting[0] in of:
+            raise ConfigError(
+                f"units {of[fitting[0]]} and {unit} both fit {fitting[0].symbol}; give one of them"
+            )
+        of |= dict.fromkeys(fitting, unit)
+    return Selection(chosen, of)
 
 
 _ROWS_AT_ONCE = 100_000
@@ -144,11 +135,9 @@ def write_parquet(path: Path, columns: Sequence[Column]) -> None:
     DataError
         pyarrow is not installed.
     """
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        raise DataError("Parquet needs the extra 'parquet': pip install 'hydrofdi[parquet]'") from None
+    parquet = parquet_library()
+    import pyarrow
+
     fields = [
         pyarrow.field(column.title, pyarrow.float64(), metadata={"units": column.unit}) for column in columns
     ]

@@ -196,7 +196,7 @@ def balance(**options):
 def test_constants_that_nobody_gave_are_named(records):
     remark, *_ = hydrofdi.measure(records, balance(piston_area="20 cm^2"), sampling_frequency=500.0).remarks
     named = "chamber_volume, bulk_modulus, flow_gain, area_gradient, spool_gain, natural_frequency"
-    assert remark.startswith(f"flow_balance: {named}, damping_ratio are not given; the nominal actuator")
+    assert remark.startswith(f"flow_balance: not given: {named}, damping_ratio; the nominal actuator")
 
 
 @pytest.mark.parametrize("chosen", ["dwt", {"flow_balance": {"supply": "sum"} | GIVEN}])
@@ -214,7 +214,7 @@ def test_a_detector_says_which_constants_it_uses_and_which_nobody_gave(records, 
     config = {"indicators": balance(piston_area="20 cm^2"), "output": "leakage", "false_alarm_rate": 0.2}
     detector = hydrofdi.train(records, config=config, accept=True, sampling_frequency=500.0)
     assert "It takes the actuator as piston_area = 2000 mm², chamber_volume = 280 cm³" in detector.summary
-    assert "Warning: flow_balance: chamber_volume, bulk_modulus" in detector.summary
+    assert "Warning: flow_balance: not given: chamber_volume, bulk_modulus" in detector.summary
     detector.save(tmp_path / "detector.json")
     assert hydrofdi.Detector.load(tmp_path / "detector.json").summary.count("Warning: flow_balance") == 1
 

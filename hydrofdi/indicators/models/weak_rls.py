@@ -78,14 +78,11 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         " exp(−hop/memory); the column of 1/β is corrected for pressure noise"
     )
     caution = (
-        "A leak proportional to ΔP cannot be distinguished from valve clearance: cross_port_leakage"
-        " contains both. Pressure noise that is not white biases β; with one chamber, so does a leak. With"
-        " one chamber the leakage is up to 10 % too small, which exceeds its stated deviation. β is missing"
-        " if the estimate of 1/β is not positive, e.g. after the onset of a leak that is modelled as"
-        " constant. A misfit well above 1 or a departure above 2.5 means that the data sheet does not fit."
-        " A piston area that is 10 % too large there changes the departure from 0.2 to 2.8, but the misfit"
-        " only from 0.66 to 0.74, because the flow gain absorbs it; with one chamber they change from 0.5"
-        " to 3.9 and from 0.66 to 1.6."
+        "cross_port_leakage contains a leak proportional to ΔP and the valve clearance, which look alike."
+        " Pressure noise that is not white biases β; with one chamber, so does a leak, and the leakage is up"
+        " to 10 % too small, more than its stated deviation. β is missing if 1/β is not positive, e.g. after"
+        " the onset of a leak. A misfit above 1.1 or a departure above 2.5 means that the data sheet does not"
+        " fit; the flow gain absorbs a wrong piston area, so that the misfit alone does not show it."
     )
     absence = (
         "the record has samples that are not finite, does not determine the leakage, or is best explained by"

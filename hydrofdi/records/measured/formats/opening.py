@@ -219,19 +219,24 @@ def npz_table(place: str, content: Content) -> Iterator[ArrayTable]:
         yield ArrayTable(place, "NPZ", shapes, arrays.__getitem__)
 
 
-def parquet_table(place: str, content: Content) -> ArrayTable:
-    """The columns of a file.
+def parquet_library() -> Any:
+    """The module ``pyarrow.parquet``.
 
     Raises
     ------
     DataError
-        pyarrow is not installed.
+        It is not installed.
     """
     try:
         import pyarrow.parquet as parquet
     except ImportError:
-        message = "Parquet needs the extra 'parquet': pip install 'hydrofdi[parquet]'"
-        raise DataError(f"{place}: {message}") from None
+        raise DataError("Parquet needs the extra 'parquet': pip install 'hydrofdi[parquet]'") from None
+    return parquet
+
+
+def parquet_table(place: str, content: Content) -> ArrayTable:
+    """The columns of a file."""
+    parquet = parquet_library()
     with damage_named("Parquet"):
         file = parquet.ParquetFile(content)
         n_row, names = file.metadata.num_rows, file.schema_arrow.names

@@ -26,6 +26,9 @@ _BLOCK = 2**21
 _LONGEST_LINE = 2**26
 _UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
+_HINT = (
+    "; 'format: {skip: …}' skips lines before the header, 'format: {units_row: true}' reads a line of units"
+)
 _SOME = 1000
 """Number of first rows that show the usual width, and of last rows whose last cells are compared."""
 
@@ -177,9 +180,7 @@ class TextTable(Table):
                     reading.n_waiting += 1
                 else:
                     is_value = str(found).startswith("column")
-                    hint = self._preamble_hint()
-                    if is_value:
-                        hint = "" if reading.n_row else self._first_row_hint()
+                    hint = "" if is_value and reading.n_row else _HINT
                     raise DataError(f"{self.place}:{number + row}: {found}{hint}")
         is_cut = bool(tail and tail[-1]) and self._may_be_cut(tail)
         self.remarks = tuple(reading.remarks(bool(tail and tail[-1]), is_cut))
@@ -237,7 +238,7 @@ class TextTable(Table):
         numeric = [self._rows.is_number(cell) for cell in cells if cell.strip()]
         if any(numeric) and not all(numeric):
             choice = "Write 'format: {header: true}' or 'false'"
-            raise DataError(f"{self._place(0)}: is this a header or a row? {choice}{self._preamble_hint()}")
+            raise DataError(f"{self._place(0)}: is this a header or a row? {choice}{_HINT}")
         return not all(numeric)
 
     def _numbered(self, texts: list[str], cells: list[list[str]]) -> list[str]:
@@ -260,14 +261,10 @@ class TextTable(Table):
         n_cell, n_title, are_blank_divided = len(cells), len(self.titles), self._rows.delimiter == " "
         if any(cell.strip() for cell in cells[n_title:]) or (are_blank_divided and n_cell != n_title):
             hint = "; are commas decimal signs?" if self.has_decimal_commas else ""
-            hint += self._preamble_hint()
             if are_blank_divided:
-                hint += (
-                    "; if names contain spaces, write 'format: {header: false, skip: …}' and give columns"
-                    " by number"
-                )
+                hint += "; for names with spaces write 'format: {header: false}' and number the columns"
             place = self._place(self._n_head)
-            raise DataError(f"{place}: has {n_cell} cells under {n_title} column names{hint}")
+            raise DataError(f"{place}: has {n_cell} cells under {n_title} column names{hint}{_HINT}")
 
     def _may_be_cut(self, tail: list[str]) -> bool:
         """Whether the last cell may be an incomplete number: another cell of its column is longer."""
@@ -277,13 +274,6 @@ class TextTable(Table):
 
     def _place(self, row: int) -> str:
         return f"{self.place}:{self._lines[row]}"
-
-    def _first_row_hint(self) -> str:
-        units = "for a line of units, write 'format: {units_row: true}'"
-        return f"; {units}" if self._n_head == 1 else self._preamble_hint()
-
-    def _preamble_hint(self) -> str:
-        return "" if self._form.skip else "; to skip lines before the header, write 'format: {skip: …}'"
 
 
 class _Reading:

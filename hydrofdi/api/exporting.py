@@ -173,13 +173,14 @@ def _target(path: Path, form: str | None) -> tuple[Path, str, bool]:
 
 def _earlier_exports(folder: Path) -> tuple[Path, ...]:
     """Files of a folder that have the name and the beginning of an exported file."""
-    files = sorted(folder.iterdir()) if folder.is_dir() else []
-    return tuple(file for file in files if _NAME.fullmatch(file.name) and file.is_file() and _begins(file))
 
+    def is_own(file: Path) -> bool:
+        if not _NAME.fullmatch(file.name) or not file.is_file():
+            return False
+        with file.open("rb") as opened:
+            return OWN[file.suffix[1:]].match(opened.read(100)) is not None
 
-def _begins(path: Path) -> bool:
-    with path.open("rb") as file:
-        return OWN[path.suffix[1:]].match(file.read(100)) is not None
+    return tuple(filter(is_own, sorted(folder.iterdir()))) if folder.is_dir() else ()
 
 
 def _require_new(path: Path, earlier: Sequence[Path], inputs: Collection[Path]) -> None:

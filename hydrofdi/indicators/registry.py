@@ -17,8 +17,6 @@ from importlib.metadata import EntryPoint, entry_points
 from pkgutil import iter_modules
 from typing import Any
 
-from pydantic.fields import FieldInfo
-
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import catalogue, models
 from hydrofdi.indicators.contract import Indicator, Output
@@ -180,7 +178,8 @@ def describe(name: str) -> Description:
     indicator, texts = sound_indicator(name), field_texts(kind.Options)
     options = []
     for field, info in kind.Options.model_fields.items():
-        unit, default = _unit(info), info.get_default(call_default_factory=True)
+        quantity, default = field_quantity(info), info.get_default(call_default_factory=True)
+        unit = quantity.unit if quantity else ""
         options.append(Option(field, _shown(default, unit), unit, " ".join(texts.get(field, "").split())))
     return Description(
         name, kind.version, kind.summary, kind.source, kind.equation, kind.caution, kind.is_cheap,
@@ -200,8 +199,3 @@ def _shown(value: Any, unit: str) -> str:
     if isinstance(value, float):
         return shown_quantity(value, unit or "1")
     return str(value)
-
-
-def _unit(info: FieldInfo) -> str:
-    quantity = field_quantity(info)
-    return quantity.unit if quantity else ""

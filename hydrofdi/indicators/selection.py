@@ -93,8 +93,6 @@ def _loadable_names() -> list[str]:
     return names
 
 
-_SUFFIXES = (".yaml", ".yml")
-
 _KIND_HINT = "; under a label of your own, add 'kind: NAME'"
 
 
@@ -112,16 +110,12 @@ def load_indicators(text: str) -> dict[str, Indicator[Any]]:
     ConfigError
         One or more mistakes; the error lists all of them.
     """
-    parts, is_file = [part.strip() for part in text.split(",")], located(Path(text)).is_file()
-    if len(parts) > 1 and not is_file and any(part.endswith(_SUFFIXES) for part in parts):
-        raise ConfigError(f"{text}: give one file; its 'indicators:' may contain several labels")
-    if text.endswith(_SUFFIXES) or is_file:
-        source = read_extended(Path(text), "a file of indicators")
-        within: KeyPath = ("indicators",)
-        if "indicators" not in source.data:
-            raise ConfigError([Issue("has no 'indicators:'", origin=text)])
-        return make_indicators(source.data["indicators"], source, within)
-    return make_indicators(text)
+    if not text.endswith((".yaml", ".yml")) and not located(Path(text)).is_file():
+        return make_indicators(text)
+    source = read_extended(Path(text), "a file of indicators")
+    if "indicators" not in source.data:
+        raise ConfigError([Issue("has no 'indicators:'", origin=text)])
+    return make_indicators(source.data["indicators"], source, ("indicators",))
 
 
 def make_indicators(

@@ -279,7 +279,12 @@ def assess_runs(
         "cavitating_share": np.mean((pressure_1 <= vapour) | (pressure_2 <= vapour), axis=1),
         "above_supply_share": np.mean((pressure_1 > supply) | (pressure_2 > supply), axis=1),
         "settling_change": np.array([settling.change for settling in settlings]),
-        "settled_from": np.array([*map(_settled_from, runs, settlings)]),
+        "settled_from": np.array(
+            [
+                math.nan if each.start is None else each.start / run.record.sampling_frequency
+                for run, each in zip(runs, settlings, strict=True)
+            ]
+        ),
         "clipped_share": np.array([*map(_clipped_share, runs, measured.chamber_1_pressure)]),
         "pressure_variation": np.ptp(pressure_1, axis=1) / np.array([run.supply.pressure for run in runs]),
         "unusual_share": np.array([*map(_unusual_share, runs, damping_ratios)]),
@@ -294,10 +299,6 @@ def assess_runs(
         words = [word for word, doubt in DOUBTS.items() if doubt.applies(quality[doubt.number][row])]
         verdict[row] = ", ".join(words) or SOUND
     return {"verdict": verdict} | quality
-
-
-def _settled_from(run: RunParameters, settling: Settling) -> float:
-    return math.nan if settling.start is None else settling.start / run.record.sampling_frequency
 
 
 @lru_cache(maxsize=1)

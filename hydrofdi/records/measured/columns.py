@@ -117,24 +117,22 @@ def columns_of(
         dimension.
     """
     if configured:
-        found = {
-            channel: _column(channel, find_column(titles, config.column, place), config, titles, units, place)
-            for channel, config in configured.items()
-        }
+        places = {channel: find_column(titles, each.column, place) for channel, each in configured.items()}
     else:
-        found = {
-            channel: _column(channel, position, ChannelConfig(column=titles[position]), titles, units, place)
-            for channel, position in channels_named(titles, units, place).items()
-        }
+        places = channels_named(titles, units, place)
+        configured = {channel: ChannelConfig(column=titles[n]) for channel, n in places.items()}
         for position, title in enumerate(titles):
             channel = channel_named(title, "")
-            if channel is not None and channel in needed and channel not in found:
+            if channel is not None and channel in needed and channel not in places:
                 factor_to_si(units(position), channel.unit, f"{place}: column {title[:60]!r}")
-    if not found:
+    if not places:
         shown = ", ".join(map(shortened, titles[:MOST_SHOWN])) + ", …" * (len(titles) > MOST_SHOWN)
         hint = "; this is not UTF-8: write 'format: {encoding: cp1252}'" if "\ufffd" in shown else ""
         raise DataError(f"{place}: no column is named like a channel; found {shown[:200]}{hint}")
-    return found
+    return {
+        channel: _column(channel.unit, n, configured[channel], titles, units, place)
+        for channel, n in places.items()
+    }
 
 
 def channels_named(titles: Sequence[str], units: Units, place: str) -> dict[Channel, int]:
@@ -157,12 +155,12 @@ def channels_named(titles: Sequence[str], units: Units, place: str) -> dict[Chan
 
 
 def _column(
-    channel: Channel, position: int, config: ChannelConfig, titles: Sequence[str], units: Units, place: str
+    si_unit: str, position: int, config: ChannelConfig, titles: Sequence[str], units: Units, place: str
 ) -> Column:
     where, header = f"{place}: column {titles[position][:60]!r}", units(position)
     header = header or ("" if config.unit else unit_by_name(titles[position]))
     unit = _agreed_unit(config, header, where)
-    return Column(position, titles[position], config, unit, factor_to_si(unit, channel.unit, where))
+    return Column(position, titles[position], config, unit, factor_to_si(unit, si_unit, where))
 
 
 def time_column(
@@ -200,22 +198,16 @@ def time_column(
     if not found:
         return None
     position, title = found[0], titles[found[0]]
-    where, are_dates = f"{place}: column {title[:60]!r}", is_dated(found[0])
-    header = units(position)
-    header = "" if are_dates and not known_unit(header) else header
     config = ChannelConfig(column=title, unit=configured.unit if configured else "")
-    header = header or ("" if config.unit else unit_by_name(title))
-    plain = ChannelConfig(column=title)
-    if not (header or config.unit):
-        if are_dates:
-            return Column(position, title, plain, "", None)
-        raise DataError(
-            f"{where}: has no unit; write it like 'time [s]', or write 'time: {{column: …, unit: s}}'"
-        )
-    unit = _agreed_unit(config, header, where)
-    if is_counts(unit):
-        raise DataError(f"{where}: counts the samples and is not a time; give the sampling frequency instead")
-    return Column(position, title, plain, unit, factor_to_si(unit, "s", where))
+    are_dates, header = is_dated(position), units(position)
+    header = "" if are_dates and not known_unit(header) else header
+    if are_dates and not (header or config.unit or unit_by_name(title)):
+        return Column(position, title, config, "", None)
+    column = _column("s", position, config, titles, lambda _: header, place)
+    if is_counts(column.unit):
+        message = "counts the samples and is not a time; give the sampling frequency instead"
+        raise DataError(f"{place}: column {title[:60]!r}: {message}")
+    return column
 
 
 def named_time(titles: Sequence[str], units: Units, is_dated: Callable[[int], bool]) -> list[int]:
@@ -364,14 +356,9 @@ def factor_to_si(unit: str, si_unit: str, where: str) -> Fraction:
     DataError
         The unit is unknown, or of another dimension.
     """
-    if is_counts(unit):
-        return Fraction(1)
-    found, wanted = known_unit(unit), parse_unit(si_unit)
-    if found is None:
-        raise DataError(f"{where}: unknown unit {unit!r}{unit_remedy(unit, si_unit)}")
-    if found.exponents != wanted.exponents:
-        raise DataError(f"{where}: the unit {unit} is not convertible to {si_unit}")
-    return found.factor / wanted.factor
+    if mistake := unit_mistake(unit, si_unit):
+        raise DataError(f"{where}: {mistake}")
+    return Fraction(1) if is_counts(unit) else parse_unit(unit).factor / parse_unit(si_unit).factor
 
 
 def scaled(values: Array, factor: Fraction) -> Array:
@@ -383,11 +370,17 @@ def scaled(values: Array, factor: Fraction) -> Array:
     return product if denominator == 1 else product / float(denominator)
 
 
-def unit_remedy(unit: str, si_unit: str) -> str:
-    """Hint on an unknown unit: similar units, or else how to state the scale."""
+def unit_mistake(unit: str, si_unit: str) -> str:
+    """What is wrong with the unit of a column; empty if nothing is."""
+    found = None if is_counts(unit) else known_unit(unit)
+    if is_counts(unit) or (found is not None and found.exponents == parse_unit(si_unit).exponents):
+        return ""
+    if found is not None:
+        return f"the unit {unit} is not convertible to {si_unit}"
+    hint = "give 'gain' and the 'unit' after the gain, or 'unit: counts' if the scale is unknown"
     if similar := similar_units(unit, si_unit):
-        return f"; did you mean {' or '.join(map(repr, similar))}?"
-    return "; give 'gain' and the 'unit' after the gain, or 'unit: counts' if the scale is unknown"
+        hint = f"did you mean {' or '.join(map(repr, similar))}?"
+    return f"unknown unit {unit!r}; {hint}"
 
 
 def _may_agree(unit: str, header: str) -> bool:

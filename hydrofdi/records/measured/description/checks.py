@@ -8,12 +8,11 @@ from collections.abc import Iterator, Mapping
 
 from hydrofdi.errors import Issue
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.measured.columns import is_counts, known_unit, unit_remedy
+from hydrofdi.records.measured.columns import unit_mistake
 from hydrofdi.records.measured.description.sections import ChannelConfig, MeasuredConfig
 from hydrofdi.records.measured.forming import OWN_NAMES, fields_of, path_pattern
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.yaml_source import Source
-from hydrofdi.units import parse_unit
 
 
 def contradictions(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
@@ -49,14 +48,9 @@ def channel_mistakes(channels: Mapping[Channel, ChannelConfig], source: Source) 
             yield source.mistake(
                 ("channels", written.get(channel, channel.value)), f"has the column of {other}"
             )
-        path, unit = ("channels", written.get(channel, channel.value)), known_unit(column.unit)
-        if column.unit and not is_counts(column.unit):
-            if unit is None:
-                message = f"unknown unit {column.unit!r}{unit_remedy(column.unit, channel.unit)}"
-                yield source.mistake((*path, "unit"), message)
-            elif unit.exponents != parse_unit(channel.unit).exponents:
-                message = f"{column.unit} is not convertible to {channel.unit}"
-                yield source.mistake((*path, "unit"), message)
+        path = ("channels", written.get(channel, channel.value))
+        if column.unit and (mistake := unit_mistake(column.unit, channel.unit)):
+            yield source.mistake((*path, "unit"), mistake)
         try:
             column.plausible_range(channel.unit)
         except ValueError as error:
@@ -73,12 +67,8 @@ def _sampling(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
         yield source.mistake(("sampling_frequency",), "is given as well as 'time'; give only one of them")
     if config.resample is not None and config.time is None:
         yield source.mistake(("resample",), "needs 'time', a column of sampling instants")
-    if config.time is not None and config.time.unit:
-        unit = known_unit(config.time.unit)
-        if unit is None or unit.exponents != parse_unit("s").exponents:
-            yield source.mistake(
-                ("time", "unit"), f"{config.time.unit!r} is not a unit of time; dates need no unit"
-            )
+    if config.time is not None and config.time.unit and (mistake := unit_mistake(config.time.unit, "s")):
+        yield source.mistake(("time", "unit"), mistake)
 
 
 def _needed_channels(config: MeasuredConfig, source: Source) -> Iterator[Issue]:

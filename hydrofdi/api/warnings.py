@@ -28,7 +28,6 @@ from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.studies.charts import watched_instants
-from hydrofdi.studies.detecting import rules_of
 from hydrofdi.studies.reading import asks_for_extra
 from hydrofdi.transforms.wavelet import level_bands
 
@@ -175,7 +174,7 @@ def _free_supply_sensors(experiment: ExperimentConfig, distinct: Distinct) -> It
 
 def _too_few_records(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     """A sentence on each number of records that is too small for what it shall show."""
-    study, rules, judged = experiment.study, rules_of(experiment.detection), experiment.detection.indicators
+    study, rules, judged = experiment.study, experiment.detection, experiment.detection.indicators
     assert study is not None
     of_both = [
         f"{label}.{output.name}"

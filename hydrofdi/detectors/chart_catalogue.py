@@ -1,8 +1,7 @@
-"""Control charts: CUSUM, EWMA, generalised likelihood ratio and moving window."""
+"""Control charts: CUSUM, EWMA and generalised likelihood ratio."""
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -13,41 +12,9 @@ from hydrofdi.evaluation.scores import Array
 from hydrofdi.settings.quantities import SI
 
 
-class CusumOptions(ChartOptions):
-    """Options of `Cusum`."""
-
-    shift: Annotated[float, SI("1", above=0)] = 1.0
-    """Change of the mean that is detected fastest, in healthy standard deviations [-]; k is half of it."""
-
-
-class Cusum(Chart[CusumOptions]):
-    """Page's cumulative sum with reference value k, two-sided unless a direction is chosen."""
-
-    name = "cusum"
-    summary = (
-        "Accumulates the excess of the scores over half the expected change; optimal for a change of that"
-        " size."
-    )
-    source = "Page, Biometrika 41 (1954) 100; Lorden, Annals of Mathematical Statistics 42 (1971) 1897"
-    equation = "C⁺ ← max(0, C⁺ + x − k), C⁻ ← max(0, C⁻ − x − k), statistic max(C⁺, C⁻), k = shift/2"
-    caution = "Healthy records with a mean above k accumulate like a leak: use a larger shift."
-    Options = CusumOptions
-
-    @property
-    def n_memory(self) -> int:
-        """Two: one sum per direction."""
-        return 2
-
-    def advance(
-        self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
-    ) -> None:
-        """Update both sums of each stream."""
-        _cusum(scores, memory, statistic, limit, is_two_sided, self.options.shift / 2.0)
-
-
 @kernel
 def _cusum(
-    scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool, reference: float
+    scores: Array, statistic: Array, memory: Array, limit: float, is_two_sided: bool, reference: float
 ) -> None:
     for stream in range(scores.shape[0]):
         rising, falling = memory[stream, 0], memory[stream, 1]
@@ -70,46 +37,41 @@ def _cusum(
         memory[stream, 0], memory[stream, 1] = rising, falling
 
 
-class EwmaOptions(ChartOptions):
-    """Options of `Ewma`."""
+class CusumOptions(ChartOptions):
+    """Options of `Cusum`."""
 
-    weight: Annotated[float, SI("1", above=0, most=1)] = 0.1
-    """Weight λ of the newest score [-]; the memory is about 1/λ scores."""
-
-    variance: Literal["exact", "limiting"] = "exact"
-    """Variance of the average: ``exact`` for the time since the start, or its limit (``limiting``)."""
+    shift: Annotated[float, SI("1", above=0)] = 1.0
+    """Change of the mean that is detected fastest, in healthy standard deviations [-]; k is half of it."""
 
 
-class Ewma(Chart[EwmaOptions]):
-    """Exponentially weighted mean over its standard deviation for independent scores."""
+class Cusum(Chart[CusumOptions]):
+    """Page's cumulative sum with reference value k, two-sided unless a direction is chosen.
 
-    name = "ewma"
+    C⁺ ← max(0, C⁺ + x − k), C⁻ ← max(0, C⁻ − x − k), statistic max(C⁺, C⁻), k = shift/2.
+
+    Page, Biometrika 41 (1954) 100; Lorden, Annals of Mathematical Statistics 42 (1971) 1897.
+    """
+
+    name = "cusum"
     summary = (
-        "Exponentially weighted mean over its standard deviation; for changes of up to about one spread."
+        "Accumulates the excess of the scores over half the expected change; optimal for a change of that"
+        " size."
     )
-    source = "Roberts, Technometrics 1 (1959) 239; Lucas and Saccucci, Technometrics 32 (1990) 1"
-    equation = "z ← (1 − λ) z + λ x, statistic |z|/σ, σ² = λ/(2 − λ) (1 − (1 − λ)²ᵗ)"
-    caution = "With dependent scores the spread of the mean exceeds σ: set the limit from records."
-    Options = EwmaOptions
+    caution = "Healthy records with a mean above k accumulate like a leak: use a larger shift."
+    Options = CusumOptions
+    kernel = staticmethod(_cusum)
 
     @property
-    def n_memory(self) -> int:
-        """Two: the mean, and its variance relative to the limiting one."""
-        return 2
-
-    def advance(
-        self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
-    ) -> None:
-        """Update the mean of each stream."""
-        is_exact = self.options.variance == "exact"
-        _ewma(scores, memory, statistic, limit, is_two_sided, self.options.weight, is_exact)
+    def arguments(self) -> tuple[float]:
+        """The reference value k."""
+        return (self.options.shift / 2.0,)
 
 
 @kernel
 def _ewma(
     scores: Array,
-    memory: Array,
     statistic: Array,
+    memory: Array,
     limit: float,
     is_two_sided: bool,
     weight: float,
@@ -136,40 +98,40 @@ def _ewma(
         memory[stream, 0], memory[stream, 1] = mean, settled
 
 
-class GlrOptions(ChartOptions):
-    """Options of `Glr`."""
+class EwmaOptions(ChartOptions):
+    """Options of `Ewma`."""
 
-    window: Annotated[int, Field(ge=1)] = 100
-    """Number of newest scores searched for a change."""
+    weight: Annotated[float, SI("1", above=0, most=1)] = 0.1
+    """Weight λ of the newest score [-]; the memory is about 1/λ scores. 1: each score by itself."""
+
+    variance: Literal["exact", "limiting"] = "exact"
+    """Variance of the average: ``exact`` for the time since the start, or its limit (``limiting``)."""
 
 
-class Glr(Chart[GlrOptions]):
-    """Log-likelihood ratio of the best change of the mean within the window against no change."""
+class Ewma(Chart[EwmaOptions]):
+    """Exponentially weighted mean over its standard deviation for independent scores.
 
-    name = "glr"
-    summary = "Most likely change of the mean, of any size and at any instant within a window."
-    source = (
-        "Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108;"
-        " Lai, Journal of the Royal Statistical Society B 57 (1995) 613"
+    z ← (1 − λ) z + λ x, statistic |z|/σ, σ² = λ/(2 − λ) (1 − (1 − λ)²ᵗ).
+
+    Roberts, Technometrics 1 (1959) 239; Lucas and Saccucci, Technometrics 32 (1990) 1.
+    """
+
+    name = "ewma"
+    summary = (
+        "Exponentially weighted mean over its standard deviation; for changes of up to about one spread."
     )
-    equation = "statistic max over j ≤ window of S²/(2 j), S the sum of the j newest scores"
-    caution = "Changes before the window are not detected; the cost grows with the window."
-    Options = GlrOptions
+    caution = "With dependent scores the spread of the mean exceeds σ: set the limit from records."
+    Options = EwmaOptions
+    kernel = staticmethod(_ewma)
 
     @property
-    def n_memory(self) -> int:
-        """The newest scores, padded with zeros, which do not change the largest ratio."""
-        return self.options.window
-
-    def advance(
-        self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
-    ) -> None:
-        """Update the ratio of each stream."""
-        _glr(scores, memory, statistic, limit, is_two_sided)
+    def arguments(self) -> tuple[float, bool]:
+        """Weight, and whether the variance is exact."""
+        return self.options.weight, self.options.variance == "exact"
 
 
 @kernel
-def _glr(scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool) -> None:
+def _glr(scores: Array, statistic: Array, memory: Array, limit: float, is_two_sided: bool) -> None:
     for stream in range(scores.shape[0]):
         for instant in range(scores.shape[1]):
             score = scores[stream, instant]
@@ -191,63 +153,29 @@ def _glr(scores: Array, memory: Array, statistic: Array, limit: float, is_two_si
                     memory[stream, place] = 0.0
 
 
-class MovingWindowOptions(ChartOptions):
-    """Options of `MovingWindow`."""
+class GlrOptions(ChartOptions):
+    """Options of `Glr`."""
 
-    window: Annotated[int, Field(ge=1)] = 50
-    """Number of newest scores."""
-
-    measure: Literal["mean", "maximum"] = "mean"
-    """Statistic of these scores."""
+    window: Annotated[int, Field(ge=1)] = 100
+    """Number of newest scores searched for a change."""
 
 
-class MovingWindow(Chart[MovingWindowOptions]):
-    """Mean or maximum of the newest scores; NaN until the window is full."""
+class Glr(Chart[GlrOptions]):
+    """Log-likelihood ratio of the best change of the mean within the window against no change.
 
-    name = "moving_window"
-    summary = "Mean or maximum of the newest scores: the simple threshold as a baseline for other charts."
-    source = "Shewhart, Economic Control of Quality of Manufactured Product (1931); Lai (1995), see glr"
-    equation = "statistic |mean of the n newest x|, or max of |x|"
-    caution = "It cannot raise an alarm until the window is full, and again after each alarm."
-    Options = MovingWindowOptions
+    statistic max over j ≤ window of S²/(2 j), S the sum of the j newest scores.
+
+    Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108; Lai, Journal of the Royal Statistical
+    Society B 57 (1995) 613.
+    """
+
+    name = "glr"
+    summary = "Most likely change of the mean, of any size and at any instant within a window."
+    caution = "Changes before the window are not detected; the cost grows with the window."
+    Options = GlrOptions
+    kernel = staticmethod(_glr)
 
     @property
     def n_memory(self) -> int:
-        """The number of scores, and the newest ones."""
-        return 1 + self.options.window
-
-    def advance(
-        self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
-    ) -> None:
-        """Update the window of each stream."""
-        is_mean = self.options.measure == "mean"
-        _moving_window(scores, memory, statistic, limit, is_two_sided, is_mean)
-
-
-@kernel
-def _moving_window(
-    scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool, is_mean: bool
-) -> None:
-    window = memory.shape[1] - 1
-    for stream in range(scores.shape[0]):
-        for instant in range(scores.shape[1]):
-            score = scores[stream, instant]
-            statistic[stream, instant] = math.nan
-            if score != score:
-                continue
-            size = -score if score < 0.0 and is_two_sided else score
-            kept = score if is_mean else size
-            total, largest = 0.0, kept
-            for place in range(1, window + 1):
-                earlier = memory[stream, place]
-                memory[stream, place] = kept
-                total += kept
-                largest = kept if kept > largest else largest
-                kept = earlier
-            memory[stream, 0] += 1.0
-            if memory[stream, 0] < window:
-                continue
-            mean = -total / window if total < 0.0 and is_two_sided else total / window
-            statistic[stream, instant] = mean if is_mean else largest
-            if statistic[stream, instant] >= limit:
-                memory[stream, 0] = 0.0
+        """The newest scores, padded with zeros, which do not change the largest ratio."""
+        return self.options.window

@@ -7,13 +7,13 @@ interval or on the indicator. It raises an alarm when its statistic reaches the 
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
-from collections.abc import Mapping
-from typing import Any, ClassVar, Protocol, TypeVar
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hydrofdi.detectors.registry import Method
 from hydrofdi.evaluation.scores import Array, Direction
 from hydrofdi.settings.quantities import Section
 
@@ -34,62 +34,28 @@ class ChartOptions(Section):
 Chosen = TypeVar("Chosen", bound=ChartOptions)
 
 
-class Chart(Protocol[Chosen]):
-    """Interface of a chart: a statistic of all scores so far.
-
-    Subclasses define `n_memory` and `advance`.
+class Chart(Method[Chosen]):
+    """Interface of a chart: a statistic of all scores so far; x in its equation is the standardised score.
 
     Attributes
     ----------
-    name : str
-        Name in files and on the command line.
-    summary : str
-        What it computes, in one sentence.
-    source : str
-        Publication.
-    equation : str
-        Its definition, in one line; x is the standardised score.
-    caution : str
-        Limitations that users must know.
-    Options : type of ChartOptions
-        Model of its options; all of them have defaults.
-    options : ChartOptions
-        Options of this instance.
+    kernel : callable
+        Takes scores and statistic, shape (n_stream, n_time), memory, shape (n_stream, n_memory), the limit,
+        whether it is two-sided, and `arguments`. It fills the statistic and updates the memory. A NaN score
+        leaves the memory unchanged and gives NaN; the memory is reset to zero when the limit is reached.
     """
 
-    name: ClassVar[str]
-    summary: ClassVar[str]
-    source: ClassVar[str]
-    equation: ClassVar[str]
-    caution: ClassVar[str]
-    Options: ClassVar[type[ChartOptions]] = ChartOptions
-    options: Chosen
-
-    def __init__(self, options: Chosen | None = None) -> None:
-        chosen: Any = self.Options() if options is None else options
-        self.options = chosen
+    kernel: ClassVar[Callable[..., None]]
 
     @property
-    @abstractmethod
     def n_memory(self) -> int:
         """Number of memory values per stream; all are zero at the start."""
+        return 2
 
-    @abstractmethod
-    def advance(
-        self, scores: Array, memory: Array, statistic: Array, limit: float, is_two_sided: bool
-    ) -> None:
-        """Fill the statistic and update the memory, for rising scores or for both directions.
-
-        A NaN score leaves the memory unchanged and gives NaN. The memory is reset to zero when the limit is
-        reached.
-
-        Parameters
-        ----------
-        scores, statistic : ndarray, shape (n_stream, n_time)
-        memory : ndarray, shape (n_stream, n_memory)
-        limit : float
-        is_two_sided : bool
-        """
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        """Further arguments of the kernel."""
+        return ()
 
     def start(self, n_stream: int) -> State:
         """State before the first score."""
@@ -122,7 +88,7 @@ class Chart(Protocol[Chosen]):
         if held.ndim != 2 or held.shape[0] != memory.shape[0]:
             raise ValueError(f"expected scores of {memory.shape[0]} streams in the shape (n_stream, n_time)")
         statistic = np.empty_like(held)
-        self.advance(held, memory, statistic, float(limit), direction is Direction.BOTH)
+        self.kernel(held, statistic, memory, float(limit), direction is Direction.BOTH, *self.arguments)
         return {"memory": memory}, statistic
 
     def follow(self, scores: ArrayLike, limit: float = math.inf) -> Array:

@@ -108,7 +108,7 @@ class FalseAlarms:
         self.chart = chart
         self.streams: Array = np.ascontiguousarray(streams, dtype=float)
         self.groups = members(groups, self.streams.shape[0])
-        self.n_draw, self.seed = n_draw, seed
+        self.n_draw, self.seed, self._n_search = n_draw, seed, max(1, n_draw // 10)
         self.not_measurable = int(np.isnan(self.streams).sum())
         self.duration = (self.streams.size - self.not_measurable) * interval
         if len(self.groups) < FEWEST_GROUPS:
@@ -167,14 +167,12 @@ class FalseAlarms:
         """
         wanted = math.floor(self.duration / mean_time + 1e-9)
         if not wanted:
-            needed = math.ceil(mean_time / self.duration * self.streams.shape[0])
             hours, have = f"{mean_time / HOUR:.3g} h", self.duration / HOUR
-            surely = have / time_needed(1.0, confidence)
             raise NotStatedError(
                 f"a mean time of {hours} between false alarms needs {hours} of healthy scores, not"
-                f" {have:.3g} h: these can promise {have:.3g} h on average, {surely:.3g} h with"
-                f" {100.0 * confidence:.4g} % confidence",
-                needed,
+                f" {have:.3g} h: these can promise {have:.3g} h on average,"
+                f" {have / time_needed(1.0, confidence):.3g} h with {100.0 * confidence:.4g} % confidence",
+                math.ceil(mean_time / self.duration * self.streams.shape[0]),
             )
         return self.at(self._search(wanted), confidence=confidence)
 
@@ -196,13 +194,11 @@ class FalseAlarms:
     @cached_property
     def _highest(self) -> float:
         """Upper bound of the statistic over all resamples of the search."""
-        followed = self._followed(self._n_search, math.inf)
-        largest = max(float(np.nanmax(each, initial=LEAST)) for draw in followed for each in draw)
-        return largest * (1.0 + 1e-9)
-
-    @property
-    def _n_search(self) -> int:
-        return max(1, self.n_draw // 10)
+        return (1.0 + 1e-9) * max(
+            float(np.nanmax(each, initial=LEAST))
+            for draw in self._followed(self._n_search, math.inf)
+            for each in draw
+        )
 
     def _mean_count(self, limit: float) -> float:
         if limit not in self._searched:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -23,16 +24,9 @@ def records_needed(false_alarm_rate: float, confidence: float, rank: int = 1) ->
     rank : int
         Rank, at least 1.
     """
-    below, enough = rank - 1, 2 * rank
-    while _confidence_at(rank, enough, false_alarm_rate) < confidence:
-        below, enough = enough, 2 * enough
-    while enough - below > 1:
-        middle = (below + enough) // 2
-        if _confidence_at(rank, middle, false_alarm_rate) < confidence:
-            below = middle
-        else:
-            enough = middle
-    return enough
+    return bisect_left(
+        range(2**50), confidence, rank, key=lambda n: _confidence_at(rank, n, false_alarm_rate)
+    )
 
 
 def tolerance_threshold(
@@ -70,7 +64,11 @@ def tolerance_threshold(
     share_between_0_and_1("the confidence", confidence)
     known, missing = measurable(healthy)
     sides = direction.n_side
-    rank = _largest_rank(known.size, false_alarm_rate, confidence) // sides * sides
+    ranks = range(known.size + 1)
+    fails = bisect_left(
+        ranks, True, 1, key=lambda rank: _confidence_at(rank, known.size, false_alarm_rate) < confidence
+    )
+    rank = (fails - 1) // sides * sides
     if not rank:
         needed = records_needed(false_alarm_rate, confidence, sides)
         raise NotStatedError(
@@ -89,18 +87,6 @@ def _confidence_at(rank: int, n: int, false_alarm_rate: float) -> float:
     from scipy.special import betainc
 
     return float(betainc(rank, n + 1 - rank, false_alarm_rate))
-
-
-def _largest_rank(n: int, false_alarm_rate: float, confidence: float) -> int:
-    """Largest rank that meets the confidence; 0 if none does."""
-    keeps, fails = 0, n + 1
-    while fails - keeps > 1:
-        middle = (keeps + fails) // 2
-        if _confidence_at(middle, n, false_alarm_rate) >= confidence:
-            keeps = middle
-        else:
-            fails = middle
-    return keeps
 
 
 @dataclass(frozen=True)

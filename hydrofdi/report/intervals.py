@@ -9,30 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.evaluation.rates import Rate
+
 Z_95 = 1.959963984540054
 """Quantile of the normal distribution for a two-sided confidence of 95 %."""
-
-
-@dataclass(frozen=True)
-class Share:
-    """A share of draws, with its 95 % confidence interval; NaN if there are no draws.
-
-    Attributes
-    ----------
-    count, total : int
-    low, high : float
-        Ends of the interval [-].
-    """
-
-    count: int
-    total: int
-    low: float
-    high: float
-
-    @property
-    def value(self) -> float:
-        """The share [-]."""
-        return self.count / self.total if self.total else math.nan
 
 
 def wilson_interval(share: float, n: float, z: float = Z_95) -> tuple[float, float]:
@@ -55,7 +35,7 @@ def wilson_interval(share: float, n: float, z: float = Z_95) -> tuple[float, flo
     return max(0.0, (centre - spread) / scale), min(1.0, (centre + spread) / scale)
 
 
-def clustered_share(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArray[np.int64]) -> Share:
+def clustered_share(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArray[np.int64]) -> Rate:
     """The share of true outcomes; those of one cluster depend on each other.
 
     The interval is Wilson's for the effective number of draws: the number of independent ones that would
@@ -70,10 +50,10 @@ def clustered_share(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArr
     """
     total = int(outcomes.size)
     if not total:
-        return Share(0, 0, math.nan, math.nan)
+        return Rate(0, 0, 0, math.nan, math.nan, 0.95)
     count = int(outcomes.sum())
     low, high = wilson_interval(count / total, _effective_number(outcomes, clusters))
-    return Share(count, total, low, high)
+    return Rate(count, total, 0, low, high, 0.95)
 
 
 def _effective_number(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArray[np.int64]) -> float:

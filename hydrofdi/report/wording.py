@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config.shown_values import ShownParameter, shown_parameter, shown_values
+from hydrofdi.evaluation.rates import Rate
 from hydrofdi.quality.doubts import DOUBTS, doubts_of
-from hydrofdi.report.intervals import Share
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
 from hydrofdi.report.table import Column
 from hydrofdi.settings.readable import HOLE
@@ -201,7 +201,7 @@ def some(words: Sequence[str]) -> str:
     return joined(words) if rest <= 0 else joined([*words[:_MOST], f"{rest:,} more"])
 
 
-def share_text(share: Share, *, with_interval: bool) -> str:
+def share_text(share: Rate, *, with_interval: bool) -> str:
     """A share in percent, e.g. ``3.5 % (2.7–4.5)``; a hole if there is nothing to share."""
     if not share.total:
         return HOLE

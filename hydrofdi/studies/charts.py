@@ -14,6 +14,7 @@ from hydrofdi.config.request import RunRequest
 from hydrofdi.config.study.study import ChartConfig, OnlineConfig
 from hydrofdi.detectors.charts import Chart
 from hydrofdi.detectors.registry import make_chart
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, FalseAlarms, delays, time_needed
 from hydrofdi.detectors.scores.features import healthy_scale
 from hydrofdi.errors import NotStatedError, ReportError
@@ -21,9 +22,8 @@ from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import MEAN_LEAKAGE_FLOW
-from hydrofdi.studies.detecting import rules_of
 from hydrofdi.studies.reading import needed_channels, study_designs
-from hydrofdi.studies.records import Rules, StudyRecords
+from hydrofdi.studies.records import StudyRecords
 
 
 @dataclass(frozen=True)
@@ -244,80 +244,64 @@ def judge_chart(
     rules : Rules
         Confidence level of intervals, and fraction of leaks for the late delay.
     """
+    records, confidence = traces.records, rules.confidence
     chart = make_chart(asked.chart, {"direction": traces.direction} | asked.options)
-    blank = [
-        ChartJudgement(label, asked.of, asked.chart, traces.unit, every) for every in online.false_alarm_every
-    ]
-    (fit,) = traces.records.chosen(Kind.HEALTHY, is_fit=True)
+    (fit,) = records.chosen(Kind.HEALTHY, is_fit=True)
+    every = online.false_alarm_every
+    blank = [ChartJudgement(label, asked.of, asked.chart, traces.unit, each) for each in every]
     try:
-        centre, spread = healthy_scale(traces.values[traces.records.rows(fit)])
+        centre, spread = healthy_scale(traces.values[records.rows(fit)])
     except NotStatedError as refusal:
         yield from (replace(each, refusals=(str(refusal),)) for each in blank)
         return
-    case = _Case(traces, (traces.values - centre) / spread, chart, rules)
-    fitted = case.false_alarms(fit)
+    scores = (traces.values - centre) / spread
+    fitted = FalseAlarms(chart, scores[records.rows(fit)], traces.interval)
     for each in blank:
-        yield case.judged(replace(each, centre=centre, spread=spread), fitted)
-
-
-@dataclass(frozen=True, eq=False)
-class _Case:
-    """A chart on the standardised traces of a study."""
-
-    traces: Traces
-    scores: Array
-    chart: Chart[Any]
-    rules: Rules
-
-    def judged(self, scaled: ChartJudgement, fit: FalseAlarms) -> ChartJudgement:
-        """Evaluate the chart at one limit."""
         try:
-            limit = fit.limit(scaled.false_alarm_every, confidence=self.rules.confidence)
+            limit = fitted.limit(each.false_alarm_every, confidence=confidence)
         except NotStatedError as refusal:
-            return replace(scaled, centre=math.nan, spread=math.nan, refusals=(str(refusal),))
-        sound, refusals = self._sound(limit)
-        delayed = tuple(self._delays(limit))
-        return replace(scaled, limit=limit, false_alarms=sound, delays=delayed, refusals=refusals)
-
-    def false_alarms(self, population: Population) -> FalseAlarms:
-        """False alarms of a population; its records are from different machines and therefore independent."""
-        return FalseAlarms(
-            self.chart, self.scores[self.traces.records.rows(population)], self.traces.interval
-        )
-
-    def _sound(self, limit: AlarmLimit) -> tuple[dict[Population, AlarmLimit], tuple[str, ...]]:
-        """False alarms of all populations with healthy seals that set no limit, and refusals."""
-        records, found, refusals = self.traces.records, {}, []
-        for population in (each for kind in _SOUND for each in records.chosen(kind, is_fit=False)):
+            yield replace(each, refusals=(str(refusal),))
+            continue
+        found, refusals = dict[Population, AlarmLimit](), []
+        for population in (tested for kind in _SOUND for tested in records.chosen(kind, is_fit=False)):
             try:
-                at = self.false_alarms(population).at(limit.value, confidence=self.rules.confidence)
+                of = FalseAlarms(chart, scores[records.rows(population)], traces.interval)
+                found[population] = of.at(limit.value, confidence=confidence)
             except NotStatedError as refusal:
                 refusals.append(f"no false alarms are stated for {population.title} alone: {refusal}")
-            else:
-                found[population] = at
-        return found, tuple(refusals)
+        yield replace(
+            each,
+            centre=centre,
+            spread=spread,
+            limit=limit,
+            false_alarms=found,
+            delays=tuple(_delays(traces, scores, chart, limit, rules)),
+            refusals=tuple(refusals),
+        )
 
-    def _delays(self, limit: AlarmLimit) -> Iterator[LeakDelay]:
-        """Delays of leaks with an onset while watched; none if leaks exist from the start."""
-        traces, rules = self.traces, self.rules
-        for population in traces.records.chosen(Kind.FAULT, is_fit=False):
-            rows = traces.records.rows(population)
-            rows = rows[traces.sets_in[rows]]
-            if not rows.size:
-                continue
-            onset = traces.onset[rows]
-            found = delays(self.chart, limit.value, self.scores[rows], traces.time, onset)
-            yield LeakDelay(
-                population,
-                float(np.mean(traces.flow[rows])),
-                found.found.count,
-                rows.size,
-                int(found.n_early.sum()),
-                found.not_measurable,
-                float(traces.time[-1] - onset.max()),
-                found.quantile(0.5, confidence=rules.confidence),
-                found.quantile(rules.probability, confidence=rules.confidence),
-            )
+
+def _delays(
+    traces: Traces, scores: Array, chart: Chart[Any], limit: AlarmLimit, rules: Rules
+) -> Iterator[LeakDelay]:
+    """Delays of leaks with an onset while watched; none if leaks exist from the start."""
+    for population in traces.records.chosen(Kind.FAULT, is_fit=False):
+        rows = traces.records.rows(population)
+        rows = rows[traces.sets_in[rows]]
+        if not rows.size:
+            continue
+        onset = traces.onset[rows]
+        found = delays(chart, limit.value, scores[rows], traces.time, onset)
+        yield LeakDelay(
+            population,
+            float(np.mean(traces.flow[rows])),
+            found.found.count,
+            rows.size,
+            int(found.n_early.sum()),
+            found.not_measurable,
+            float(traces.time[-1] - onset.max()),
+            found.quantile(0.5, confidence=rules.confidence),
+            found.quantile(rules.probability, confidence=rules.confidence),
+        )
 
 
 def judge_run_lengths(data: ExperimentData) -> tuple[RunLengths, ...]:
@@ -346,4 +330,4 @@ def _judged(data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp])
         indicator = data.experiment.indicator_choice.made(data.experiment.wavelet)[asked.of.partition(".")[0]]
         if not detection.sensors or set(needed_channels(indicator)) <= set(detection.sensors):
             traces = read_traces(data, records, rows, asked.of)
-            yield from judge_chart(traces, label, asked, detection.online, rules_of(detection))
+            yield from judge_chart(traces, label, asked, detection.online, detection)

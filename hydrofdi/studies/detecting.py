@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.study.study import DetectionConfig
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import CHANGE
 from hydrofdi.detectors.trained.configuration import stated_indicators
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.rates import confidence_text, holm, simultaneous_confidence
 from hydrofdi.evaluation.scores import Array, Kind, Population
-from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.reading import read_study, within
-from hydrofdi.studies.records import Detection, Judgement, Rules, Scored, StudyRecords, pareto_set, ranked
+from hydrofdi.studies.records import Detection, Judgement, Scored, StudyRecords, pareto_set, ranked
 
 
 def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Detection:
@@ -41,9 +40,10 @@ def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Det
     """
     judgements = ranked([judge(records, scored, rules) for scored in scores])
     best = pareto_set(judgements)
-    among_all = replace(rules, n_tried=len(scores))
     judgements = tuple(
-        judge(records, each.scored, among_all) if rank == 0 or each.scored.name in best else each
+        judge(records, each.scored, rules, n_tried=len(scores))
+        if rank == 0 or each.scored.name in best
+        else each
         for rank, each in enumerate(judgements)
     )
     return Detection(
@@ -80,13 +80,8 @@ def judge_study(data: ExperimentData) -> tuple[Detection, ...]:
     ReportError
         The experiment has no study, or its file does not contain the runs of its study.
     """
-    rules = rules_of(data.experiment.detection)
+    rules = data.experiment.detection
     return tuple(detect(design.records, design.scores, rules) for design in read_study(data))
-
-
-def rules_of(asked: DetectionConfig) -> Rules:
-    """Rules that an experiment requests."""
-    return Rules(asked.false_alarm_rate, asked.confidence, asked.probability, asked.threshold)
 
 
 def winner(detection: Detection, sensors: Collection[str] = ()) -> Judgement | None:
@@ -123,69 +118,41 @@ def detector_settings(experiment: ExperimentConfig, judgement: Judgement, rules:
     return settings | {"indicators": indicators, "score": scored.made_by.model_dump(mode="json")}
 
 
+Counts = NDArray[np.int64]
+
 N_DRAW = 400
 
 
-@dataclass(frozen=True, eq=False)
-class Redrawn:
-    """Number of times that each record is drawn, with replacement.
-
-    Attributes
-    ----------
-    healthy : ndarray of int, shape (n_draw, n_healthy)
-        Counts of fit records.
-    faulty : ndarray of int, shape (n_draw, n_faulty)
-        Counts of test records, stratified by severity.
-    """
-
-    healthy: NDArray[np.int64]
-    faulty: NDArray[np.int64]
-
-    def detected(self, threshold: Threshold, healthy: ArrayLike, faulty: ArrayLike) -> Array:
-        """Fraction of faulty records detected in each resample, with a threshold of the same rank.
-
-        Parameters
-        ----------
-        threshold : Threshold
-            Threshold that is an order statistic of the healthy records.
-        healthy, faulty : array_like, shape (n_record,)
-            Scores of fit and of test records; NaN if there is none, which raises no alarm.
-
-        Returns
-        -------
-        ndarray, shape (n_draw,)
-
-        Raises
-        ------
-        NotStatedError
-            The threshold comes from a tail model, or no faulty record has a score.
-        """
-        fit, tested = np.asarray(healthy, dtype=float), np.asarray(faulty, dtype=float)
-        if np.isnan(tested).all():
-            raise NotStatedError("no faulty record has a score")
-        high = self._limit(fit, threshold.high)
-        low = -self._limit(-fit, -threshold.low)
-        is_alarm = (tested > high[:, None]) | (tested < low[:, None])
-        return np.asarray(np.sum(self.faulty * is_alarm, axis=1) / self.faulty.sum(axis=1))
-
-    def _limit(self, healthy: Array, limit: float) -> Array:
-        """Upper limits of the same rank, shape (n_draw,)."""
-        if np.isinf(limit):
-            return np.full(len(self.healthy), limit)
-        rank = int(np.sum(healthy >= limit))
-        if not np.any(healthy == limit):
-            raise NotStatedError("thresholds of a tail model cannot be resampled")
-        order = np.argsort(-healthy)[: int(np.sum(~np.isnan(healthy)))]
-        reached = np.cumsum(self.healthy[:, order], axis=1) >= rank
-        return np.asarray(healthy[order][reached.argmax(axis=1)])
-
-
 @lru_cache(maxsize=4)
-def redrawn(n_healthy: int, n_faulty: tuple[int, ...], seed: int = 0) -> Redrawn:
-    """Resample fit records, and test records of each severity; reproducible for the same numbers."""
+def redrawn(n_healthy: int, n_faulty: tuple[int, ...], seed: int = 0) -> tuple[Counts, Counts]:
+    """How often each fit record, and each test record of each severity, is drawn with replacement.
+
+    Returns
+    -------
+    healthy, faulty : ndarray of int, shape (n_draw, n_record)
+        Reproducible for the same numbers of records.
+    """
     draw = np.random.default_rng(seed)
     parts = [draw.multinomial(n, np.full(n, 1.0 / n), size=N_DRAW) for n in (n_healthy, *n_faulty)]
-    return Redrawn(parts[0], np.hstack(parts[1:]))
+    return parts[0], np.hstack(parts[1:])
+
+
+def _limits(healthy: Array, limit: float, counts: Counts) -> Array:
+    """Upper limits of the same rank among resampled fit records, shape (n_draw,).
+
+    Raises
+    ------
+    NotStatedError
+        The limit is not one of their scores.
+    """
+    if np.isinf(limit):
+        return np.full(len(counts), limit)
+    rank = int(np.sum(healthy >= limit))
+    if not np.any(healthy == limit):
+        raise NotStatedError("thresholds of a tail model cannot be resampled")
+    order = np.argsort(-healthy)[: int(np.sum(~np.isnan(healthy)))]
+    reached = np.cumsum(counts[:, order], axis=1) >= rank
+    return np.asarray(healthy[order][reached.argmax(axis=1)])
 
 
 @dataclass(frozen=True)
@@ -223,33 +190,37 @@ class EvaluatedScore:
     @cached_property
     def faulty(self) -> Array:
         """Scores of the faulty test records."""
-        return self.records.values(self.judgement.scored, self._faults)
+        return self.records.values(self.judgement.scored, [*self.n_record])
 
     @cached_property
     def n_record(self) -> dict[Population, int]:
         """Number of faulty test records of each severity."""
-        return {each: self.records.rows(each).size for each in self._faults}
+        return {each: self.records.rows(each).size for each in self.records.chosen(Kind.FAULT, is_fit=False)}
 
     @cached_property
     def detected(self) -> tuple[float, Array]:
         """Detection rate, and its values for resampled records, shape (n_draw,).
 
+        Fit and test records are drawn, and thresholds have the same rank; a record without a score raises no
+        alarm.
+
         Raises
         ------
         NotStatedError
-            There is no threshold, or there are no faulty records.
+            There is no threshold or one of a tail model, or there are no faulty records with a score.
         """
-        threshold = self.judgement.threshold
+        threshold, name = self.judgement.threshold, self.judgement.scored.name
         if threshold is None or not self.n_record:
-            raise NotStatedError(f"{self.judgement.scored.name} has no threshold, or there are no faults")
-        draws = redrawn(self.healthy.size, tuple(self.n_record.values()))
-        drawn = draws.detected(threshold, self.healthy, self.faulty)
-        hits = np.nan_to_num(threshold.outcomes(self.faulty), nan=0.0)
-        return float(hits.mean()), drawn
-
-    @property
-    def _faults(self) -> tuple[Population, ...]:
-        return self.records.chosen(Kind.FAULT, is_fit=False)
+            raise NotStatedError(f"{name} has no threshold, or there are no faults")
+        faulty = self.faulty
+        if np.isnan(faulty).all():
+            raise NotStatedError("no faulty record has a score")
+        counts, of_faulty = redrawn(self.healthy.size, tuple(self.n_record.values()))
+        high = _limits(self.healthy, threshold.high, counts)
+        low = -_limits(-self.healthy, -threshold.low, counts)
+        is_alarm = (faulty > high[:, None]) | (faulty < low[:, None])
+        hits = np.nan_to_num(threshold.outcomes(faulty), nan=0.0)
+        return float(hits.mean()), np.asarray(np.sum(of_faulty * is_alarm, axis=1) / of_faulty.sum(axis=1))
 
 
 def gain(reference: EvaluatedScore, other: EvaluatedScore, *, confidence: float = 0.95) -> Gain:

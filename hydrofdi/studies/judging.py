@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod.curve import (
     AxisName,
@@ -34,73 +36,26 @@ from hydrofdi.evaluation.roc import (
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, suspicion
 from hydrofdi.evaluation.threshold import Threshold, records_needed
 from hydrofdi.studies.parts import Notes, Part, TestedLevels, part, quantile_name
-from hydrofdi.studies.records import Judgement, Level, Rules, Scored, StudyRecords
+from hydrofdi.studies.records import Judgement, Level, Scored, StudyRecords
+
+Reference = tuple[Part, Array | None, Callable[[Array], Array]]
 
 
-@dataclass(frozen=True, eq=False)
-class Suspicion:
-    """Transformation of scores so that larger is more suspicious, and the healthy records for comparison.
+def reference_of(records: StudyRecords, scored: Scored, direction: Direction) -> Reference:
+    """Healthy records for ROC curves, their suspicion (None without fit scores), and that of other scores.
 
-    Attributes
-    ----------
-    healthy : Part
-    direction : Direction
-    centre : float
-        Healthy reference value for both directions: the median of the fit records.
-    rules : Rules
+    Healthy test records, or the fit records if there are none; both directions are judged from the median of
+    the fit records.
     """
-
-    healthy: Part
-    direction: Direction
-    centre: float
-    rules: Rules
-
-    def of(self, part: Part) -> Array:
-        """Transformed scores, larger is more suspicious, shape (n_record,)."""
-        return suspicion(part.scores, self.direction, self.centre)
-
-    def area(self, faulty: Part, notes: Notes) -> Area | None:
-        """Area under the ROC curve against the healthy records.
-
-        Its interval is over groups if there are enough of them.
-        """
-        healthy, confidence = self.healthy, self.rules.confidence
-        if not (np.isfinite(self.centre) and faulty.scores.size):
-            return None
-        if healthy.groups is not None and faulty.groups is not None:
-            groups = healthy.groups, faulty.groups
-            n_group = len({*healthy.groups, *faulty.groups})
-            if n_group >= FEWEST_GROUPS:
-                over_groups = clustered_area if n_group >= MANY_GROUPS else grouped_area
-                return notes.unless_refused(
-                    lambda: over_groups(self.of(healthy), self.of(faulty), *groups, confidence=confidence)
-                )
-            notes.remarks.append(
-                f"fewer than {FEWEST_GROUPS} groups: intervals of areas assume independent records, and are"
-                " too short"
-            )
-        return notes.unless_refused(
-            lambda: area_under_curve(self.of(healthy), self.of(faulty), confidence=confidence)
-        )
-
-    def partial_area(self, faulty: Part) -> float:
-        """Scaled partial area up to the false-alarm rate; NaN without scores of both kinds."""
-        if not np.isfinite(self.centre):
-            return math.nan
-        try:
-            curve = roc_curve(self.of(self.healthy), self.of(faulty))
-        except NotStatedError:
-            return math.nan
-        return curve.partial_area(self.rules.false_alarm_rate)
+    fit = part(records, scored, records.chosen(Kind.HEALTHY, is_fit=True))
+    tested = records.chosen(Kind.HEALTHY, is_fit=False)
+    healthy, known = part(records, scored, tested) if tested else fit, fit.scores[~np.isnan(fit.scores)]
+    centre = float(np.median(known)) if known.size else math.nan
+    of = partial(suspicion, direction=direction, centre=centre)
+    return healthy, of(healthy.scores) if np.isfinite(centre) else None, of
 
 
-def suspicion_from(fit: Part, healthy: Part, direction: Direction, rules: Rules) -> Suspicion:
-    """`Suspicion` defined by the healthy fit records."""
-    known = fit.scores[~np.isnan(fit.scores)]
-    return Suspicion(healthy, direction, float(np.median(known)) if known.size else math.nan, rules)
-
-
-def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
+def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int = 1) -> Judgement:
     """Evaluate a score as a detector.
 
     Direction, healthy reference and threshold come only from fit records. If there are groups but no healthy
@@ -113,6 +68,8 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
     scored : Scored
         Score whose values were computed without labels or severities.
     rules : Rules
+    n_tried : int
+        Number of scores among which this one was chosen.
     """
     case = _Case(records, scored, rules, Notes())
     fit = case.part(records.chosen(Kind.HEALTHY, is_fit=True))
@@ -122,20 +79,19 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
     floor = None if threshold is None else case.floor(false_alarms)
     stated = None if floor is None else threshold
     faulty = {each: case.part([each]) for each in records.chosen(Kind.FAULT, is_fit=False)}
-    tested = records.chosen(Kind.HEALTHY, is_fit=False)
-    suspicion = suspicion_from(fit, case.part(tested) if tested else fit, direction, rules)
+    reference = reference_of(records, scored, direction)
     levels = tuple(
         Level(
             population,
             float(own.severity.mean()) if own.severity.size else np.nan,
             None if stated is None else own.detected(stated, rules.confidence),
-            suspicion.area(own, case.notes),
+            case.area(own, reference),
         )
         for population, own in faulty.items()
     )
-    found = Detectability()
+    found: dict[str, Any] = {}
     if stated is not None and floor is not None and faulty:
-        found = detectability(list(faulty.values()), stated, floor, rules, case.notes)
+        found = detectability(list(faulty.values()), stated, floor, rules, case.notes, n_tried)
     case.remark_missing(fit, faulty)
     case.remark_equal(fit)
     return Judgement(
@@ -144,14 +100,11 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules) -> Judgement:
         threshold=threshold,
         false_alarms=false_alarms,
         levels=levels,
-        curve=found.curve,
-        lack_of_fit=found.lack_of_fit,
-        bounding=found.bounding,
-        smallest=found.smallest,
-        partial_area=suspicion.partial_area(case.part(list(faulty))),
+        partial_area=case.partial_area(case.part(list(faulty)), reference),
         counted=_counted(false_alarms, levels, rules),
         refusals=tuple(dict.fromkeys(case.notes.refusals)),
         remarks=tuple(dict.fromkeys(case.notes.remarks)),
+        **found,
     )
 
 
@@ -166,6 +119,33 @@ class _Case:
 
     def part(self, populations: Collection[Population]) -> Part:
         return part(self.records, self.scored, populations)
+
+    def area(self, faulty: Part, reference: Reference) -> Area | None:
+        """Area under the ROC curve against the healthy records; over groups if there are enough of them."""
+        healthy, below, of = reference
+        if below is None or not faulty.scores.size:
+            return None
+        state: Callable[..., Area] = area_under_curve
+        if healthy.groups is not None and faulty.groups is not None:
+            n_group = len({*healthy.groups, *faulty.groups})
+            if n_group >= FEWEST_GROUPS:
+                over_groups = clustered_area if n_group >= MANY_GROUPS else grouped_area
+                state = partial(over_groups, healthy_groups=healthy.groups, faulty_groups=faulty.groups)
+            else:
+                self.notes.remarks.append(
+                    f"fewer than {FEWEST_GROUPS} groups: intervals of areas assume independent records, and"
+                    " are too short"
+                )
+        return self.notes.unless_refused(
+            lambda: state(below, of(faulty.scores), confidence=self.rules.confidence)
+        )
+
+    def partial_area(self, faulty: Part, reference: Reference) -> float:
+        """Scaled partial area up to the false-alarm rate; NaN without scores of both kinds."""
+        _, below, of = reference
+        if below is None or np.isnan(below).all() or np.isnan(faulty.scores).all():
+            return math.nan
+        return roc_curve(below, of(faulty.scores)).partial_area(self.rules.false_alarm_rate)
 
     def direction(self, fit: Part) -> Direction:
         if self.scored.direction is not None:
@@ -273,33 +253,18 @@ def _counted(
     false_alarms: Mapping[Population, Rate], levels: Sequence[Level], rules: Rules
 ) -> dict[Population, int]:
     """Populations with too few records for a rate."""
-    needed = rules.records_for_false_alarms
-    few = {population: needed for population, rate in false_alarms.items() if rate.total < needed}
-    needed = rules.records_for_detection
-    return few | {
-        level.population: needed
-        for level in levels
-        if level.detected is not None and level.detected.total < needed
-    }
+    detected = {level.population: level.detected for level in levels if level.detected is not None}
+    parts = ((false_alarms, rules.records_for_false_alarms), (detected, rules.records_for_detection))
+    return {each: needed for rates, needed in parts for each, rate in rates.items() if rate.total < needed}
 
 
 SIGNIFICANCE = 0.05
 """Significance level of the goodness-of-fit test: a curve with a smaller p-value is not used."""
 
 
-@dataclass(frozen=True)
-class Detectability:
-    """Curve, goodness of fit, detectable severities (``q50`` …), and the curves of the bounds."""
-
-    curve: PodCurve | None = None
-    lack_of_fit: LackOfFit | None = None
-    smallest: Mapping[str, DetectableSeverity] = field(default_factory=dict)
-    bounding: tuple[PodCurve, ...] = ()
-
-
 def detectability(
-    levels: Sequence[Part], threshold: Threshold, floor: float, rules: Rules, notes: Notes
-) -> Detectability:
+    levels: Sequence[Part], threshold: Threshold, floor: float, rules: Rules, notes: Notes, n_tried: int = 1
+) -> dict[str, Any]:
     """Probability of detection from the faulty test records of a score at its threshold.
 
     The curve is fitted over true severities or their logarithms, whichever has the larger likelihood. If hits
@@ -316,34 +281,39 @@ def detectability(
     rules : Rules
     notes : Notes
         Refusals and remarks are added to it.
+    n_tried : int
+        Number of scores among which this one was chosen.
+
+    Returns
+    -------
+    dict
+        ``curve``, ``lack_of_fit``, ``smallest`` and ``bounding`` of a `Judgement`; empty if refused.
     """
     known = [level for level in map(_with_severity, levels) if level.scores.size]
     n_lost = sum(int(np.sum(~(level.severity >= 0.0))) for level in levels)
     if n_lost and known:
         notes.remarks.append(f"{n_lost} faulty records without a known severity are not in the curve")
-    if not known:
-        notes.refusals.append("no faulty record has a known severity: there is no probability of detection")
-        return Detectability()
-    if all(np.isnan(level.scores).all() for level in known):
-        notes.refusals.append("no faulty record has a score: there is no probability of detection")
-        return Detectability()
+    refusals = {
+        "no faulty record has a known severity": not known,
+        "no faulty record has a score": all(np.isnan(level.scores).all() for level in known),
+        "every healthy test record raises an alarm": floor >= 1.0,
+    }
+    for why in (why for why, is_so in refusals.items() if is_so):
+        notes.refusals.append(f"{why}: there is no probability of detection")
+        return {}
     tested = TestedLevels(known, threshold)
-    if floor >= 1.0:
-        notes.refusals.append(
-            "every healthy test record raises an alarm: there is no probability of detection"
-        )
-        return Detectability()
-    curves = _curves(tested, tested.outcomes, floor, rules)
+    curves = _curves(tested, tested.outcomes, floor)
     fit = lack_of_fit(curves[0])
     is_described = not fit.p_value < SIGNIFICANCE
     has_curve = is_described and tested.lie_on_the_rise(curves[0])
     used: Sequence[PodCurve] = ()
     if not tested.is_grouped and is_described:
-        used = curves if has_curve else _with_one_miss_more(curves[0], tested, rules)
-    smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes)
+        used = curves if has_curve else _with_one_miss_more(curves[0], tested)
+    smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes, n_tried)
     if not has_curve:
         notes.remarks.append(f"{_why_no_curve(fit, is_described)}: {_where_from(smallest, rules)}")
-    return Detectability(curves[0], fit, smallest, tuple(_plausible(used, rules.confidence)))
+    bounding = tuple(_plausible(used, rules.confidence))
+    return {"curve": curves[0], "lack_of_fit": fit, "smallest": smallest, "bounding": bounding}
 
 
 def _why_no_curve(fit: LackOfFit, is_described: bool) -> str:
@@ -365,33 +335,34 @@ def _where_from(smallest: Mapping[str, DetectableSeverity], rules: Rules) -> str
     return f"{bound} is that of the curve with one more miss, the estimates come from the tested levels"
 
 
-def _curves(tested: TestedLevels, outcomes: Array, floor: float, rules: Rules) -> list[PodCurve]:
+def _curves(tested: TestedLevels, outcomes: Array, floor: float) -> list[PodCurve]:
     """Curves on both axes, the more likely first."""
     axes: tuple[AxisName, ...] = ("log", "linear")
     curves = [
-        probability_of_detection(
-            tested.severity, outcomes, false_alarm_rate=floor, link=rules.link, axis=axis
-        )
+        probability_of_detection(tested.severity, outcomes, false_alarm_rate=floor, link="probit", axis=axis)
         for axis in axes
     ]
     return sorted(curves, key=lambda curve: -curve.log_likelihood)
 
 
 def _with_severity(level: Part) -> Part:
-    is_known = (level.severity > 0.0) & np.isfinite(level.severity)
-    groups = None
-    if level.groups is not None:
-        groups = [group for group, own in zip(level.groups, is_known, strict=True) if own]
-    return Part(level.scores[is_known], level.severity[is_known], groups)
+    rows = np.flatnonzero((level.severity > 0.0) & np.isfinite(level.severity))
+    groups = None if level.groups is None else [level.groups[row] for row in rows]
+    return Part(level.scores[rows], level.severity[rows], groups)
 
 
 def _smallest(
-    curve: PodCurve | None, used: Sequence[PodCurve], tested: TestedLevels, rules: Rules, notes: Notes
+    curve: PodCurve | None,
+    used: Sequence[PodCurve],
+    tested: TestedLevels,
+    rules: Rules,
+    notes: Notes,
+    n_tried: int,
 ) -> dict[str, DetectableSeverity]:
     """Estimates from the curve, or else from the levels; bounds from the curves that are used."""
     confidences = {"q90_95": rules.confidence}
-    if rules.n_tried > 1:
-        confidences["q90_95_of_all"] = simultaneous_confidence(rules.confidence, rules.n_tried)
+    if n_tried > 1:
+        confidences["q90_95_of_all"] = simultaneous_confidence(rules.confidence, n_tried)
     bounds: dict[str, DetectableSeverity] = {}
     for name, confidence in confidences.items():
         bound = notes.unless_refused(
@@ -415,7 +386,7 @@ def _estimates(curve: PodCurve | None, tested: TestedLevels, rules: Rules) -> di
     }
 
 
-def _with_one_miss_more(curve: PodCurve, tested: TestedLevels, rules: Rules) -> Sequence[PodCurve]:
+def _with_one_miss_more(curve: PodCurve, tested: TestedLevels) -> Sequence[PodCurve]:
     """Curves fitted with one detection fewer; none if these have no slope either.
 
     More hits never worsen a bound, so the bound of these curves is valid.
@@ -423,7 +394,7 @@ def _with_one_miss_more(curve: PodCurve, tested: TestedLevels, rules: Rules) -> 
     outcomes = tested.with_one_miss_more()
     if outcomes is None:
         return ()
-    curves = _curves(tested, outcomes, curve.false_alarm_rate, rules)
+    curves = _curves(tested, outcomes, curve.false_alarm_rate)
     is_described = not lack_of_fit(curves[0]).p_value < SIGNIFICANCE
     return curves if is_described and tested.lie_on_the_rise(curves[0]) else ()
 

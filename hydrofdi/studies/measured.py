@@ -56,7 +56,11 @@ def measured_study(
     """
     labelled = [record for record in measured if record.label and not record.is_rejected]
     found = dict.fromkeys(record.label for record in labelled)
-    _require_healthy(labels, list(found))
+    if not found:
+        raise ConfigError("no record has a label; set 'label:' in the description")
+    if not labels.healthy:
+        raise ConfigError(f"{WHICH}; found {', '.join(map(repr, sorted(found)[:10]))}")
+    require_labels((("healthy", label) for label in labels.healthy), found)
     is_healthy = np.array([record.label in labels.healthy for record in labelled])
     groups = _groups(labelled)
     has_groups = groups is not None and len({groups[row] for row in np.flatnonzero(is_healthy)}) > 1
@@ -79,37 +83,29 @@ def measured_study(
     return StudyDesign(records, tuple(_scores(columns, labelled)))
 
 
-def _require_healthy(labels: Labels, found: Sequence[str]) -> None:
-    names = ", ".join(repr(label) for label in sorted(found)[:10])
-    if not found:
-        raise ConfigError("no record has a label; set 'label:' in the description")
-    if not labels.healthy:
-        remedy = "healthy=LABEL, or 'healthy: [LABEL]' in the description"
-        raise ConfigError(f"which records are healthy? {remedy}; found {names}")
-    missing = [label for label in labels.healthy if label not in found]
-    if missing:
-        raise ConfigError(
-            f"no record has the healthy label {missing[0]!r}; found {names}{similar(missing[0], [*found])}"
-        )
+WHICH = "which records are healthy? healthy=LABEL, or 'healthy: [LABEL]' in the description"
 
 
-def require_known_severities(labels: Labels, found: Collection[str]) -> None:
-    """Check that every label with a severity is one of those that records have.
+def require_labels(stated: Iterable[tuple[str, str]], found: Collection[str]) -> None:
+    """Check that records have every label that is stated.
 
     Parameters
     ----------
-    labels : Labels
+    stated : iterable of (str, str)
+        Key and label.
     found : collection of str
+        Labels of records.
 
     Raises
     ------
     ConfigError
         There are labels that no record has; the error lists all of them.
     """
-    names = ", ".join(repr(label) for label in sorted(found)[:10])
+    known = sorted({*found} - {""})
+    names = ", ".join(map(repr, known[:10])) or "none"
     mistakes = [
-        Issue(f"no record has this label; found {names}{similar(label, [*found])}", f"severity.{label}")
-        for label in labels.severity
+        Issue(f"no record has the label {label!r}; found {names}{similar(label, known)}", key)
+        for key, label in stated
         if label not in found
     ]
     if mistakes:

@@ -7,16 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import ScoreConfig
-from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.pod.curve import LackOfFit, Link, PodCurve
+from hydrofdi.evaluation.pod.curve import LackOfFit, PodCurve
 from hydrofdi.evaluation.pod.tally import DetectableSeverity
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.evaluation.roc import Area
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
-from hydrofdi.evaluation.threshold import THRESHOLDS, Threshold, ThresholdKind, records_needed
+from hydrofdi.evaluation.threshold import Threshold
 
 
 @dataclass(frozen=True)
@@ -123,63 +123,6 @@ class StudyDesign:
 
 
 @dataclass(frozen=True)
-class Rules:
-    """Requirements on a detector, and confidence levels.
-
-    Attributes
-    ----------
-    false_alarm_rate : float
-        Design false-alarm rate α of thresholds.
-    confidence : float
-        Confidence level γ of all intervals and bounds.
-    probability : float
-        Probability of detection at the stated severity.
-    threshold : str
-        ``quantile``, ``tolerance`` or ``tail``.
-    link : str
-        Link of the detection curve, ``probit`` or ``logit``; normally distributed scores give a probit curve.
-    n_tried : int
-        Number of scores among which this one was chosen.
-    """
-
-    false_alarm_rate: float = 0.01
-    confidence: float = 0.95
-    probability: float = 0.9
-    threshold: ThresholdKind = "quantile"
-    link: Link = "probit"
-    n_tried: int = 1
-
-    def set_threshold(self, healthy: ArrayLike, direction: Direction) -> Threshold:
-        """Set a threshold from healthy fit scores, shape (n_record,).
-
-        Raises
-        ------
-        NotStatedError
-            There are too few scores, or the tail model is rejected.
-        """
-        method = THRESHOLDS[self.threshold]
-        return method(healthy, self.false_alarm_rate, direction=direction, confidence=self.confidence)
-
-    def records_for_threshold(self, direction: Direction) -> int:
-        """Number of healthy fit records that a threshold in this direction needs; 0 if one is enough."""
-        try:
-            self.set_threshold(np.zeros(1), direction)
-        except NotStatedError as refusal:
-            return refusal.records_needed or 0
-        return 0
-
-    @property
-    def records_for_false_alarms(self) -> int:
-        """Minimum number of records for a rate: without any alarm they demonstrate the false-alarm rate."""
-        return records_needed(self.false_alarm_rate, self.confidence)
-
-    @property
-    def records_for_detection(self) -> int:
-        """Number of records that demonstrate the probability if all are detected: 29 for 90/95."""
-        return records_needed(1.0 - self.probability, self.confidence)
-
-
-@dataclass(frozen=True)
 class Level:
     """Faulty test records of one nominal severity.
 
@@ -240,10 +183,10 @@ class Judgement:
     threshold: Threshold | None
     false_alarms: Mapping[Population, Rate]
     levels: tuple[Level, ...]
-    curve: PodCurve | None
-    lack_of_fit: LackOfFit | None
-    smallest: Mapping[str, DetectableSeverity]
-    partial_area: float
+    curve: PodCurve | None = None
+    lack_of_fit: LackOfFit | None = None
+    smallest: Mapping[str, DetectableSeverity] = field(default_factory=dict)
+    partial_area: float = math.nan
     counted: Mapping[Population, int] = field(default_factory=dict)
     refusals: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()

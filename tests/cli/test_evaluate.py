@@ -10,12 +10,13 @@ from scipy.signal import lfilter
 
 from hydrofdi.api.evaluation import ranked_by_control
 from hydrofdi.detectors.registry import make_score
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.rates import healthy_against_healthy
 from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Rules, Scored, StudyRecords
+from hydrofdi.studies.records import Scored, StudyRecords
 from tests.commands import run, run_json
 from tests.conftest import REPOSITORY
 
@@ -131,7 +132,7 @@ def test_without_groups_the_split_is_said_and_the_same_each_time(rig):
     ("arguments", "message"),
     [
         ((), "LABEL"),
-        (("--healthy", "soud"), "no record has the healthy label 'soud'; found 'large', 'small', 'sound'"),
+        (("--healthy", "soud"), "no record has the label 'soud'; found 'large', 'small', 'sound'"),
         (
             ("--healthy", "sound", "--false-alarm-rate", "70%"),
             "false_alarm_rate: ",

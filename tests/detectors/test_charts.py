@@ -8,7 +8,7 @@ from hydrofdi.detectors.registry import chart_names, make_chart
 from hydrofdi.detectors.run_lengths import Delays, FalseAlarms, delays, members, operations
 from hydrofdi.errors import NotStatedError
 
-SHORT = {"glr": {"window": 20}, "moving_window": {"window": 8}}
+SHORT = {"glr": {"window": 20}}
 
 
 def short(name, **options):
@@ -121,14 +121,6 @@ def test_glr_finds_a_change_of_any_size_soon_after_its_onset(shift):
     assert alarms[:, :200].any(axis=1).mean() < 0.1
     assert len(delays) > 190
     assert np.median(delays) == pytest.approx(2.0 * 12.0 / shift**2, rel=0.35, abs=1)
-
-
-def test_moving_windows_take_mean_and_maximum():
-    scores = np.array([[1.0, -5.0, 3.0, 2.0]])
-    mean = make_chart("moving_window", {"window": 2})
-    most = make_chart("moving_window", {"window": 2, "measure": "maximum", "direction": "rising"})
-    np.testing.assert_allclose(mean.follow(scores), [[np.nan, 2.0, 1.0, 2.5]])
-    np.testing.assert_allclose(most.follow(scores), [[np.nan, 1.0, 3.0, 3.0]])
 
 
 INTERVAL = 0.1
@@ -246,7 +238,7 @@ def test_a_statistic_that_is_zero_nearly_always_has_no_limit_for_a_short_time():
 
 
 def shewhart():
-    return make_chart("moving_window", {"window": 1, "direction": "rising"})
+    return make_chart("ewma", {"weight": 1, "direction": "rising"})
 
 
 def test_delays_by_hand():

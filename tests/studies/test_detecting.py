@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.pod.tally import Tally, interpolated_level
 from hydrofdi.evaluation.scores import Direction, Kind, Population
@@ -15,7 +16,7 @@ from hydrofdi.studies.detecting import EvaluatedScore, are_shown, detect, gain
 from hydrofdi.studies.judging import detectability, judge
 from hydrofdi.studies.parts import Notes, Part
 from hydrofdi.studies.reading import made_scores
-from hydrofdi.studies.records import Judgement, Rules, Scored, StudyRecords
+from hydrofdi.studies.records import Judgement, Scored, StudyRecords
 from tests.evaluation.repeats import holds_at_least
 from tests.studies.populations import FIT, LEVELS, TEST, rising, usual
 
@@ -158,7 +159,7 @@ THRESHOLD = quantile_threshold(np.linspace(0.0, 1.0, 1000), 0.01, direction=Dire
 def found(outcomes, severities=None):
     severities = SEVERITIES[:, None] * np.ones(40) if severities is None else severities
     levels = [Part(2.0 * own, true, None) for own, true in zip(outcomes, severities, strict=True)]
-    return detectability(levels, THRESHOLD, 0.01, Rules(), Notes()).smallest
+    return detectability(levels, THRESHOLD, 0.01, Rules(), Notes())["smallest"]
 
 
 def hits(*counts):
@@ -224,7 +225,7 @@ def rows(n_repeat, n_record=40, n_group=None):
         chance = 0.01 + 0.99 * ndtr((np.log(true) - half) / slope)
         outcomes = (draw.random(chance.shape) < chance).astype(float)
         levels = [Part(2.0 * own, severity, groups) for own, severity in zip(outcomes, true, strict=True)]
-        yield detectability(levels, THRESHOLD, 0.01, Rules(n_tried=20), Notes()).smallest
+        yield detectability(levels, THRESHOLD, 0.01, Rules(), Notes(), 20)["smallest"]
 
 
 @pytest.mark.parametrize("n_group", [None, 40])
@@ -245,7 +246,7 @@ STEP = np.log(MISS_SEVERITIES[1] / MISS_SEVERITIES[0])
 def miss_found(outcomes, true):
     """What is found, and the remarks."""
     levels, notes = [Part(2.0 * own, at, None) for own, at in zip(outcomes, true, strict=True)], Notes()
-    return detectability(levels, THRESHOLD, 0.01, Rules(), notes).smallest, " ".join(notes.remarks)
+    return detectability(levels, THRESHOLD, 0.01, Rules(), notes)["smallest"], " ".join(notes.remarks)
 
 
 def drawn(draw, spread, n_record=60):

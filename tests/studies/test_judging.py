@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.records import Rules, Scored, StudyRecords
+from hydrofdi.studies.records import Scored, StudyRecords
 from tests.evaluation.repeats import holds_at_least, holds_in
 from tests.studies.populations import FIT, LEVELS, PILOT, STIFFER, TEST, WORN, rising, study, usual
 
@@ -139,7 +140,7 @@ def test_measured_rates_hold_the_true_one(repeats):
 
 def test_too_few_records_are_refused_with_the_number_needed():
     records = study({FIT: 30, TEST: 30, **dict.fromkeys(LEVELS[6:], 8)})
-    judgement = judge(records, rising(records), replace(RULES, threshold="tolerance"))
+    judgement = judge(records, rising(records), RULES.model_copy(update={"threshold": "tolerance"}))
     assert judgement.threshold is None
     assert not judgement.false_alarms
     assert not judgement.smallest

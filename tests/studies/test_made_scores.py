@@ -9,12 +9,13 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.detectors.registry import make_score
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.scores import Direction, Kind
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.reading import made_scores, read_study
-from hydrofdi.studies.records import Rules, Scored
+from hydrofdi.studies.records import Scored
 from tests.studies.populations import FIT, TEST, usual
 
 KINDS = ("mahalanobis", "one_class", "lda", "logistic", "compensated")

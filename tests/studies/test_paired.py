@@ -7,6 +7,7 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
 from hydrofdi.config.run_table.expansion import expand_runs
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.indicators.contract import Output
@@ -15,7 +16,7 @@ from hydrofdi.records import Channel
 from hydrofdi.studies.judging import judge
 from hydrofdi.studies.measured import Labels, measured_study
 from hydrofdi.studies.reading import changes_since_before, read_study
-from hydrofdi.studies.records import Rules, Scored, StudyRecords
+from hydrofdi.studies.records import Scored, StudyRecords
 
 STUDY = """
 name: paired

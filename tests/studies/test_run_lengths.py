@@ -7,9 +7,9 @@ import pytest
 from scipy.special import ndtri
 
 from hydrofdi.config.study.study import ChartConfig, OnlineConfig
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.studies.charts import Traces, judge_chart
-from hydrofdi.studies.records import Rules
 from tests.studies.populations import FIT, LEVELS, STIFFER, TEST, study
 
 SMALL, LARGE = LEVELS[0], LEVELS[-1]
@@ -31,8 +31,8 @@ def traces(sizes=None, unit=2e-6, seed=0, **changes):
     return replace(made, **changes)
 
 
-def judged(of, every=EVERY, chart="moving_window", **options):
-    options = {"window": 1} | options if chart == "moving_window" else options
+def judged(of, every=EVERY, chart="ewma", **options):
+    options = {"weight": 1} | options if chart == "ewma" else options
     asked = ChartConfig(of="made.up", chart=chart, options=options)
     online = OnlineConfig(false_alarm_every=every, charts={"own": asked})
     return list(judge_chart(of, "own", asked, online, Rules()))

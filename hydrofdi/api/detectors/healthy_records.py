@@ -18,8 +18,8 @@ from hydrofdi.indicators.record_measures import samples_digest
 from hydrofdi.records import RecordBatch, RecordSource
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.runs import external_coefficients
-from hydrofdi.settings.messages import nearest
 from hydrofdi.store.records import StoredRecords
+from hydrofdi.studies.measured import WHICH, require_labels
 from hydrofdi.studies.reading import stored_roles
 
 _LEAKS = (
@@ -109,7 +109,7 @@ class HealthyRecords:
                 self.n_taken += distinct.n_record
                 if distinct.n_record:
                     yield distinct if labels else replace(distinct, labels=None)
-        self._require_found(found)
+        require_labels((("healthy", label) for label in self.healthy), found)
 
     def _of_source(self, source: RecordSource, found: set[str]) -> Iterator[RecordBatch]:
         if not isinstance(source, SimulatedRecords | StoredRecords):
@@ -133,8 +133,7 @@ class HealthyRecords:
             return batch.rows([]) if self.is_faulty else batch
         names = {*labels_of_healthy(source), *self.healthy}
         if not names:
-            remedy = "healthy=LABEL, or 'healthy: [LABEL]' in the description"
-            raise ConfigError(f"{source.name}: which records are healthy? {remedy}")
+            raise ConfigError(f"{source.name}: {WHICH}")
         labels = batch.labels or ("",) * batch.n_record
         rows = [row for row, label in enumerate(labels) if (label in names) != self.is_faulty and label]
         n_unlabelled = sum(not label for label in labels)
@@ -153,13 +152,6 @@ class HealthyRecords:
                 left.n_repeated += 1
                 left.first_repeat = left.first_repeat or f"{record_id} repeats {seen[digest]}"
         return batch if len(rows) == batch.n_record else batch.rows(rows)
-
-    def _require_found(self, found: set[str]) -> None:
-        missing = [label for label in self.healthy if label not in found]
-        if missing:
-            names = ", ".join(repr(label) for label in sorted(found - {""})[:10]) or "none"
-            hint = nearest(missing[0], sorted(found))
-            raise ConfigError(f"healthy: no record has the label {missing[0]!r}; found {names}{hint}")
 
 
 def labels_of_healthy(source: RecordSource) -> tuple[str, ...]:

@@ -119,7 +119,8 @@ def train(
     Traceback (most recent call last):
     hydrofdi.errors.NotStatedError: ... needs 99 healthy windows ...
     """
-    if indicator is not None and config is None and not _is_name(indicator):
+    is_name = isinstance(indicator, str) and not located(path_of(indicator)).is_file()
+    if indicator is not None and config is None and not is_name:
         config, indicator = _config(indicator), None
     keys, given = setting_keys(), {"indicator": indicator} | settings
     stored = None
@@ -210,11 +211,6 @@ def setting_keys() -> dict[str, tuple[str, ...]]:
     keys["window"] = keys.pop("duration")
     keys |= {name: ("chart", name) for name in ("chart", "false_alarm_every")}
     return {name: (name,) for name in DetectorConfig.model_fields} | keys
-
-
-def _is_name(indicator: Indicators) -> bool:
-    """Whether it is the name of an indicator, not a file, a mapping or a list."""
-    return isinstance(indicator, str) and not located(path_of(indicator)).is_file()
 
 
 def _config(given: Indicators) -> str | PathLike[str] | Mapping[str, Any]:

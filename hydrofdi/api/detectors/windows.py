@@ -75,9 +75,9 @@ class JudgedWindow:
     @property
     def alarm(self) -> bool | None:
         """That of the chart if there is one, or of the threshold; None if the window is not judged."""
-        if self.line is None or self.line.verdict.alarm is None or self.line.chart is None:
-            return None if self.line is None else self.line.verdict.alarm
-        return self.line.chart.alarm
+        if self.line is None or self.line.verdict.alarm is None:
+            return None
+        return self.line.verdict.alarm if self.line.chart is None else self.line.chart.alarm
 
 
 def channels_read(file: DetectorFile) -> tuple[Channel, ...]:
@@ -217,7 +217,7 @@ class Tally:
         self._outcomes: list[float] = []
         self._groups: list[str] = []
         self._blocks: list[str] = []
-        self._records: dict[tuple[str, str], None] = {}
+        self._records: set[tuple[str, str]] = set()
         self._has_groups = False
         self._by_estimate, frequency = file.config.window.by == "estimate", file.sampling_frequency
         n_sample = Follower(file).n_every if self._by_estimate else file.n_sample
@@ -232,7 +232,7 @@ class Tally:
     def _count(self, window: JudgedWindow) -> None:
         record = (window.source, window.record_id)
         if record not in self._records:
-            self._records[record] = None
+            self._records.add(record)
             self.unjudged[record] = window.fault.message if window.fault else ""
         if window.fault is not None:
             self.faults[window.fault.kind] += 1
@@ -307,6 +307,13 @@ _ROWS = 1_000
 def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
     """A row for each window, or record without any; people see alarms and scores beyond a limit in bold."""
     rows = [_fields(window, file) for window in windows]
+    faults = [each.fault.kind for each in windows if each.fault and each.is_beyond and each.alarm is None]
+    were = "window beyond the limit was" if len(faults) == 1 else "windows beyond the limit were"
+    doubts, notes = [window.doubt for window in windows if window.doubt], list[str]()
+    if faults:
+        notes.append(f"{len(faults):,} {were} not judged: {', '.join(sorted(set(faults)))}")
+    if doubts:
+        notes.append(f"doubtful: {counted(len(doubts), 'window')}, such as {doubts[0]}")
     beyond = [row for row, window in enumerate(windows) if window.is_beyond or window.alarm]
 
     def column(name: str, unit: str = "", *, is_shown: bool = False, **more: Any) -> Column:
@@ -342,22 +349,9 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
             *words("fault", "reason", "doubt"),
         ),
         title=f"{file.score_name}, {file.feature.meaning}: alarm {file.limits_text}",
-        notes=(*_not_judged(rows), *_doubtful(rows)),
+        notes=tuple(notes),
         row="window",
     )
-
-
-def _not_judged(rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
-    """How many windows beyond a limit were not judged, and why."""
-    faults = [row["fault"] for row in rows if row.get("beyond_limit") and row["alarm"] is None]
-    were = "window beyond the limit was" if len(faults) == 1 else "windows beyond the limit were"
-    return (f"{len(faults):,} {were} not judged: {', '.join(sorted(set(faults)))}",) if faults else ()
-
-
-def _doubtful(rows: Sequence[dict[str, Any]]) -> tuple[str, ...]:
-    """How many verdicts are doubtful, and the first reason."""
-    doubts = [row["doubt"] for row in rows if row["doubt"]]
-    return (f"doubtful: {counted(len(doubts), 'window')}, such as {doubts[0]}",) if doubts else ()
 
 
 def _verdict(window: JudgedWindow) -> str:
@@ -380,17 +374,8 @@ def csv_lines(tally: Tally) -> Iterator[str]:
 
 def json_parts(tally: Tally) -> Iterator[str]:
     """Parts of one JSON object: the detector, an object for each window, and what they come to."""
-    yield f'{{"detector": {json.dumps(_detector(tally))},\n"windows": ['
-    between = "\n"
-    for window in tally:
-        yield between + json.dumps(_record(window, tally.file.unit), allow_nan=False)
-        between = ",\n"
-    yield f'\n],\n"summary": {json.dumps(_summary(tally), allow_nan=False)}}}\n'
-
-
-def _detector(tally: Tally) -> dict[str, Any]:
     config, limits = tally.file.config, tally.file.limits
-    return {
+    detector = {
         "indicator": config.indicator or None,
         "output": config.output or tally.file.score_name,
         "unit": tally.file.unit,
@@ -399,6 +384,27 @@ def _detector(tally: Tally) -> dict[str, Any]:
         "false_alarm_rate": limits.false_alarm_rate,
         "false_alarm_interval": list(limits.interval),
     }
+    yield f'{{"detector": {json.dumps(detector)},\n"windows": ['
+    between = "\n"
+    for window in tally:
+        yield between + json.dumps(_record(window, tally.file.unit), allow_nan=False)
+        between = ",\n"
+    rate = tally.rate
+    summary = {
+        "n_record": tally.n_record,
+        "n_record_not_judged": len(tally.unjudged),
+        "n_judged": tally.n_judged,
+        "n_alarm": tally.n_alarm,
+        "alarm_share": rate.value if tally.n_judged else None,
+        "alarm_share_interval": [rate.low, rate.high] if tally.rests_on else None,
+        "confidence": rate.confidence,
+        "interval_rests_on": tally.rests_on,
+        "hours": tally.hours,
+        "not_judged": dict(sorted(tally.faults.items())),
+        "n_not_judged_beyond_limit": tally.n_beyond,
+        "n_doubtful": tally.n_doubtful,
+    }
+    yield f'\n],\n"summary": {json.dumps(summary, allow_nan=False)}}}\n'
 
 
 def _record(window: JudgedWindow, unit: str) -> dict[str, Any]:
@@ -422,23 +428,4 @@ def _fields(window: JudgedWindow, file: DetectorFile) -> dict[str, Any]:
         "fault": "" if fault is None else fault.kind,
         "reason": "" if fault is None else fault.message,
         "doubt": window.doubt,
-    }
-
-
-def _summary(tally: Tally) -> dict[str, Any]:
-    rate = tally.rate
-    judged = tally.n_judged > 0
-    return {
-        "n_record": tally.n_record,
-        "n_record_not_judged": len(tally.unjudged),
-        "n_judged": tally.n_judged,
-        "n_alarm": tally.n_alarm,
-        "alarm_share": rate.value if judged else None,
-        "alarm_share_interval": [rate.low, rate.high] if tally.rests_on else None,
-        "confidence": rate.confidence,
-        "interval_rests_on": tally.rests_on,
-        "hours": tally.hours,
-        "not_judged": dict(sorted(tally.faults.items())),
-        "n_not_judged_beyond_limit": tally.n_beyond,
-        "n_doubtful": tally.n_doubtful,
     }

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
 from hydrofdi.config.sweeps.sweep import Axes, CorrelationConfig, Distribution, argument_values, require_drawn
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import ScoreConfig
-from hydrofdi.evaluation.threshold import ThresholdKind
 from hydrofdi.records import Channel
 from hydrofdi.settings.quantities import SI, Section
 
@@ -196,7 +196,7 @@ class ChartConfig(Section):
     """The watched output: ``label.output`` of an indicator that follows records sample by sample and stores
     its trace (option ``trace_duration``), such as ``weak_rls.leakage``."""
 
-    chart: Literal["cusum", "ewma", "glr", "moving_window"]
+    chart: Literal["cusum", "ewma", "glr"]
     """The rule."""
 
     options: dict[str, Any] = Field(default_factory=dict)
@@ -218,21 +218,8 @@ class OnlineConfig(Section):
     """Label → chart."""
 
 
-class DetectionConfig(Section):
+class DetectionConfig(Rules):
     """Requirements on detectors, and the detectors that are judged."""
-
-    false_alarm_rate: Annotated[float, SI("1", above=0, most=0.5)] = 0.01
-    """False-alarm rate for which thresholds are set on healthy fit records [-]."""
-
-    confidence: Annotated[float, SI("1", least=0.5, most=0.9999)] = 0.95
-    """Confidence of intervals and bounds [-]."""
-
-    probability: Annotated[float, SI("1", least=0.5, most=0.9999)] = 0.9
-    """Probability with which a leak should be found: 90 % gives q90 and, with the confidence, q90/95 [-]."""
-
-    threshold: ThresholdKind = "quantile"
-    """``quantile``: the rate on average over fit sets. ``tolerance``: at most the rate, with ``confidence``.
-    ``tail``: a generalised Pareto model of the largest scores, for rates of 0.1 % and less."""
 
     indicators: list[str] = Field(default_factory=list)
     """Labels of the indicators to judge; by default all that are measured. If the file has no ``indicators``,

@@ -46,17 +46,17 @@ class SquaredDistance:
 
 
 class Mahalanobis(Score[MahalanobisOptions]):
-    """Squared Mahalanobis distance from the mean of healthy records."""
+    """Squared Mahalanobis distance from the mean of healthy records.
+
+    (z − m)ᵀ C⁻¹ (z − m), C = (1 − δ) S + δ tr(S)/n I.
+
+    Mahalanobis, Proc. Natl. Inst. Sci. India 2 (1936) 49; Hoffbeck and Landgrebe, IEEE Trans. Pattern
+    Anal. Mach. Intell. 18 (1996) 763.
+    """
 
     name = "mahalanobis"
     summary = "Squared Mahalanobis distance from healthy records, with a shrunk covariance."
-    source = (
-        "Mahalanobis, Proc. Natl. Inst. Sci. India 2 (1936) 49;"
-        " Hoffbeck and Landgrebe, IEEE Trans. Pattern Anal. Mach. Intell. 18 (1996) 763"
-    )
-    equation = "(z − m)ᵀ C⁻¹ (z − m), C = (1 − δ) S + δ tr(S)/n I"
     caution = FROM_HEALTHY
-    needs_faulty = False
     Trained = SquaredDistance
     Options = MahalanobisOptions
 
@@ -109,17 +109,19 @@ class Outside:
 
 
 class OneClass(Score[OneClassOptions]):
-    """One-class support vector machine on healthy records, with a Gaussian kernel on whitened features."""
+    """One-class support vector machine on healthy records, with a Gaussian kernel on whitened features.
+
+    ρ − Σᵢ αᵢ exp(−‖w − wᵢ‖²/(2 n b²)), w = C^(−1/2) (z − m), n features, b the width.
+
+    Schölkopf et al., Neural Computation 13 (2001) 1443.
+    """
 
     name = "one_class"
     summary = "One-class support vector machine around healthy records, on whitened features."
-    source = "Schölkopf et al., Neural Computation 13 (2001) 1443"
-    equation = "ρ − Σᵢ αᵢ exp(−‖w − wᵢ‖²/(2 n b²)), w = C^(−1/2) (z − m), n features, b the width"
     caution = (
         f"{FROM_HEALTHY} Records far away all have the score ρ: they raise alarms but cannot be ranked. The"
         " time of a fit grows with the square of the number of records."
     )
-    needs_faulty = False
     Trained = Outside
     Options = OneClassOptions
 
@@ -137,12 +139,15 @@ class OneClass(Score[OneClassOptions]):
 
 
 class Lda(Score[Section]):
-    """Linear discriminant with Ledoit-Wolf shrinkage of the covariance; both classes have equal weight."""
+    """Linear discriminant with Ledoit-Wolf shrinkage of the covariance; both classes have equal weight.
+
+    wᵀ (z − (m₀ + m₁)/2), w = C⁻¹ (m₁ − m₀), C the mean of the shrunk covariances of both kinds.
+
+    Fisher, Annals of Eugenics 7 (1936) 179; Ledoit and Wolf, J. Multivar. Anal. 88 (2004) 365.
+    """
 
     name = "lda"
     summary = "Linear discriminant of healthy and faulty records, with a shrunk covariance."
-    source = "Fisher, Annals of Eugenics 7 (1936) 179; Ledoit and Wolf, J. Multivar. Anal. 88 (2004) 365"
-    equation = "wᵀ (z − (m₀ + m₁)/2), w = C⁻¹ (m₁ − m₀), C the mean of the shrunk covariances of both kinds"
     caution = FROM_BOTH
     needs_faulty = True
     Trained = LinearRule
@@ -170,12 +175,15 @@ class LogisticOptions(Section):
 
 
 class Logistic(Score[LogisticOptions]):
-    """Logistic regression with a ridge penalty, chosen by five-fold cross-validation of the likelihood."""
+    """Logistic regression with a ridge penalty, chosen by five-fold cross-validation of the likelihood.
+
+    b + wᵀ z, minimising Σ ln(1 + exp(−yᵢ (b + wᵀ zᵢ))) + ‖w‖²/(2 C).
+
+    le Cessie and van Houwelingen, Applied Statistics 41 (1992) 191.
+    """
 
     name = "logistic"
     summary = "Log-odds of a fault by ridge logistic regression; the ridge is chosen by cross-validation."
-    source = "le Cessie and van Houwelingen, Applied Statistics 41 (1992) 191"
-    equation = "b + wᵀ z, minimising Σ ln(1 + exp(−yᵢ (b + wᵀ zᵢ))) + ‖w‖²/(2 C)"
     caution = (
         f"{FROM_BOTH} The folds for the ridge divide records, not groups: if the records of a group"
         " are alike, the ridge is too weak."
@@ -217,14 +225,15 @@ class LargestChange(Score[Section]):
     """Largest relative fall of a feature below its healthy mean.
 
     It scales features by their means, so it depends on their zero points, unlike the other scores.
+
+    max_j (m_j − y_j)/m_j, m the means of healthy records.
+
+    Maddahi, Yazdanpanah Goharrizi, Wu and Sepehri, CDSR 2015, paper 181.
     """
 
     name = "largest_change"
     summary = "Largest fall of a feature below its healthy mean, relative to the mean."
-    source = "Maddahi, Yazdanpanah Goharrizi, Wu and Sepehri, CDSR 2015, paper 181"
-    equation = "max_j (m_j − y_j)/m_j, m the means of healthy records"
     caution = "The feature that varies most without a fault dominates: a change is scaled only by the mean."
-    needs_faulty = False
     needs_extra = False
     Trained = LargestFall
 
@@ -277,16 +286,14 @@ class Compensated(Score[Section]):
 
     Proxies are limited to the range of the fit records, so that the quadratic does not extrapolate; a shift
     beyond the range remains in the score. Fit records with a standardised feature beyond ±5 are not used.
+
+    y − Σ b_jk p_j p_k, p_0 = 1, p_j the proxies within the range of the fit records, b by least squares.
+
+    Worden, Sohn and Farrar, J. Sound Vib. 258 (2002) 741, on novelty detection under varying conditions.
     """
 
     name = "compensated"
     summary = "The first feature minus its quadratic regression on the others, fitted to healthy records."
-    source = (
-        "Worden, Sohn and Farrar, J. Sound Vib. 258 (2002) 741, on novelty detection under varying conditions"
-    )
-    equation = (
-        "y − Σ b_jk p_j p_k, p_0 = 1, p_j the proxies within the range of the fit records, b by least squares"
-    )
     caution = (
         "It removes only effects that the proxies explain. If few nuisances vary, the proxies explain all"
         " of them, and leaks are detected that would be missed otherwise: use records in which everything"
@@ -294,7 +301,6 @@ class Compensated(Score[Section]):
         " compensated. Proxies are limited to the range of the fit records, so a shift is compensated only"
         " within it."
     )
-    needs_faulty = False
     Trained = Residual
     needs_extra = False
     direction = None

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any, ClassVar, Protocol, TypeVar, cast, get_args, get_type_hints
+from typing import Any, ClassVar, TypeVar, cast, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hydrofdi.detectors.registry import Method
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array, Direction
 from hydrofdi.settings.messages import counted
@@ -77,50 +78,25 @@ class Fitted:
         return scores
 
 
-class Score(Protocol[Chosen]):
+class Score(Method[Chosen]):
     """Interface of a score: one number from several features of a record.
 
     Subclasses implement `learn`.
 
     Attributes
     ----------
-    name : str
-        Name in files and on the command line.
-    summary : str
-        What it computes, in one sentence.
-    source : str
-        Publication.
-    equation : str
-        Its definition, in one line.
-    caution : str
-        Limitations that users must know.
     needs_faulty, needs_extra : bool
         Whether it is also trained on faulty records; if not, it receives none. Whether scikit-learn fits it.
     Trained : type
         Class of its trained rule: a frozen dataclass of arrays, numbers and such dataclasses.
     direction : Direction or None
         Direction of change with a fault; None if it must be learned from fit records.
-    Options : type of Section
-        Model of its options; all of them have defaults.
-    options : Section
-        Options of this instance.
     """
 
-    name: ClassVar[str]
-    summary: ClassVar[str]
-    source: ClassVar[str]
-    equation: ClassVar[str]
-    caution: ClassVar[str]
-    needs_faulty: ClassVar[bool]
+    needs_faulty: ClassVar[bool] = False
     needs_extra: ClassVar[bool] = True
     Trained: ClassVar[type[Any]]
     direction: ClassVar[Direction | None] = Direction.RISING
-    Options: ClassVar[type[Section]] = Section
-    options: Chosen
-
-    def __init__(self, options: Chosen | None = None) -> None:
-        chosen: Any = self.Options() if options is None else options
-        self.options = chosen
 
     def fit(self, values: ArrayLike, is_faulty: ArrayLike) -> Fitted:
         """Train the score on fit records; records with a missing feature are ignored.
@@ -142,9 +118,13 @@ class Score(Protocol[Chosen]):
         features, faulty = features[used], faulty[used]
         n_faulty = int(faulty.sum())
         n_healthy = faulty.size - n_faulty
-        self._refuse_few("healthy", n_healthy)
-        if self.needs_faulty:
-            self._refuse_few("faulty", n_faulty)
+        for kind, count in (("healthy", n_healthy), *([("faulty", n_faulty)] if self.needs_faulty else [])):
+            if count < LEAST_RECORDS:
+                raise NotStatedError(
+                    f"the score {self.name} needs {LEAST_RECORDS} {kind} fit records that have all features,"
+                    f" not {count}",
+                    LEAST_RECORDS,
+                )
         return Fitted(self.learn(features, faulty), features.shape[1], n_healthy, n_faulty)
 
     def learn(self, values: Array, is_faulty: Flags) -> Rule:
@@ -156,15 +136,7 @@ class Score(Protocol[Chosen]):
             Finite features; only of healthy records unless the score needs faulty ones.
         is_faulty : ndarray of bool, shape (n_fit,)
         """
-        ...
-
-    def _refuse_few(self, kind: str, count: int) -> None:
-        if count < LEAST_RECORDS:
-            raise NotStatedError(
-                f"the score {self.name} needs {LEAST_RECORDS} {kind} fit records that have all features,"
-                f" not {count}",
-                LEAST_RECORDS,
-            )
+        raise NotImplementedError
 
 
 def as_features(values: ArrayLike) -> Array:
@@ -215,11 +187,10 @@ def from_data(kind: type[Made], data: Any, where: str = "") -> Made:
             array = np.asarray(data[name])
         except ValueError:
             raise ValueError(f"{path}: expected rows of equal length") from None
-        wanted = np.dtype(float) if hint is float else np.dtype(get_args(get_args(hint)[1])[0])
-        if array.dtype.kind not in ("if" if wanted.kind == "f" else "i") or not np.isfinite(array).all():
-            raise ValueError(f"{path}: expected finite numbers")
-        if (hint is float) != (array.ndim == 0):
-            raise ValueError(f"{path}: expected {'a number' if hint is float else 'a list'}")
+        wanted = np.dtype(float if hint is float else get_args(get_args(hint)[1])[0])
+        is_number = array.dtype.kind == "i" or array.dtype.kind == wanted.kind == "f"
+        if not is_number or not np.isfinite(array).all() or (hint is float) != (array.ndim == 0):
+            raise ValueError(f"{path}: expected {'a finite number' if hint is float else 'finite numbers'}")
         made[name] = float(array) if hint is float else array.astype(wanted)
     try:
         return kind(**made)

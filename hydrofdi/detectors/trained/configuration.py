@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from hydrofdi.detectors.registry import chart_kind, make_chart, make_score, score_kind
+from hydrofdi.detectors.rules import Promise
 from hydrofdi.detectors.scores.configuration import ScoreConfig, combined_numbers, normalize_score
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.evaluation.threshold import ThresholdKind
 from hydrofdi.indicators import Indicator, Output
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
@@ -28,7 +28,6 @@ from hydrofdi.settings.yaml_source import Path as KeyPath
 from hydrofdi.settings.yaml_source import Source, dotted, plain
 
 Duration = Annotated[float, SI("s", least=1e-9, most=1e9)]
-Share = Annotated[float, SI("1", least=1e-9, most=0.5)]
 
 _INDICATORS = "indicators"
 
@@ -80,7 +79,7 @@ class ChartConfig(Section):
     """A control chart on the scores."""
 
     chart: str = "cusum"
-    """Name of the chart: ``cusum`` (default), ``ewma``, ``glr`` or ``moving_window``."""
+    """Name of the chart: ``cusum`` (default), ``ewma`` or ``glr``."""
 
     options: dict[str, Any] = Field(default_factory=dict)
     """Options of the chart."""
@@ -89,7 +88,7 @@ class ChartConfig(Section):
     """Mean time between false alarms of the chart, such as 30 days; a day by default [s]."""
 
 
-class DetectorConfig(Section):
+class DetectorConfig(Promise):
     """Configuration of a detector before training."""
 
     indicator: str = "dwt"
@@ -103,16 +102,6 @@ class DetectorConfig(Section):
 
     direction: Direction | None = None
     """Direction of change that raises an alarm; by default that of the output."""
-
-    false_alarm_rate: Share = 0.01
-    """Fraction of healthy windows that raise an alarm."""
-
-    confidence: Annotated[float, SI("1", least=0.5, most=0.9999)] = 0.95
-    """Confidence level of intervals."""
-
-    threshold: ThresholdKind = "quantile"
-    """``quantile``: meets the rate on average. ``tolerance``: meets it with the given confidence. ``tail``: a
-    model of the largest scores, for rates of 0.1 % and less."""
 
     window: WindowConfig = WindowConfig()
     """Division of streams and long records into windows."""
@@ -265,32 +254,39 @@ def direction_of(config: DetectorConfig) -> Direction:
 def unmakable(config: DetectorConfig) -> Iterator[tuple[KeyPath, str]]:
     """Key and message of each reason for which the detector's score or chart cannot be made."""
     score, chart = config.score, config.chart
-    parts: list[tuple[KeyPath, str, Callable[..., Any], Callable[..., Any], str, Mapping[str, Any]]] = [
-        ((), "indicator", sound_indicator, indicator_kind, config.indicator, config.options)
-        if score is None
-        else (("score",), "kind", make_score, score_kind, score.kind, score.options)
-    ]
-    if chart is not None:
-        parts.append((("chart",), "chart", make_chart, chart_kind, chart.chart, chart.options))
-    is_whole = True
-    for path, key, make, kind, name, options in parts:
-        try:
-            make(name, options)
-        except ValidationError as errors:
-            is_whole &= path == ("chart",)
-            known = [*kind(name).Options.model_fields]
-            for error in errors.errors():
-                yield (*path, "options", *error["loc"]), describe_error(error, known)
-        except ConfigError as fault:
-            is_whole &= path == ("chart",)
-            yield (*path, key), str(fault)
+    if score is None:
+        own = [
+            *_unmakable((), "indicator", sound_indicator, indicator_kind, config.indicator, config.options)
+        ]
+    else:
+        own = [*_unmakable(("score",), "kind", make_score, score_kind, score.kind, score.options)]
     for key, make in (("output" if score is None else "score", feature_of), ("direction", direction_of)):
         try:
-            if is_whole:
+            if not own:
                 make(config)
         except (ConfigError, ValidationError) as fault:
-            is_whole = False
-            yield (key,), str(fault)
+            own = [((key,), str(fault))]
+    yield from own
+    if chart is not None:
+        yield from _unmakable(("chart",), "chart", make_chart, chart_kind, chart.chart, chart.options)
+
+
+def _unmakable(
+    path: KeyPath,
+    key: str,
+    make: Callable[..., Any],
+    kind: Callable[..., Any],
+    name: str,
+    options: Mapping[str, Any],
+) -> Iterator[tuple[KeyPath, str]]:
+    try:
+        make(name, options)
+    except ValidationError as errors:
+        known = [*kind(name).Options.model_fields]
+        for error in errors.errors():
+            yield (*path, "options", *error["loc"]), describe_error(error, known)
+    except ConfigError as fault:
+        yield (*path, key), str(fault)
 
 
 def stated_detector(
@@ -313,12 +309,8 @@ def stated_detector(
         One or more mistakes; the error lists all of them.
     """
     kind = "a detector before it is trained"
-    if file is None:
-        source = Source({})
-    elif isinstance(file, Mapping):
-        source = read_extended(Path("the mapping"), kind, own=Source(plain(file)))
-    else:
-        source = read_extended(file, kind)
+    own = None if isinstance(file, Path) else Source(plain(file or {}))
+    source = read_extended(file if isinstance(file, Path) else Path("the mapping"), kind, own=own)
     given = Source({})
     for path, (option, value) in options.items():
         section = given.data

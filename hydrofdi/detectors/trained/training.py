@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from functools import partial
 from itertools import chain
 from typing import Any, Literal
 
@@ -28,10 +27,10 @@ from hydrofdi.detectors.trained.following import Estimator, samples_looked_at, s
 from hydrofdi.detectors.trained.measuring import learned_range, without_scale
 from hydrofdi.detectors.trained.scoring import HealthyScores
 from hydrofdi.errors import ConfigError, DataError, NotStatedError
-from hydrofdi.evaluation.rates import Rule, alarm_rate, left_out_outcomes
+from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.evaluation.threshold import THRESHOLDS, Threshold
+from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.indicators.faults import CAUSES
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
@@ -96,7 +95,7 @@ def train(
         teachers = _scores(faulty.batches(labels=True), first, channels, feature, config, drive)
     trained = _learn(found, feature, config, teachers)
     _require_scores(found, feature, config, healthy)
-    chart = _chart(config, found, direction)
+    chart, limits = _chart(config, found, direction), limits_of(found, config, direction)
     centre, spread = healthy_scale(found.scores)
     own = Scale(centre=centre, spread=spread, range=(float(found.scores.min()), float(found.scores.max())))
     used = feature if trained is None else feature.of(trained.numbers)
@@ -124,7 +123,7 @@ def train(
         n_sample=found.n_sample,
         basis=_basis(found, sources, found_period(first)),
         healthy=own,
-        limits=limits_of(found, config, direction),
+        limits=limits,
         chart=None if chart is None else _chart_limit(found, chart, own, direction, config.confidence),
         ranges={channel: learned_range(channel, facts) for channel, facts in found.facts.items()},
         positive=tuple(
@@ -377,11 +376,33 @@ def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction
     NotStatedError
         There are too few windows; the message states how many are needed.
     """
-    kind = THRESHOLDS[config.threshold]
-    rate, confidence = config.false_alarm_rate, config.confidence
-    rule = partial(kind, false_alarm_rate=rate, direction=direction, confidence=confidence)
-    threshold = _set(rule, found.scores, found, "there are")
-    rests_on, interval = _interval(rule, found, threshold)
+
+    def rule(scores: Array) -> Threshold:
+        try:
+            return config.set_threshold(scores, direction)
+        except NotStatedError as refusal:
+            if (needed := refusal.records_needed) is None:
+                raise
+            what = "windows that do not overlap" if found.n_sample else "estimates"
+            raise NotStatedError(
+                f"{str(refusal).partition(' needs ')[0]} needs {needed:,} healthy {what}"
+                f" ({time_text(needed * found.duration)}), and there are {scores.size:,}"
+                f"{'' if scores.size == found.scores.size else ' without one of the groups'}",
+                needed,
+            ) from None
+
+    threshold, groups = rule(found.scores), found.of_scores
+    rests_on: Literal["windows", "records", "groups"] = "windows"
+    interval = threshold.interval
+    if 1 < np.unique(groups).size < groups.size:
+        names: Any = groups
+        try:
+            outcomes = left_out_outcomes(found.scores, names % _MOST_FOLDS, rule)
+            rate = alarm_rate(outcomes, groups=names, confidence=threshold.confidence)
+            rests_on, interval = "groups" if found.has_groups else "records", (rate.low, rate.high)
+        except NotStatedError:
+            if found.has_groups:
+                raise
     return Limits(
         low=_finite(threshold.low),
         high=_finite(threshold.high),
@@ -391,42 +412,3 @@ def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction
         method=threshold.method,
         interval_rests_on=rests_on,
     )
-
-
-def _interval(
-    rule: Rule, found: HealthyScores, threshold: Threshold
-) -> tuple[Literal["windows", "records", "groups"], tuple[float, float]]:
-    groups: Any = found.of_scores
-    n_group = np.unique(groups).size
-    if n_group < 2 or n_group == groups.size:
-        return "windows", threshold.interval
-    try:
-        outcomes = left_out_outcomes(
-            found.scores,
-            groups % _MOST_FOLDS,
-            lambda scores: _set(rule, scores, found, "without one of the groups there are"),
-        )
-    except NotStatedError:
-        if found.has_groups:
-            raise
-        return "windows", threshold.interval
-    rate = alarm_rate(outcomes, groups=groups, confidence=threshold.confidence)
-    return "groups" if found.has_groups else "records", (rate.low, rate.high)
-
-
-def _set(rule: Rule, scores: Array, found: HealthyScores, there_are: str) -> Threshold:
-    try:
-        return rule(scores)
-    except NotStatedError as refusal:
-        needed = refusal.records_needed
-        if needed is None:
-            raise
-        promise = str(refusal).partition(" needs ")[0]
-        what = "windows that do not overlap" if found.n_sample else "estimates"
-        lasting = time_text(needed * found.duration)
-        remedy = "more records, shorter windows" if found.n_sample else "more records"
-        raise NotStatedError(
-            f"{promise} needs {needed:,} healthy {what} ({lasting}), and {there_are} {scores.size:,};"
-            f" take {remedy} or a higher false_alarm_rate",
-            needed,
-        ) from None

@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.evaluation.rates import Rate
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, D2
 from hydrofdi.papers.maddahi2015.grid import ABSENT, ModeGrid
 from hydrofdi.papers.maddahi2015.standings import Mask, Standing
 from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.axes import MOST_VALUES, fifths
-from hydrofdi.report.intervals import Share, clustered_share
+from hydrofdi.report.intervals import clustered_share
 from hydrofdi.report.runs import Array, best_levels
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout import names
@@ -94,7 +95,7 @@ class ScenarioStudy:
         """Status → number of scenarios that it made infeasible, or that are not computed yet."""
         return dict(sorted(Counter(outcome for outcome in self.outcomes if outcome != "ok").items()))
 
-    def share(self, outcomes: Mask, members: Mask) -> Share:
+    def share(self, outcomes: Mask, members: Mask) -> Rate:
         """Share of outcomes among some scenarios; `outcomes` has shape (n_scenario, ...)."""
         kept = outcomes[members]
         per_scenario = kept.size // max(1, len(kept))

@@ -18,11 +18,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from hydrofdi.evaluation.rates import Rate
 from hydrofdi.papers.maddahi2015.claims import D2
 from hydrofdi.papers.maddahi2015.standings import Mask
 from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.composition import View
-from hydrofdi.report.intervals import Share, clustered_share, span_of
+from hydrofdi.report.intervals import clustered_share, span_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
 from hydrofdi.report.table import Block, Column, Table, finite, row_records
 from hydrofdi.report.wording import modulus_column, share_text, signed, span_text
@@ -136,7 +137,7 @@ class ReplicateStudy(NamedTuple):
     rows: dict[str, ReplicatedRows]
 
     @property
-    def alarms(self) -> list[Share]:
+    def alarms(self) -> list[Rate]:
         """How often each level has the largest positive δ of a replicate."""
         best = best_levels(np.concatenate([healthy.deltas for healthy in self.ranges]))
         # replicates of one healthy run share their mean, so they depend on each other slightly

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Rules, Scored, StudyRecords
+from hydrofdi.studies.records import Scored, StudyRecords
 
 LITRES_PER_MINUTE = 1e-3 / 60.0
 

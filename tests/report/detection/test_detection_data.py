@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.cli.tables import print_document
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.report.detection.answer import answer_block, answer_sentence, remarks_with_counts
 from hydrofdi.report.detection.record import design_records, designs_block
@@ -19,7 +20,7 @@ from hydrofdi.report.forms.page import render_markdown, render_page
 from hydrofdi.report.record import render_json
 from hydrofdi.report.table import Table
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Rules, Scored, StudyRecords
+from hydrofdi.studies.records import Scored, StudyRecords
 from tests.report.detection.made_up import (
     LITRES_PER_MINUTE,
     P1,

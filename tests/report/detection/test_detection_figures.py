@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.scores import Kind
 from hydrofdi.report.detection.wording import score_title
@@ -16,7 +17,6 @@ from hydrofdi.report.figures.style import figure_bytes
 from hydrofdi.report.forms.page import write_page
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.records import Rules
 from tests.report.detection.made_up import P1, P2, U, X, judged, made_up_records, made_up_score, report_of
 from tests.studies.populations import rising, usual
 

@@ -5,13 +5,14 @@ import re
 
 import pytest
 
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.report.detection.populations import why_block
 from hydrofdi.report.detection.record import detection_records
 from hydrofdi.report.figures.detection.tornado import draw_tornado
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.records import Rules, Scored
+from hydrofdi.studies.records import Scored
 from tests.report.rows import rows
 from tests.studies.made_up_nuisances import BULK, FRICTION, IDLE, study
 

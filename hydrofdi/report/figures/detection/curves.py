@@ -22,7 +22,7 @@ from hydrofdi.report.figures.detection.marks import (
     with_threshold,
 )
 from hydrofdi.report.figures.style import INK, LINES, log_axis, ordered_color
-from hydrofdi.studies.judging import suspicion_from
+from hydrofdi.studies.judging import reference_of
 from hydrofdi.studies.parts import part
 from hydrofdi.studies.records import Detection, Judgement
 
@@ -105,13 +105,10 @@ def _levels(detection: Detection, most: int) -> tuple[Population, ...]:
 
 def _curve(detection: Detection, judgement: Judgement, level: Population) -> RocCurve | None:
     records, scored = detection.records, judgement.scored
-    fit = part(records, scored, records.chosen(Kind.HEALTHY, is_fit=True))
-    tested = records.chosen(Kind.HEALTHY, is_fit=False)
-    healthy = part(records, scored, tested) if tested else fit
-    suspicious = suspicion_from(fit, healthy, judgement.direction, detection.rules)
+    _, healthy, of = reference_of(records, scored, judgement.direction)
     try:
-        return roc_curve(suspicious.of(healthy), suspicious.of(part(records, scored, [level])))
-    except (NotStatedError, ValueError):
+        return None if healthy is None else roc_curve(healthy, of(part(records, scored, [level]).scores))
+    except NotStatedError:
         return None
 
 

@@ -339,7 +339,7 @@ def _curves(tested: TestedLevels, outcomes: Array, floor: float) -> list[PodCurv
     """Curves on both axes, the more likely first."""
     axes: tuple[AxisName, ...] = ("log", "linear")
     curves = [
-        probability_of_detection(tested.severity, outcomes, false_alarm_rate=floor, link="probit", axis=axis)
+        probability_of_detection(tested.severity, outcomes, false_alarm_rate=floor, axis=axis)
         for axis in axes
     ]
     return sorted(curves, key=lambda curve: -curve.log_likelihood)

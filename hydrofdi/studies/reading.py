@@ -35,13 +35,6 @@ def within(scored: Scored, sensors: Collection[str]) -> bool:
     return not sensors or set(scored.channels) <= set(sensors)
 
 
-def makeable_within(score: ScoreConfig, numbers: Sequence[Scored], kept: Sequence[Scored]) -> bool:
-    """Whether a score uses no number that is omitted because of its channels."""
-    kept_names = {each.name for each in kept}
-    lacking = [each.name for each in numbers if each.name not in kept_names]
-    return not any(belongs(number, name) for name in (*score.of, *score.by) for number in lacking)
-
-
 def asks_for_extra(detection: DetectionConfig) -> bool:
     """Whether any score of a study needs scikit-learn."""
     return detection.usual_scores or any(
@@ -75,8 +68,8 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     ConfigError
         A score uses numbers that are not measured.
     """
-    roles, measured = stored_roles(data), tuple(_measured(data))
-    return tuple(_design(data, roles, measured, design) for design in range(len(roles.designs)))
+    measured = tuple(_measured(data))
+    return tuple(_design(data, measured, records, rows) for records, rows in study_designs(data))
 
 
 def study_designs(data: ExperimentData) -> Iterator[tuple[StudyRecords, NDArray[np.intp]]]:
@@ -87,39 +80,39 @@ def study_designs(data: ExperimentData) -> Iterator[tuple[StudyRecords, NDArray[
     ReportError
         The experiment has no study, or its file does not contain the runs of its study.
     """
-    roles = stored_roles(data)
+    roles, is_there = stored_roles(data), np.asarray(data.columns[STATUS]).astype(str) != MISSING
     for design in range(len(roles.designs)):
-        yield _records(data, roles, design), _rows(data, roles, design)
+        rows = np.flatnonzero((roles.design_of_run == design) & is_there)
+        yield _records(data, roles, design, rows), rows
 
 
-def _design(data: ExperimentData, roles: StudyTable, measured: Sequence[Scored], design: int) -> StudyDesign:
-    records, detection = _records(data, roles, design), data.experiment.detection
-    raw = [replace(number, values=number.values[_rows(data, roles, design)]) for number in measured]
+def _design(
+    data: ExperimentData, measured: Sequence[Scored], records: StudyRecords, rows: NDArray[np.intp]
+) -> StudyDesign:
+    """The scores that the sensors allow; remarks name the others."""
+    detection, remarks = data.experiment.detection, [*records.remarks]
+    raw = [replace(number, values=number.values[rows]) for number in measured]
     owned = [each for each in raw if within(each, detection.sensors)]
     numbers = [*owned, *changes_since_before(records, owned)]
     judged = [each for each in numbers if not detection.indicators or _label(each) in detection.indicators]
-    usual = usual_scores(records, owned) if detection.usual_scores else {}
-    asked = {label: score for label, score in detection.scores.items() if makeable_within(score, raw, owned)}
-    wanted, remarks = usual | asked, [*records.remarks, *_sensor_remarks(data, raw)]
-    lacking = [label for label, score in wanted.items() if score_kind(score.kind).needs_extra]
-    if lacking and not has_extra():
-        wanted = {label: score for label, score in wanted.items() if label not in lacking}
-        remarks.append(f"omitted because they need the extra ({EXTRA}): {', '.join(lacking)}")
+    without = [each for each in raw if not within(each, detection.sensors)]
+    for label, channels in {_label(each): each.channels for each in without}.items():
+        lacking = ", ".join(Channel(name).symbol for name in channels if name not in detection.sensors)
+        remarks.append(f"{label} is left out: it needs {lacking}, not among detection.sensors")
+    wanted = usual_scores(records, owned) if detection.usual_scores else {}
+    for label, score in detection.scores.items():
+        if any(belongs(each.name, name) for name in (*score.of, *score.by) for each in without):
+            remarks.append(
+                f"the score {label} is left out: it uses numbers that detection.sensors do not allow"
+            )
+        else:
+            wanted[label] = score
+    lacking_extra = [label for label, score in wanted.items() if score_kind(score.kind).needs_extra]
+    if lacking_extra and not has_extra():
+        wanted = {label: score for label, score in wanted.items() if label not in lacking_extra}
+        remarks.append(f"omitted because they need the extra ({EXTRA}): {', '.join(lacking_extra)}")
     records = replace(records, remarks=tuple(remarks))
     return StudyDesign(records, (*judged, *made_scores(records, numbers, wanted)))
-
-
-def _sensor_remarks(data: ExperimentData, numbers: Sequence[Scored]) -> Iterator[str]:
-    """Remarks on indicators, and on scores made of them, that the sensors do not allow."""
-    experiment, sensors = data.experiment, data.experiment.detection.sensors
-    owned = [each for each in numbers if within(each, sensors)]
-    without = {_label(each): each for each in numbers if not within(each, sensors)}
-    for label, scored in without.items():
-        lacking = ", ".join(Channel(name).symbol for name in scored.channels if name not in sensors)
-        yield f"{label} is left out: it needs {lacking}, not among detection.sensors"
-    for label, score in experiment.detection.scores.items():
-        if not makeable_within(score, numbers, owned):
-            yield f"the score {label} is left out: it uses numbers that detection.sensors do not allow"
 
 
 def _label(number: Scored) -> str:
@@ -145,14 +138,8 @@ def stored_roles(data: ExperimentData) -> StudyTable:
     return roles
 
 
-def _rows(data: ExperimentData, roles: StudyTable, design: int) -> NDArray[np.intp]:
-    """Rows of the computed runs of a design."""
-    is_there = np.asarray(data.columns[STATUS]).astype(str) != MISSING
-    return np.flatnonzero((roles.design_of_run == design) & is_there)
-
-
-def _records(data: ExperimentData, roles: StudyTable, design: int) -> StudyRecords:
-    study, rows = data.experiment.study, _rows(data, roles, design)
+def _records(data: ExperimentData, roles: StudyTable, design: int, rows: NDArray[np.intp]) -> StudyRecords:
+    study = data.experiment.study
     assert study is not None
     parameter = study.faults.parameter if study.faults else "leakage.internal_flow"
     variable, unit = _SEVERITIES[parameter]
@@ -188,31 +175,21 @@ def _measured(data: ExperimentData) -> Iterator[Scored]:
     """All outputs of the indicators, over all designs."""
     experiment, costs = data.experiment, read_costs(data.path.parent)
     for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
-        yield from _numbers(data, label, indicator, costs.get(label))
-
-
-def _numbers(
-    data: ExperimentData, label: str, indicator: Indicator[Any], cost: float | None
-) -> Iterator[Scored]:
-    channels = needed_channels(indicator)
-    note = _why_not_measured(data, label)
-    for output in indicator.outputs:
-        values = data.columns.get(f"{label}.{output.name}")
-        if values is None or not output.is_score:
-            continue
-        for place in np.ndindex(values.shape[1:]):
-            index = "".join(f"[{part}]" for part in place)
-            yield Scored(
-                f"{label}.{output.name}{index}",
-                np.asarray(values[(slice(None), *place)], dtype=float),
-                channels,
-                output.unit,
-                output.long_name,
-                output.direction,
-                cost,
-                note,
-                indicator.name,
-            )
+        channels, note = needed_channels(indicator), _why_not_measured(data, label)
+        for output in (output for output in indicator.outputs if output.is_score):
+            values = data.columns.get(f"{label}.{output.name}", np.empty(0))
+            for place in np.ndindex(values.shape[1:]) if values.size else ():
+                yield Scored(
+                    f"{label}.{output.name}{''.join(f'[{part}]' for part in place)}",
+                    np.asarray(values[(slice(None), *place)], dtype=float),
+                    channels,
+                    output.unit,
+                    output.long_name,
+                    output.direction,
+                    costs.get(label),
+                    note,
+                    indicator.name,
+                )
 
 
 def needed_channels(indicator: Indicator[Any]) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import optimize, stats
 from scipy.optimize import minimize
-from scipy.special import expit, logit, ndtr, ndtri
+from scipy.special import ndtr, ndtri
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod.curve import (
@@ -22,52 +22,47 @@ from tests.evaluation.repeats import holds_at_least, holds_in
 
 LEVELS = np.logspace(-2.0, 0.0, 9)
 SEVERITY = np.repeat(LEVELS, 100)
-RISE = {"logit": expit, "probit": ndtr}
-INVERSE = {"logit": logit, "probit": ndtri}
-LINKS = pytest.mark.parametrize("link", ["logit", "probit"])
 
 
-def pod(severity, location, spread, floor, link):
-    return floor + (1.0 - floor) * RISE[link]((np.log10(severity) - location) / spread)
+def pod(severity, location, spread, floor):
+    return floor + (1.0 - floor) * ndtr((np.log10(severity) - location) / spread)
 
 
-def true_severity(probability, location, spread, floor, link):
-    return 10.0 ** (location + spread * INVERSE[link]((probability - floor) / (1.0 - floor)))
+def true_severity(probability, location, spread, floor):
+    return 10.0 ** (location + spread * ndtri((probability - floor) / (1.0 - floor)))
 
 
-def hits(draw, severity, location=-1.2, spread=0.15, floor=0.01, link="logit"):
-    return (draw.random(severity.size) < pod(severity, location, spread, floor, link)).astype(float)
+def hits(draw, severity, location=-1.2, spread=0.15, floor=0.01):
+    return (draw.random(severity.size) < pod(severity, location, spread, floor)).astype(float)
 
 
 def test_a_curve_that_is_impossibly_unlikely_has_a_likelihood_of_zero():
     counted = tally(SEVERITY, np.ones_like(SEVERITY))
-    assert log_likelihood(np.full(LEVELS.size, -1.5e154), counted, 0.0, "probit") == -np.inf
+    assert log_likelihood(np.full(LEVELS.size, -1.5e154), counted, 0.0) == -np.inf
 
 
-@LINKS
 @pytest.mark.parametrize("floor", [0.0, 0.05])
-def test_a_known_curve_is_recovered(link, floor):
+def test_a_known_curve_is_recovered(floor):
     severity = 10.0 ** np.random.default_rng(1).uniform(-2.0, 0.0, size=20_000)
-    outcomes = hits(np.random.default_rng(2), severity, -1.2, 0.15, floor, link)
-    curve = probability_of_detection(severity, outcomes, false_alarm_rate=floor, link=link)
+    outcomes = hits(np.random.default_rng(2), severity, -1.2, 0.15, floor)
+    curve = probability_of_detection(severity, outcomes, false_alarm_rate=floor)
     assert (-curve.intercept / curve.slope, 1.0 / curve.slope) == pytest.approx((-1.2, 0.15), abs=0.01)
     for probability in (0.5, 0.9):
         found = smallest_detectable(curve, probability=probability, confidence=None).value
-        assert found == pytest.approx(true_severity(probability, -1.2, 0.15, floor, link), rel=0.03)
+        assert found == pytest.approx(true_severity(probability, -1.2, 0.15, floor), rel=0.03)
         assert curve.probability(found) == pytest.approx(probability)
 
 
-@LINKS
 @pytest.mark.parametrize("floor", [0.0, 0.02])
-def test_the_fit_is_the_maximum_that_a_general_search_finds(link, floor):
+def test_the_fit_is_the_maximum_that_a_general_search_finds(floor):
     draw = np.random.default_rng(3)
     for spread in (0.1, 0.4):
-        outcomes = hits(draw, SEVERITY, -1.1, spread, floor, link)
-        curve = probability_of_detection(SEVERITY, outcomes, false_alarm_rate=floor, link=link)
+        outcomes = hits(draw, SEVERITY, -1.1, spread, floor)
+        curve = probability_of_detection(SEVERITY, outcomes, false_alarm_rate=floor)
         places = np.log10(curve.tally.severity)
 
         def negative(x, counted=curve.tally, places=places):
-            return -log_likelihood(x[0] + x[1] * places, counted, floor, link)
+            return -log_likelihood(x[0] + x[1] * places, counted, floor)
 
         best = minimize(negative, [3.0, 2.0], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-11})
         assert curve.log_likelihood == pytest.approx(-best.fun, abs=1e-6)
@@ -78,71 +73,66 @@ def test_the_curve_is_that_of_statsmodels():
     models = pytest.importorskip("statsmodels.api")
     outcomes = hits(np.random.default_rng(4), SEVERITY, floor=0.0)
     design = models.add_constant(np.log10(SEVERITY))
-    for link, model in (("logit", models.Logit), ("probit", models.Probit)):
-        expected = model(outcomes, design).fit(disp=0)
-        curve = probability_of_detection(SEVERITY, outcomes, link=link)
-        np.testing.assert_allclose([curve.intercept, curve.slope], expected.params, rtol=1e-5)
-        assert curve.log_likelihood == pytest.approx(expected.llf)
+    expected = models.Probit(outcomes, design).fit(disp=0)
+    curve = probability_of_detection(SEVERITY, outcomes)
+    np.testing.assert_allclose([curve.intercept, curve.slope], expected.params, rtol=1e-5)
+    assert curve.log_likelihood == pytest.approx(expected.llf)
 
 
-def covered(repeats, n, link, floor, spread, probability, seed):
+def covered(repeats, n, floor, spread, probability, seed):
     """How often the bound lies at or above the truth."""
     draw, severity, count = np.random.default_rng(seed), np.repeat(LEVELS, n), 0
-    truth = true_severity(probability, -1.2, spread, floor, link)
+    truth = true_severity(probability, -1.2, spread, floor)
     for _ in range(repeats):
-        outcomes = hits(draw, severity, -1.2, spread, floor, link)
-        curve = probability_of_detection(severity, outcomes, false_alarm_rate=floor, link=link)
+        outcomes = hits(draw, severity, -1.2, spread, floor)
+        curve = probability_of_detection(severity, outcomes, false_alarm_rate=floor)
         bound = smallest_detectable(curve, probability=probability)
         count += bound.place == "above" or bound.severity >= truth
     return count
 
 
-@LINKS
-def test_q90_95_covers_in_95_of_100_repeats(link):
-    assert holds_in(covered(150, 100, link, 0.01, 0.2, 0.9, seed=5), 150, 0.95)
+def test_q90_95_covers_in_95_of_100_repeats():
+    assert holds_in(covered(150, 100, 0.01, 0.2, 0.9, seed=5), 150, 0.95)
 
 
 @pytest.mark.parametrize("spread", [0.02, 0.05])
 def test_q90_95_holds_where_hits_and_misses_are_nearly_apart(spread):
-    assert holds_at_least(covered(150, 40, "logit", 0.01, spread, 0.9, seed=6), 150, 0.95)
+    assert holds_at_least(covered(150, 40, 0.01, spread, 0.9, seed=6), 150, 0.95)
 
 
 @pytest.mark.long
-@LINKS
 @pytest.mark.parametrize("floor", [0.0, 0.01])
 @pytest.mark.parametrize("probability", [0.5, 0.9])
-def test_bounds_cover_in_95_plus_or_minus_2_of_100_repeats(link, floor, probability):
-    assert abs(covered(1500, 250, link, floor, 0.2, probability, seed=7) / 1500 - 0.95) < 0.02
+def test_bounds_cover_in_95_plus_or_minus_2_of_100_repeats(floor, probability):
+    assert abs(covered(1500, 250, floor, 0.2, probability, seed=7) / 1500 - 0.95) < 0.02
 
 
 @pytest.mark.long
-@LINKS
 @pytest.mark.parametrize("spread", [0.06, 0.15, 0.3])
-def test_with_20_records_a_level_bounds_still_cover_in_90_of_100_repeats(link, spread):
-    assert holds_at_least(covered(600, 20, link, 0.01, spread, 0.9, seed=23), 600, 0.92)
+def test_with_20_records_a_level_bounds_still_cover_in_90_of_100_repeats(spread):
+    assert holds_at_least(covered(600, 20, 0.01, spread, 0.9, seed=23), 600, 0.92)
 
 
 def test_bounds_of_the_curve_hold_it_and_agree_with_the_severity_that_they_bound():
     draw, held = np.random.default_rng(8), 0
     for _ in range(60):
         curve = probability_of_detection(SEVERITY, hits(draw, SEVERITY), false_alarm_rate=0.01)
-        held += lower_bound(curve, [0.08])[0] <= pod(0.08, -1.2, 0.15, 0.01, "logit")
+        held += lower_bound(curve, [0.08])[0] <= pod(0.08, -1.2, 0.15, 0.01)
     assert holds_in(held, 60, 0.95)
     bound = smallest_detectable(curve, probability=0.9, confidence=0.95)
     assert np.all(lower_bound(curve, LEVELS) <= curve.probability(LEVELS))
     assert lower_bound(curve, [bound.value])[0] == pytest.approx(0.9, abs=1e-5)
 
 
-@LINKS
 @pytest.mark.parametrize("floor", [0.0, 0.05])
-def test_bounds_are_those_of_all_rising_curves_that_are_likely_enough(link, floor):
-    outcomes = hits(np.random.default_rng(21), SEVERITY, -1.1, 0.25, floor, link)
-    curve = probability_of_detection(SEVERITY, outcomes, false_alarm_rate=floor, link=link)
+def test_bounds_are_those_of_all_rising_curves_that_are_likely_enough(floor):
+    outcomes = hits(np.random.default_rng(21), SEVERITY, -1.1, 0.25, floor)
+    curve = probability_of_detection(SEVERITY, outcomes, false_alarm_rate=floor)
     places = np.log10(curve.tally.severity)
     intercepts, slopes = np.meshgrid(
         np.linspace(0.4, 1.8, 200) * curve.intercept, np.linspace(0.4, 1.8, 200) * curve.slope
     )
-    rates = floor + (1.0 - floor) * RISE[link](intercepts[..., None] + slopes[..., None] * places)
+    rates = floor + (1.0 - floor) * ndtr(intercepts[..., None] + slopes[..., None] * places)
     likelihood = np.sum(curve.tally.hits * np.log(rates) + curve.tally.misses * np.log1p(-rates), axis=-1)
     likely = 2.0 * (curve.log_likelihood - likelihood) <= 2.7055
     rise = curve.quantile_of_rise(0.9)
@@ -159,7 +149,7 @@ def test_bounds_of_a_faint_rise_are_those_of_curves_that_do_not_fall():
     assert 0.0 < curve.slope < 0.3
     places = np.log10(curve.tally.severity)
     intercepts, slopes = np.meshgrid(np.linspace(-0.6, 1.0, 300), np.linspace(0.0, 0.6, 200))
-    rates = expit(intercepts[..., None] + slopes[..., None] * places)
+    rates = ndtr(intercepts[..., None] + slopes[..., None] * places)
     likelihood = np.sum(curve.tally.hits * np.log(rates) + curve.tally.misses * np.log1p(-rates), axis=-1)
     likely = rates[2.0 * (curve.log_likelihood - likelihood) <= 2.7055]
     np.testing.assert_allclose(lower_bound(curve, LEVELS), likely.min(axis=0), atol=0.003)
@@ -210,11 +200,10 @@ def test_hits_alone_show_no_more_than_their_number(n):
 @given(
     st.lists(st.tuples(st.sampled_from([0.01, 0.03, 0.1, 0.5]), st.booleans()), min_size=1, max_size=40),
     st.sampled_from([0.0, 0.01, 0.3]),
-    st.sampled_from(["logit", "probit"]),
 )
-def test_any_hits_and_misses_are_judged(records, floor, link):
+def test_any_hits_and_misses_are_judged(records, floor):
     severity, outcomes = np.array(records, dtype=float).T
-    curve = probability_of_detection(severity, outcomes, false_alarm_rate=floor, link=link)
+    curve = probability_of_detection(severity, outcomes, false_alarm_rate=floor)
     assert np.isfinite(curve.log_likelihood)
     rates = curve.probability(np.sort(severity))
     assert np.all((rates >= floor - 1e-12) & (rates <= 1.0))
@@ -238,8 +227,8 @@ def test_severities_in_another_unit_give_the_same_in_it():
 
 def test_the_floor_keeps_false_alarms_from_counting_as_detections():
     severity = np.repeat(LEVELS, 400)
-    outcomes = hits(np.random.default_rng(15), severity, location=-0.8, spread=0.1, floor=0.1)
-    truth = true_severity(0.5, -0.8, 0.1, 0.1, "logit")
+    outcomes = hits(np.random.default_rng(15), severity, location=-0.8, spread=0.25, floor=0.1)
+    truth = true_severity(0.5, -0.8, 0.25, 0.1)
     right = probability_of_detection(severity, outcomes, false_alarm_rate=0.1)
     wrong = probability_of_detection(severity, outcomes)
     assert lack_of_fit(right).p_value > 0.01
@@ -313,13 +302,12 @@ def test_records_without_a_score_or_a_fault_are_no_misses():
         probability_of_detection([0.1], [1.0], false_alarm_rate=1.0)
 
 
-@LINKS
-def test_a_linear_axis_recovers_a_curve_that_rises_with_the_severity_itself(link):
+def test_a_linear_axis_recovers_a_curve_that_rises_with_the_severity_itself():
     severity = np.repeat(np.geomspace(1e-8, 1e-6, 9), 4000)
-    truth = 0.02 + 0.98 * RISE[link]((severity - 4e-7) / 1e-7)
+    truth = 0.02 + 0.98 * ndtr((severity - 4e-7) / 1e-7)
     outcomes = np.random.default_rng(41).random(severity.size) < truth
-    curve = probability_of_detection(severity, outcomes, false_alarm_rate=0.02, link=link, axis="linear")
-    on_logarithms = probability_of_detection(severity, outcomes, false_alarm_rate=0.02, link=link)
+    curve = probability_of_detection(severity, outcomes, false_alarm_rate=0.02, axis="linear")
+    on_logarithms = probability_of_detection(severity, outcomes, false_alarm_rate=0.02)
     assert (-curve.intercept / curve.slope, 1.0 / curve.slope) == pytest.approx((0.4, 0.1), abs=0.01)
     assert curve.log_likelihood > on_logarithms.log_likelihood + 10.0
     assert lack_of_fit(curve).p_value > 0.001 > lack_of_fit(on_logarithms).p_value
@@ -334,7 +322,7 @@ def test_a_linear_axis_recovers_a_curve_that_rises_with_the_severity_itself(link
 def test_detection_that_falls_with_severity_gives_a_flat_curve(axis):
     severity = np.repeat(np.geomspace(0.01, 1.0, 9), 100)
     outcomes = (np.random.default_rng(42).random(900) < 0.7) & (severity < 0.9)
-    curve = probability_of_detection(severity, outcomes, false_alarm_rate=0.485, link="probit", axis=axis)
+    curve = probability_of_detection(severity, outcomes, false_alarm_rate=0.485, axis=axis)
     assert curve.slope == 0.0
     assert smallest_detectable(curve).value is None
 

@@ -44,31 +44,20 @@ class Axis:
         return float(10.0**place) if self.name == "log" else place * self.largest
 
 
-Link = Literal["logit", "probit"]
-
 MOST_STEPS = 100
 
 CERTAIN = 36.0
 """Predictor at which a probability is 1 in double precision; at its negative it is 0."""
 
 
-def log_cumulative(predictor: Array, link: Link) -> Array:
-    """ln F of the logistic or the normal distribution."""
-    if link == "logit":
-        return np.asarray(-np.logaddexp(0.0, -predictor))
+def log_cumulative(predictor: Array) -> Array:
+    """ln F of the normal distribution."""
     from scipy.special import log_ndtr
 
     return np.asarray(log_ndtr(predictor))
 
 
-def inverse_cumulative(probability: float, link: Link) -> float:
-    """F⁻¹, the value of the linear predictor."""
-    from scipy.special import logit, ndtri
-
-    return float(logit(probability) if link == "logit" else ndtri(probability))
-
-
-def log_likelihood(predictor: Array, tally: Tally, floor: float, link: Link) -> float:
+def log_likelihood(predictor: Array, tally: Tally, floor: float) -> float:
     """ln L of P = α + (1 - α) F(predictor), without the binomial coefficients.
 
     Parameters
@@ -77,15 +66,12 @@ def log_likelihood(predictor: Array, tally: Tally, floor: float, link: Link) -> 
     tally : Tally
     floor : float
         α.
-    link : str
     """
-    log_hit, log_above = _logarithms(predictor, floor, link)
+    log_hit, log_above = _logarithms(predictor, floor)
     return float(_times(tally.hits, log_hit) + _times(tally.misses, log_above + np.log1p(-floor)))
 
 
-def maximise(
-    design: Array, offset: Array, tally: Tally, floor: float, link: Link, start: float = 0.0
-) -> Array:
+def maximise(design: Array, offset: Array, tally: Tally, floor: float, start: float = 0.0) -> Array:
     """Maximum-likelihood coefficients β of the predictor offset + design β.
 
     Fisher scoring with step halving: McCullagh and Nelder, Generalized Linear Models (1989), section 2.5; the
@@ -98,7 +84,6 @@ def maximise(
     offset : ndarray, shape (n_level,)
     tally : Tally
     floor : float
-    link : str
     start : float
         Initial value of all coefficients.
 
@@ -107,15 +92,15 @@ def maximise(
     coefficients : ndarray, shape (n_coefficient,)
     """
     coefficients = np.full(design.shape[1], start)
-    best = log_likelihood(offset + design @ coefficients, tally, floor, link)
+    best = log_likelihood(offset + design @ coefficients, tally, floor)
     for _ in range(MOST_STEPS):
         predictor = np.clip(offset + design @ coefficients, -CERTAIN, CERTAIN)
-        score, weight = _score(predictor, tally, floor, link)
+        score, weight = _score(predictor, tally, floor)
         information = design.T @ (weight[:, None] * design)
         step = np.linalg.lstsq(information, design.T @ score, rcond=1e-12)[0]
         for halving in 0.5 ** np.arange(30):
             trial = coefficients + halving * step
-            value = log_likelihood(offset + design @ trial, tally, floor, link)
+            value = log_likelihood(offset + design @ trial, tally, floor)
             if value >= best:
                 break
         else:
@@ -126,20 +111,17 @@ def maximise(
     return coefficients
 
 
-def _logarithms(predictor: Array, floor: float, link: Link) -> tuple[Array, Array]:
+def _logarithms(predictor: Array, floor: float) -> tuple[Array, Array]:
     """ln P, and ln F(-predictor) = ln (1 - P) - ln (1 - α)."""
-    log_rise = np.log1p(-floor) + log_cumulative(predictor, link)
+    log_rise = np.log1p(-floor) + log_cumulative(predictor)
     log_hit = np.logaddexp(np.log(floor), log_rise) if floor else log_rise
-    return log_hit, log_cumulative(-predictor, link)
+    return log_hit, log_cumulative(-predictor)
 
 
-def _score(predictor: Array, tally: Tally, floor: float, link: Link) -> tuple[Array, Array]:
+def _score(predictor: Array, tally: Tally, floor: float) -> tuple[Array, Array]:
     """Derivative of ln L by the predictor, and its expected information, for each level."""
-    log_hit, log_above = _logarithms(predictor, floor, link)
-    if link == "logit":
-        log_density = log_cumulative(predictor, link) + log_above
-    else:
-        log_density = -(predictor**2) / 2.0 - 0.5 * np.log(2.0 * np.pi)
+    log_hit, log_above = _logarithms(predictor, floor)
+    log_density = -(predictor**2) / 2.0 - 0.5 * np.log(2.0 * np.pi)
     of_hit = np.exp(np.log1p(-floor) + log_density - log_hit)
     of_miss = np.exp(log_density - log_above)
     return tally.hits * of_hit - tally.misses * of_miss, tally.total * of_hit * of_miss
@@ -153,7 +135,7 @@ def _times(counts: Array, logarithms: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class PodCurve:
-    """POD(a) = α + (1 - α) F((x(a) - µ)/s), with F the logistic or the normal distribution, x(a) = lg a or a.
+    """POD(a) = α + (1 - α) F((x(a) - µ)/s), with F the normal distribution, x(a) = lg a or a.
 
     Attributes
     ----------
@@ -161,8 +143,6 @@ class PodCurve:
         Hits and misses that the curve is fitted to.
     false_alarm_rate : float
         α, the floor.
-    link : str
-        ``logit`` or ``probit``.
     intercept, slope : float
         -µ/s and 1/s; the slope is 0 if detection does not increase with severity.
     log_likelihood : float
@@ -172,7 +152,6 @@ class PodCurve:
 
     tally: Tally
     false_alarm_rate: float
-    link: Link
     intercept: float
     slope: float
     log_likelihood: float
@@ -187,7 +166,7 @@ class PodCurve:
         """
         if self.slope == 0.0 and self.tally.severity.size > 1:
             return not self.tally.hits.any() or not self.tally.misses.any()
-        rise = np.exp(log_cumulative(self.predictor(self.tally.severity), self.link))
+        rise = np.exp(log_cumulative(self.predictor(self.tally.severity)))
         return int(np.sum((rise > 0.01) & (rise < 0.99))) < 2
 
     def predictor(self, severity: ArrayLike) -> Array:
@@ -196,13 +175,15 @@ class PodCurve:
 
     def probability(self, severity: ArrayLike) -> Array:
         """Probability of detection of each severity."""
-        rise = np.exp(log_cumulative(self.predictor(severity), self.link))
+        rise = np.exp(log_cumulative(self.predictor(severity)))
         return np.asarray(self.false_alarm_rate + (1.0 - self.false_alarm_rate) * rise)
 
     def quantile_of_rise(self, probability: float) -> float:
         """F⁻¹((p - α)/(1 - α)); -∞ if the floor already reaches p."""
+        from scipy.special import ndtri
+
         share = (probability - self.false_alarm_rate) / (1.0 - self.false_alarm_rate)
-        return inverse_cumulative(share, self.link) if share > 0.0 else -np.inf
+        return float(ndtri(share)) if share > 0.0 else -np.inf
 
 
 def probability_of_detection(
@@ -210,7 +191,6 @@ def probability_of_detection(
     outcomes: ArrayLike,
     *,
     false_alarm_rate: float = 0.0,
-    link: Link = "logit",
     axis: AxisName = "log",
 ) -> PodCurve:
     """Fit a curve of the probability of detection by maximum likelihood.
@@ -226,7 +206,6 @@ def probability_of_detection(
         1 if detected, 0 if not, NaN if not measurable.
     false_alarm_rate : float
         α, as measured on healthy records; below 1.
-    link : str
     axis : str
         ``log`` or ``linear`` in severity.
 
@@ -242,20 +221,20 @@ def probability_of_detection(
     counted = tally(severity, outcomes)
     along = Axis(axis, counted.span[1])
     places = along.place(counted.severity)
-    intercept, slope = _coefficients(places, counted, false_alarm_rate, link)
-    largest = log_likelihood(intercept + slope * places, counted, false_alarm_rate, link)
-    return PodCurve(counted, false_alarm_rate, link, intercept, slope, largest, along)
+    intercept, slope = _coefficients(places, counted, false_alarm_rate)
+    largest = log_likelihood(intercept + slope * places, counted, false_alarm_rate)
+    return PodCurve(counted, false_alarm_rate, intercept, slope, largest, along)
 
 
-def _coefficients(places: Array, counted: Tally, floor: float, link: Link) -> tuple[float, float]:
+def _coefficients(places: Array, counted: Tally, floor: float) -> tuple[float, float]:
     """Intercept and slope; the slope is not negative."""
     nothing, ones = np.zeros_like(places), np.ones_like(places)
     if places.size > 1:
         centre = float(np.average(places, weights=counted.total))
-        level, slope = maximise(np.stack((ones, places - centre), axis=1), nothing, counted, floor, link)
+        level, slope = maximise(np.stack((ones, places - centre), axis=1), nothing, counted, floor)
         if slope > 0.0:
             return float(level - slope * centre), float(slope)
-    (level,) = maximise(ones[:, None], nothing, counted, floor, link)
+    (level,) = maximise(ones[:, None], nothing, counted, floor)
     return float(level), 0.0
 
 
@@ -322,13 +301,9 @@ def deficit(curve: PodCurve, place: float, rise: float) -> float:
     """2 (ln L_max - ln L) of the best increasing curve whose predictor at `place` on the axis is `rise`."""
     distance = curve.axis.place(curve.tally.severity) - place
     offset = np.full_like(distance, rise)
-    (slope,) = maximise(
-        distance[:, None], offset, curve.tally, curve.false_alarm_rate, curve.link, curve.slope
-    )
+    (slope,) = maximise(distance[:, None], offset, curve.tally, curve.false_alarm_rate, curve.slope)
     predictor = offset + max(float(slope), 0.0) * distance
-    return 2.0 * (
-        curve.log_likelihood - log_likelihood(predictor, curve.tally, curve.false_alarm_rate, curve.link)
-    )
+    return 2.0 * (curve.log_likelihood - log_likelihood(predictor, curve.tally, curve.false_alarm_rate))
 
 
 def quantile_of_chi_square(confidence: float) -> float:
@@ -365,7 +340,7 @@ def lower_bound(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.9
     """
     drop = quantile_of_chi_square(2.0 * confidence - 1.0)
     predictors = [_lower_predictor(curve, place, drop) for place in curve.axis.place(severity)]
-    rise, floor = np.exp(log_cumulative(np.array(predictors), curve.link)), curve.false_alarm_rate
+    rise, floor = np.exp(log_cumulative(np.array(predictors))), curve.false_alarm_rate
     return np.asarray(floor + (1.0 - floor) * rise)
 
 

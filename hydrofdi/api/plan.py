@@ -326,7 +326,7 @@ def plan(
     >>> study = {"name": "planned", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
     >>> plan = hydrofdi.plan(study)
     >>> plan
-    planned: 2 of 2 runs to compute in 0... s to 1... s; ... warnings, see .warnings
+    planned: 2 of 2 runs to compute in 0... s to 1... s; 1 warning, see .warnings
     >>> plan.reasons
     {'new': 2}
     """

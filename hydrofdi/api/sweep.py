@@ -127,7 +127,7 @@ def sweep(
     >>> study = {"name": "stiffness", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
     >>> results = hydrofdi.sweep(study, engine="in-process")
     >>> results
-    2 runs in results/stiffness: 2 ok; ... warnings, see .warnings
+    2 runs in results/stiffness: 2 ok; 1 warning, see .warnings
     >>> results.dataset.chamber_1_pressure.sizes["run"]
     2
     >>> results.statuses

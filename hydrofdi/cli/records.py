@@ -159,13 +159,14 @@ def _measures(columns: Sequence[Column], records: Iterator[RecordMeasures]) -> I
 
 
 def evaluate(sources: Sources, json: Json = False, **settings: Any) -> int:
-    """Evaluate indicators on labelled records: what each detects, and its alarms on healthy groups.
+    """Evaluate indicators on labelled records.
 
-    Labels and groups come from the descriptions. Healthy groups are tested at the threshold of the other
-    healthy groups, and compared with each other as if they were faulty. If there are too few records for a
-    result, the output says how many are needed. Scores made of several numbers are cross-fitted: no record is
-    scored by a model that saw it or its group. Exit code 1 if records are rejected, repeat the samples of
-    another or have no number of any indicator, or an indicator fails.
+    Shows what each detects, and its alarms on healthy groups. Labels and groups come from the descriptions.
+    Healthy groups are tested at the threshold of the other healthy groups, and compared with each other as if
+    they were faulty. If there are too few records for a result, the output says how many are needed. Scores
+    made of several numbers are cross-fitted: no record is scored by a model that saw it or its group. Exit
+    code 1 if records are rejected, repeat the samples of another or have no number of any indicator, or an
+    indicator fails.
     """
     from hydrofdi.api.evaluation import evaluate as evaluate_records
 
@@ -206,10 +207,10 @@ def export(
     ],
     **settings: Any,
 ) -> int:
-    """Write signals as CSV, Parquet or MAT, one file for each record.
+    """Write signals as CSV, Parquet or MAT.
 
-    Headers state units, as in time [s], P1 [Pa]; measure, inspect and monitor read such files without a
-    description. Exit code 1 if records are left out.
+    One file for each record. Headers state units, as in time [s], P1 [Pa]; measure, inspect and monitor read
+    such files without a description. Exit code 1 if records are left out.
     """
     from hydrofdi.api.exporting import export as export_signals
 

@@ -249,10 +249,10 @@ def schema(
         typer.Argument(help="Kind of file that the schema describes."),
     ] = "experiment",
 ) -> int:
-    """Print the JSON Schema of a kind of file, for editors and programs.
+    """Print the JSON Schema of a kind of file.
 
-    Experiment files, descriptions of measured files, configurations of 'hydrofdi monitor', and the detector
-    files that 'hydrofdi train' writes.
+    For editors and programs: experiment files, descriptions of measured files, configurations of 'hydrofdi
+    monitor', and the detector files that 'hydrofdi train' writes.
     """
     from hydrofdi.settings.ready import schema as schema_of
 

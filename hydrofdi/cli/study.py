@@ -78,7 +78,7 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
 
 
 def plan(config: Sweep, settings: Settings = None, json: Json = False, **more: Any) -> int:
-    """Show what 'hydrofdi sweep' would do, why, and how long it takes.
+    """Show what a sweep would do, why, and how long it takes.
 
     Writes nothing.
     """

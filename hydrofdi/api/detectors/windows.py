@@ -6,6 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
 from typing import Any
 
@@ -49,6 +50,8 @@ class JudgedWindow:
         That of a monitor which is given the record as a stream; None if the record has no window.
     record_fault : Issue or None
         Why it has none.
+    label : str
+        Condition of the record, where it is known.
     """
 
     record_id: str
@@ -56,6 +59,7 @@ class JudgedWindow:
     group: str
     line: WindowLine | None
     record_fault: Issue | None = None
+    label: str = ""
 
     @property
     def fault(self) -> Issue | None:
@@ -96,19 +100,25 @@ def judged_windows(file: DetectorFile, source: RecordSource) -> Iterator[JudgedW
         The source cannot be read.
     """
     watch, channels = Watch(file), channels_read(file)
-    for batch in analysed_batches(source):
+    for batch in analysed_batches(source, labels=True):
         for record in batch.rejected:
             fault = Issue(record.remark.message, kind=record.remark.kind)
             yield JudgedWindow(record.record_id, record.source, record.group, None, fault)
         for row in range(batch.n_record):
-            named = batch.record_ids[row], batch.sources[row], batch.groups[row]
+            named = partial(
+                JudgedWindow,
+                batch.record_ids[row],
+                batch.sources[row],
+                batch.groups[row],
+                label=batch.labels[row] if batch.labels else "",
+            )
             fault_or_lines = _forbidden(file, channels, batch, row) or _lines(watch, batch, row)
             if isinstance(fault_or_lines, Issue):
-                yield JudgedWindow(*named, None, fault_or_lines)
+                yield named(None, fault_or_lines)
             elif not fault_or_lines:
-                yield JudgedWindow(*named, None, _without_windows(file, batch))
+                yield named(None, _without_windows(file, batch))
             else:
-                yield from (JudgedWindow(*named, line) for line in fault_or_lines)
+                yield from map(named, fault_or_lines)
 
 
 def _lines(watch: Watch, records: RecordBatch, row: int) -> list[WindowLine]:
@@ -329,6 +339,7 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
     return Table(
         (
             column("record_id", title="record", is_text=True, is_shown=True),
+            Column("label", [each.label for each in windows], title="condition", is_text=True),
             *words("source", "group"),
             column("number"),
             column("start", "s", text=lambda at: HOLE if at is None else f"{at:.12g}", is_shown=True),

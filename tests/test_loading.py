@@ -272,7 +272,7 @@ BAD_COMMANDS = {
         ["simulate", "--set", "record.duration=2 s", "--set", "leakage.internal_flow=500 L/min", "--out", "x.h5"],
         "no K_i gives a mean leakage of 500 L/min",
     ),
-    "long name for a result": (["simulate", "--set", "record.duration=2 s", "--out", "a" * 300 + ".h5"], "aaa…: File name too long"),
+    "long name for a result": (["simulate", "--set", "record.duration=2 s", "--out", "a" * 300 + ".h5"], "aaa: File name too long"),
     "folder for a file": (["simulate", "--set", "record.duration=2 s", "--out", "."], "ends in .h5"),
     "no results": (["report"], "no experiment file in results/*; run 'hydrofdi sweep CONFIG' first"),
     "no HDF5": (["report", "file"], "file: is not a readable HDF5 file"),

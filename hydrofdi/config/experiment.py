@@ -367,9 +367,11 @@ class ExperimentConfig(RunRequest):
         return healthy | sealed | given
 
     @model_validator(mode="after")
-    def _scenarios_leave_the_sweep_alone(self) -> Self:
-        if twice := set(self.ensemble.names) & set(self.sweep.names):
-            raise ValueError(f"{sorted(twice)[0]} varies in both ensemble and sweep")
+    def _each_parameter_varies_once(self) -> Self:
+        for pair in (("ensemble", "sweep"), ("sweep", "study")):
+            one, other = (set(part.names if (part := getattr(self, name)) else ()) for name in pair)
+            if twice := one & other:
+                raise ValueError(f"{min(twice)} varies in both {' and '.join(pair)}")
         return self
 
     @model_validator(mode="after")
@@ -393,8 +395,6 @@ class ExperimentConfig(RunRequest):
             raise ValueError("a study has no ensemble: put uncertain parameters into its population")
         if self.replicates.count:
             raise ValueError("a study has no replicates: each of its records is already one")
-        if twice := set(self.sweep.names) & set(self.study.names):
-            raise ValueError(f"{sorted(twice)[0]} varies in both sweep and study")
         return self
 
     @property

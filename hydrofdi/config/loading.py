@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path as FilePath
 from typing import Any
@@ -102,7 +102,9 @@ def load_experiment(
         return file
     source = _read(file)
     settings = [settings] if isinstance(settings, str) else settings
-    _require_texts(settings)
+    if not isinstance(settings, Iterable) or not all(isinstance(each, str) for each in settings):
+        expected = "{'fluid.bulk_modulus': '689 MPa'}, or texts such as 'fluid.bulk_modulus=689 MPa'"
+        raise ConfigError(f"settings: expected {expected}; found {brief(settings)}")
     if isinstance(settings, Mapping):
         for key, value in settings.items():
             if path := _setting_path(source, key):
@@ -112,16 +114,13 @@ def load_experiment(
         for text in settings:
             _apply_setting(source, text)
         keys = {text.partition("=")[0].strip() for text in settings}
-    _refuse_contradictory_settings(source, {_full_key(key) for key in keys})
+    for section in ("", "baseline."):
+        if {f"{section}{form}" for form in INTERNAL_LEAKAGE_FORMS} <= set(map(_full_key, keys)):
+            message = "give internal_coefficient or internal_flow, not both"
+            source.mistakes.append(Issue(message, f"{section}leakage"))
     normalize_detection(source)
     normalize(source)
     return validated(ExperimentConfig, source)
-
-
-def _require_texts(settings: object) -> None:
-    if not isinstance(settings, Iterable) or not all(isinstance(each, str) for each in settings):
-        expected = "{'fluid.bulk_modulus': '689 MPa'}, or texts such as 'fluid.bulk_modulus=689 MPa'"
-        raise ConfigError(f"settings: expected {expected}; found {brief(settings)}")
 
 
 def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:
@@ -187,13 +186,6 @@ def _lay(source: Source, path: Path, value: Any, origins: dict[Path, str] | None
     laid = Source(value, {path: ""} if origins is None else origins)
     note_written_units(laid)
     overlay(source, laid, _merged)
-
-
-def _refuse_contradictory_settings(source: Source, keys: Set[str]) -> None:
-    for one, other in (INTERNAL_LEAKAGE_FORMS, tuple(f"baseline.{form}" for form in INTERNAL_LEAKAGE_FORMS)):
-        if {one, other} <= keys:
-            message = f"give {one.split('.')[-1]} or {other.split('.')[-1]}, not both"
-            source.mistakes.append(Issue(message, one.rpartition(".")[0]))
 
 
 def _full_key(key: str) -> str:

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from pydantic.fields import FieldInfo
-
 from hydrofdi.config.request import RunParameters, parameter_names, parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweeps.sweep import LAWS
@@ -80,15 +78,11 @@ def shown_values(values: Mapping[str, Any]) -> str:
 
 def shown_options(options: Section) -> str:
     """What a section states, without its defaults: ``bulk_modulus 1000 MPa, levels 3``."""
-    stated, fields = options.stated(), type(options).model_fields
-    return ", ".join(f"{name} {_shown_field(fields.get(name), value)}" for name, value in stated.items())
-
-
-def _shown_field(field: FieldInfo | None, value: Any) -> str:
-    quantity = None if field is None else field_quantity(field)
-    if quantity is None or not _is_number(value):
-        return str(value)
-    return shown_quantity(value, quantity.unit)
+    fields, texts = type(options).model_fields, []
+    for name, value in options.stated().items():
+        quantity = field_quantity(fields[name]) if name in fields and _is_number(value) else None
+        texts.append(f"{name} {value if quantity is None else shown_quantity(value, quantity.unit)}")
+    return ", ".join(texts)
 
 
 def shown_value(name: str, value: Any) -> str:

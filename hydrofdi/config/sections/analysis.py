@@ -80,7 +80,11 @@ MOST_JITTER = 0.25
 @lru_cache(maxsize=1024)
 def require_input_fits(drive: InputConfig, control: ControlConfig, record: RecordConfig) -> None:
     """The input changes at whole steps, slowly against them, and is what the control takes."""
-    _require_file_fits_control(drive, control)
+    needed = "position" if control.is_closed else "voltage"
+    if drive.file is not None and (quantity := parse_rows(drive.file).quantity) != needed:
+        raise ValueError(
+            f"input.file contains a {quantity}; with control.law = {control.law} it needs a {needed}"
+        )
     if control.is_closed:
         _require_whole_steps("control.sample_time", control.sample_time, record)
     if drive.shape == "square" and not is_whole(drive.period / (2 * record.step)):
@@ -118,14 +122,6 @@ def require_load_fits(load: LoadConfig, record: RecordConfig) -> None:
 def _require_whole_steps(name: str, time: float, record: RecordConfig) -> None:
     if not is_whole(time / record.step):
         raise ValueError(f"{name} = {time:g} s is not a multiple of record.step = {record.step:g} s")
-
-
-def _require_file_fits_control(drive: InputConfig, control: ControlConfig) -> None:
-    needed = "position" if control.is_closed else "voltage"
-    if drive.file is not None and (quantity := parse_rows(drive.file).quantity) != needed:
-        raise ValueError(
-            f"input.file contains a {quantity}; with control.law = {control.law} it needs a {needed}"
-        )
 
 
 @lru_cache(maxsize=1024)

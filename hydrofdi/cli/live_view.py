@@ -21,15 +21,10 @@ from hydrofdi.settings.readable import plain, shown_quantity, time_text
 
 _FRAME = 0.25
 """Time between frames [s]."""
-_FIRST_DATE = 1e9
-"""Instants above this count from 1970 [s]; smaller ones count from the start of the machine."""
-_MOST_LINES = 50
-"""Windows that are kept."""
 _SILENT_AFTER = 5.0
 """Least time without samples after which the last condition is out of date [s]."""
 _STYLES = {"HEALTHY": "bold black on green", "ALARM": "bold bright_white on red"}
-_COUNTED = (EventKind.GAP, EventKind.DUPLICATE, EventKind.TIME_RAN_BACK, EventKind.MALFORMED,
-            EventKind.DROPPED, EventKind.DISCONNECTED)  # fmt: skip
+_COUNTED = ("gap", "duplicate", "time_ran_back", "malformed", "dropped", "disconnected")
 
 
 class LiveView:
@@ -41,10 +36,9 @@ class LiveView:
         self._live = Live(console=console, screen=True, auto_refresh=False)
         self._opened = self._arrived = time.monotonic()
         self._drawn = self._opened - _FRAME
-        self._condition, self._since = Condition.UNKNOWN, 0.0
         self._samples: Chunk | None = None
-        self._is_connected, self._unread = True, ""
-        self._windows, self._events = deque[WindowLine](maxlen=_MOST_LINES), deque[Event](maxlen=3)
+        self._condition, self._since, self._is_connected, self._unread = Condition.UNKNOWN, 0.0, True, ""
+        self._windows, self._events = deque[WindowLine](maxlen=50), deque[Event](maxlen=3)
         self._counts = Counter[str]()
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
@@ -82,8 +76,9 @@ class LiveView:
                 continue
             if line.condition is not self._condition:
                 self._condition, self._since = line.condition, line.end
-            fault = line.verdict.fault
-            self._counts[f"not judged, {fault.kind}" if fault else "judged"] += 1
+            self._counts[
+                "judged" if (fault := line.verdict.fault) is None else f"not judged, {fault.kind}"
+            ] += 1
             self._counts["beyond"] += bool(line.verdict.alarm)
             self._windows.append(line)
 
@@ -113,8 +108,7 @@ class LiveView:
             last = ((each, float(samples[-1])) for each, samples in self._samples.channels.items())
             yield Text(", ".join(f"{each.symbol} {shown_quantity(value, each.unit)}" for each, value in last))
         limits = f"{self._file.score_name}: alarm {self._file.limits_text}"
-        for text in (limits, "; ".join(self._counted()), promise_text(self._file)):
-            yield Text(text)
+        yield Text("\n".join((limits, "; ".join(self._counted()), promise_text(self._file))))
         yield Text("Events (Ctrl-C ends)", "bold")
         for event in self._events:
             kind = event.kind.replace("_", " ")
@@ -148,6 +142,6 @@ class LiveView:
 
 def _instant_text(instant: float) -> str:
     """An instant on the clock of a stream [s]: local time if it counts from 1970."""
-    if instant < _FIRST_DATE:
+    if instant < 1e9:
         return f"{instant:,.1f} s"
     return f"{datetime.fromtimestamp(instant):%Y-%m-%d %H:%M:%S}"

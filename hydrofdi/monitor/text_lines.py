@@ -209,8 +209,8 @@ class TextLines:
             self._rest, self._is_skipping = b"", True
         chunks: list[Chunk] = []
         for fits, some in groupby(lines, self._fits):
-            found = list(some)
-            chunks += self._chunks(found) if fits else [self._too_long(line) for line in found]
+            found, reason = list(some), f"is longer than {counted(self._largest, 'byte')}"
+            chunks += self._chunks(found) if fits else [malformed("line", line, reason) for line in found]
         return joined(chunks) if chunks else None
 
     def _require_text(self, data: bytes) -> None:
@@ -227,9 +227,6 @@ class TextLines:
     def _fits(self, line: str) -> bool:
         """Whether a line is short enough."""
         return len(line) * 4 <= self._largest or len(line.encode()) <= self._largest
-
-    def _too_long(self, line: str) -> Chunk:
-        return malformed("line", line, f"is longer than {counted(self._largest, 'byte')}")
 
     def _chunks(self, lines: list[str]) -> list[Chunk]:
         if self._lines is None:

@@ -72,45 +72,29 @@ def test_one_description_serves_files_and_streams(tmp_path):
         load_monitor_config(tmp_path / "rig.yaml")
 
 
-ROWS = "Zeit,P1 [bar]\n2026-07-01 12:00:00.000,50\n2026-07-01 12:00:00.010,51\n"
-
-
 def seconds(*when):
     return datetime(*when, tzinfo=UTC).timestamp()
 
 
 @pytest.mark.parametrize(
-    ("zone", "hour"), [("UTC", 12), ("Europe/Berlin", 10), ("+05:30", 6.5), ("-03:00", 15)]
+    ("zone", "date", "expected"),
+    [
+        ("UTC", "2026-07-01 12:00:00.010", seconds(2026, 7, 1, 12) + 0.01),
+        ("Europe/Berlin", "2026-07-01 12:00:00", seconds(2026, 7, 1, 10)),
+        ("Europe/Berlin", "2026-01-31T12:00:00", seconds(2026, 1, 31, 11)),
+        ("Europe/Berlin", "2026-07-01 12:00:00.000Z", seconds(2026, 7, 1, 12)),
+        ("Europe/Berlin", "2026-10-25 02:30:00", seconds(2026, 10, 25, 0, 30)),  # the first pass of the hour
+        ("Europe/Berlin", "2026-10-25 03:30:00", seconds(2026, 10, 25, 2, 30)),
+        ("+05:30", "2026-07-01 12:00:00", seconds(2026, 7, 1, 6, 30)),
+        ("-03:00", "2026-07-01 12:00:00", seconds(2026, 7, 1, 15)),
+    ],
 )
-def test_dates_without_a_zone_are_in_the_stated_one(zone, hour):
-    chunk, unread = read_in_pieces(reader(zone=zone), ROWS.encode())
-    assert chunk.time.tolist() == pytest.approx(
-        [seconds(2026, 7, 1) + 3600 * hour, seconds(2026, 7, 1) + 3600 * hour + 0.01], abs=1e-6
-    )
-    assert not unread
-
-
-def test_a_stated_zone_does_not_move_dates_that_have_one():
-    data = ROWS.replace(".000,", ".000Z,").replace(".010,", ".010Z,").encode()
-    chunk, _ = read_in_pieces(reader(zone="Europe/Berlin"), data)
-    assert chunk.time[0] == seconds(2026, 7, 1, 12)
-
-
-def test_the_hour_that_repeats_is_its_first_pass():
-    data = b"Zeit,P1 [bar]\n2026-10-25 02:30:00,50\n2026-10-25 03:30:00,51\n"
-    chunk, _ = read_in_pieces(reader(zone="Europe/Berlin"), data)
-    assert chunk.time.tolist() == [seconds(2026, 10, 25, 0, 30), seconds(2026, 10, 25, 2, 30)]
-
-
-def test_json_knows_the_zone_as_well():
-    chunk = PayloadReader(config_of(zone="Europe/Berlin")).read(
-        b'{"time": "2026-01-31T12:00:00", "P1 [bar]": 1}'
-    )
-    assert chunk.time.tolist() == [seconds(2026, 1, 31, 11)]
-    lines, _ = read_in_pieces(
-        reader(zone="Europe/Berlin"), b'{"time": "2026-01-31T12:00:00", "P1 [bar]": 1}\n'
-    )
-    assert lines.time.tolist() == [seconds(2026, 1, 31, 11)]
+def test_dates_without_a_zone_are_in_the_stated_one(zone, date, expected):
+    payload = json.dumps({"time": date, "P1 [bar]": 1}).encode()
+    texts = payload + b"\n", f"Zeit,P1 [bar]\n{date},50\n".encode()
+    chunks = [read_in_pieces(reader(zone=zone), text)[0] for text in texts]
+    for chunk in (*chunks, PayloadReader(config_of(zone=zone)).read(payload)):
+        assert chunk.time.tolist() == pytest.approx([expected], abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,9 @@ d1, one more than there are below all; ``octaves_to_edge``, distance of f_h from
 ``stroke_share``, largest abs(x_p) over V/A [-]; ``status`` and ``verdict``."""
 
 
+_MOST_ROWS = 24
+"""Most runs that have a row each; for more, such as a sample, the ranges are shown."""
+
 LONGEST, COLLINEAR, _NOTABLE = 20.0, 0.95, 0.3
 """What is looked at of a record [s]; correlation of collinear unknowns; parts of a direction with a name."""
 
@@ -156,13 +159,15 @@ def check(
         for part, limit in limits.items()
         if step > limit
     ]
-    failed = Counter(mode["status"] for mode in modes if mode["status"] != "ok")
-    problems += [f"{status}: {n} of {counted(len(modes), 'run')}" for status, n in failed.items()]
+    ends = Counter((mode["status"], mode["verdict"]) for mode in modes)
+    told = {end: f"{end[1]}: {n} of {counted(len(modes), 'run')}" for end, n in ends.items()}
+    problems += [text for (status, _), text in told.items() if status != "ok"]
     convergence = converge(jobs, accepted) if halve_step else None
     if convergence is not None and convergence["good_enough"] is None:
         problems.append("none of the tested steps is short enough")
     with shown_in(loaded.units):
         warnings = [*experiment_warnings(loaded, distinct), *_unmeasured(jobs, rows)]
+    warnings += [text for (status, verdict), text in told.items() if status == "ok" != verdict]
     return Check(
         step=step,
         step_limits=limits,
@@ -342,31 +347,37 @@ _percent = partial(number_text, n_digit=3, scale=100.0)
 
 
 def modes_table(found: Check) -> Table:
-    """The hydraulic mode of each run."""
+    """The hydraulic mode of each run, or the ranges of many runs."""
     modes, n_band = found.modes, len(found.bands)
     columns = {name: [mode[name] for mode in modes] for name in modes[0]}
     names = ["above d1", *(f"d{level}" for level in range(1, n_band + 1)), f"below d{n_band}"]
     bands = [names[mode["level"]] if mode["status"] == "ok" else mode["status"] for mode in modes]
     conditions = [*map(labels_text, columns["labels"])]
-    return Table(
-        (
-            modulus_column(columns["bulk_modulus"]),
-            Column("leakage_coefficient", columns["leakage_coefficient"], title="K_i [m³/s/√Pa]"),
-            quantity("mean_leakage_flow", columns["mean_leakage_flow"], "m^3/s", "leakage"),
-            Column("piston_share", columns["piston_share"], title="of piston flow [%]", text=_percent),
-            quantity("at_reference", columns["leakage_flow_at_reference"], "m^3/s", "at 8 MPa"),
-            Column("frequency", columns["frequency"], "Hz", "f_h [Hz]"),
-            Column("damping_ratio", columns["damping_ratio"], title="ζ"),
-            Column("band", bands),
-            Column("octaves_to_edge", columns["octaves_to_edge"], title="octaves to edge"),
-            Column("stroke_share", columns["stroke_share"], title="stroke used [%]", text=_percent),
-            Column("verdict", columns["verdict"], is_text=True, is_shown={*columns["verdict"]} != {"ok"}),
-            Column("conditions", conditions, is_text=True, is_shown=len({*conditions}) > 1),
-        ),
-        title="Hydraulic mode",
-        n_lead=3,
-        notes=(f"left out: {counted(found.n_left_out, 'further run')}",) if found.n_left_out else (),
-    )
+    content: list[Column] = [
+        modulus_column(columns["bulk_modulus"]),
+        Column("leakage_coefficient", columns["leakage_coefficient"], title="K_i [m³/s/√Pa]"),
+        quantity("mean_leakage_flow", columns["mean_leakage_flow"], "m^3/s", "leakage"),
+        Column("piston_share", columns["piston_share"], title="of piston flow [%]", text=_percent),
+        quantity("at_reference", columns["leakage_flow_at_reference"], "m^3/s", "at 8 MPa"),
+        Column("frequency", columns["frequency"], "Hz", "f_h [Hz]"),
+        Column("damping_ratio", columns["damping_ratio"], title="ζ"),
+        Column("band", bands),
+        Column("octaves_to_edge", columns["octaves_to_edge"], title="octaves to edge"),
+        Column("stroke_share", columns["stroke_share"], title="stroke used [%]", text=_percent),
+        Column("conditions", conditions, is_text=True, is_shown=len({*conditions}) > 1),
+    ]
+    notes = [f"left out: {counted(found.n_left_out, 'further run')}"] if found.n_left_out else []
+    if len(modes) > _MOST_ROWS:
+        notes.insert(0, f"of {counted(len(modes), 'run')}; --json lists each")
+        numbers = [each for each in content if not isinstance(each.values[0], str)]
+        finite = [each.array[np.isfinite(each.array)] for each in numbers]
+        ranges = [
+            replace(each, values=np.quantile(own, [0.0, 0.5, 1.0]))
+            for each, own in zip(numbers, finite, strict=True)
+            if own.size
+        ]
+        content = [Column("of_runs", ["least", "median", "largest"], title="of runs", is_text=True), *ranges]
+    return Table(tuple(content), title="Hydraulic mode", n_lead=3, notes=tuple(notes))
 
 
 def unknowns_table(found: Mapping[str, Any]) -> Table:

@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 def sweep(
     config: Sweep,
     settings: Settings = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Show what would be done, like 'hydrofdi plan'.")
-    ] = False,
     json: Json = False,
     **more: Any,
 ) -> int:
@@ -38,9 +35,6 @@ def sweep(
     from hydrofdi.config import load_experiment
     from hydrofdi.errors import SweepInterrupted
 
-    if dry_run:
-        of_plan = {name: more[name] for name in ("out", "workers", "retry_failed") if name in more}
-        return plan(config, settings, json, **of_plan)
     try:
         results = run_missing(load_experiment(config, settings or ()), progress=True, **more)
     except SweepInterrupted as stop:

@@ -69,9 +69,6 @@ def test_a_plan_writes_nothing_and_says_why(swept):
     file = write_grid(swept, 6)
     before = sorted(path.name for path in swept.rglob("*"))
     plan = run_json("plan", file, "--out", swept / "out")
-    assert plan == run_json("sweep", file, "--out", swept / "out", "--dry-run") | {
-        key: plan[key] for key in ("predicted_seconds", "predicted_seconds_most", "free_bytes")
-    }
     assert (plan["planned"], plan["stored"], plan["missing"], plan["reasons"]) == (30, 25, 5, {"new": 5})
     assert plan["first_point"] == {"leakage.internal_coefficient": 0.0, "fluid.bulk_modulus": 551e6}
     assert plan["last_point"] == {"leakage.internal_coefficient": 5e-9, "fluid.bulk_modulus": 827e6}

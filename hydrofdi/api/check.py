@@ -22,7 +22,7 @@ from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
 from hydrofdi.config.run_table.runs import Runs
-from hydrofdi.config.shown_values import shown_in
+from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.config.study.table import StudyTable
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
@@ -32,7 +32,7 @@ from hydrofdi.indicators.measuring import seen_by
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import RecordBatch
 from hydrofdi.report.table import Column, Table, plain, quantity
-from hydrofdi.report.wording import labels_text, modulus_column
+from hydrofdi.report.wording import modulus_column
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.settings.readable import number_text, percent, shown_quantity
@@ -352,7 +352,7 @@ def modes_table(found: Check) -> Table:
     columns = {name: [mode[name] for mode in modes] for name in modes[0]}
     names = ["above d1", *(f"d{level}" for level in range(1, n_band + 1)), f"below d{n_band}"]
     bands = [names[mode["level"]] if mode["status"] == "ok" else mode["status"] for mode in modes]
-    conditions = [*map(labels_text, columns["labels"])]
+    conditions = [*map(shown_values, columns["labels"])]
     content: list[Column] = [
         modulus_column(columns["bulk_modulus"]),
         Column("leakage_coefficient", columns["leakage_coefficient"], title="K_i [m³/s/√Pa]"),

@@ -67,19 +67,14 @@ class Analysis:
 
     @property
     def no_changes(self) -> str:
-        """Why δ would be zero for every run, and the remedy; empty if it is not."""
-        if self.baselines or not self.has_baseline:
+        """Why there is no δ, or why it would be zero for every run; empty if there is δ."""
+        if not self.has_baseline:
+            alone = "it is a single run; 'hydrofdi sweep' adds the healthy ones"
+            reason = alone if self.data.n_run == 1 else "the baseline itself leaks"
+            return f"There is no healthy run to compare with ({reason}): δ is not known."
+        if self.baselines:
             return ""
         return (
             "Each run is its own healthy baseline, because no run leaks and the baseline sets none of the"
             " varied parameters: δ is zero by construction. To see δ, set a varied parameter in the baseline."
         )
-
-    @property
-    def missing_baseline(self) -> str:
-        """Why there is no δ, as a sentence; empty if there is a healthy run."""
-        if self.has_baseline:
-            return ""
-        alone = "it is a single run; 'hydrofdi sweep' adds the healthy ones"
-        reason = alone if self.data.n_run == 1 else "the baseline itself leaks"
-        return f"There is no healthy run to compare with ({reason}): δ is not known."

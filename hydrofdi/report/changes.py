@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from hydrofdi.config.shown_values import shown_values
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubts_of, samples_per_period
+from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of, samples_per_period
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.axes import Axis
+from hydrofdi.report.axes import MOST_VALUES, Axis
 from hydrofdi.report.responses import QUANTILES, strongest_table
-from hydrofdi.report.runs import EXTERNAL, RunTable, normal_bulk_modulus
+from hydrofdi.report.runs import EXTERNAL, RunTable, normal_bulk_modulus, table_runs
 from hydrofdi.report.table import Block, Column, Table, group_breaks
 from hydrofdi.report.wording import (
     band_sentence,
@@ -21,17 +22,14 @@ from hydrofdi.report.wording import (
     doubt_columns,
     doubt_notes,
     kilopascal,
-    labels_text,
     lead_columns,
     mode_column,
     modulus_text,
-    row_names,
 )
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout import names
-
-_MOST_HOLES = 60
+from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
 
 MOST_DRAWN = 60
 """Most runs of a heat map of δ."""
@@ -39,65 +37,52 @@ MOST_DRAWN = 60
 
 def varied_block(analysis: Analysis) -> Block:
     """Parameters with their values, or quantiles of them; runs; and the baseline in words."""
-    axes = [found.axis for found in analysis.responses.axes]
-    tables = (_values_table([each for each in axes if each.drawn is None]), *_quantiles_table(axes))
-    return Block("varied", "What was varied", tuple(_baseline(analysis)), tables)
+    table = _values_table([found.axis for found in analysis.responses.axes])
+    return Block("varied", "What was varied", tuple(_baseline(analysis)), (table,))
 
 
 def summary_block(analysis: Analysis) -> Block:
     """Counts of runs, and what moves most."""
-    table = strongest_table(analysis.responses)
-    said = filter(None, [*_counts(analysis), analysis.missing_baseline or analysis.no_changes])
-    return Block("strongest", "What moves most", tuple(said), (table,), is_answer=True)
-
-
-def _counts(analysis: Analysis) -> Iterator[str]:
     n_swept = int(analysis.responses.runs.sum())
     n_added = len(analysis.table) - n_swept
     added = f", and {counted(n_added, 'healthy run')} for comparison" if n_added > 0 else ""
-    failed = int((~analysis.table.is_ok).sum())
-    ended = f"{counted(failed, 'run')} without results" if failed else "all complete"
-    yield f"{counted(n_swept, 'run')}{added}; {ended}."
+    said = (f"{counted(n_swept, 'run')}{added}.", analysis.no_changes)
+    table = strongest_table(analysis.responses)
+    return Block("strongest", "What moves most", tuple(filter(None, said)), (table,), is_answer=True)
 
 
 def _baseline(analysis: Analysis) -> Iterator[str]:
-    if not analysis.has_baseline:
-        yield analysis.missing_baseline
-    elif analysis.no_changes:
-        yield f"{analysis.no_changes} The tables show the features themselves."
-    else:
-        yield f"Fixed baseline: {baseline_words(analysis.table, 'fixed')}."
-        if "matched" in analysis.baselines:
-            yield f"Matched baseline: {baseline_words(analysis.table, 'matched')}."
+    if analysis.no_changes:
+        yield analysis.no_changes
+    for name in analysis.baselines:
+        yield f"{name.capitalize()} baseline: {baseline_words(analysis.table, name)}."
 
 
 def _values_table(axes: list[Axis]) -> Table:
-    counts = [sorted({int(group.rows.sum()) for group in axis.groups}) for axis in axes]
-    ends = [dict.fromkeys((each[0], each[-1])) for each in counts]
+    """Values of each parameter, or quantiles of many."""
+    ends = [
+        [group.text for group in axis.groups]
+        if axis.drawn is None
+        else map(axis.text, np.nanquantile(axis.drawn, QUANTILES))
+        for axis in axes
+    ]
+    sizes = [[int(group.rows.sum()) for group in axis.groups] for axis in axes]
+    counts = [(min(each), max(each)) for each in sizes]
+    shares = ", ".join(f"{100 * share:g}" for share in QUANTILES)
     return Table(
         (
             Column("Parameter", [axis.header for axis in axes], is_text=True),
-            Column("Values", [", ".join(group.text for group in axis.groups) for axis in axes], is_text=True),
-            Column("Runs of each", ["–".join(f"{n:,}" for n in each) for each in ends]),
+            Column("Values", [", ".join(texts) for texts in ends], is_text=True),
+            Column(
+                "Runs of each", ["–".join(f"{n:,}" for n in dict.fromkeys((n[0], n[-1]))) for n in counts]
+            ),
         ),
         "Parameters by value",
         "varied-values",
+        (f"Of more than {MOST_VALUES} values: the {shares} % quantiles, and the runs of each fifth.",)
+        if any(axis.drawn is not None for axis in axes)
+        else (),
     )
-
-
-def _quantiles_table(axes: list[Axis]) -> Iterator[Table]:
-    drawn = [(axis, axis.drawn[np.isfinite(axis.drawn)]) for axis in axes if axis.drawn is not None]
-    if drawn:
-        texts = [[axis.text(value) for value in np.quantile(known, QUANTILES)] for axis, known in drawn]
-        yield Table(
-            (
-                Column("Parameter", [axis.header for axis, _ in drawn], is_text=True),
-                *(Column(f"{100 * q:g} %", [each[k] for each in texts]) for k, q in enumerate(QUANTILES)),
-                Column("Runs", [known.size for _, known in drawn]),
-            ),
-            "Parameters with many values: quantiles over the runs",
-            "varied-quantiles",
-        )
 
 
 def remarks_block(data: ExperimentData) -> Block | None:
@@ -111,57 +96,48 @@ def remarks_block(data: ExperimentData) -> Block | None:
     return Block("remarks", "Remarks", tuple(sentences)) if sentences else None
 
 
-def holes_block(analysis: Analysis) -> Block | None:
-    """How many runs have no results, the remedy, and a list of them; None if all runs have results."""
-    holes = analysis.table.of(~analysis.table.is_ok)
-    if not len(holes):
+def holes_block(data: ExperimentData) -> Block | None:
+    """Runs without results by status and reason, with the remedy; None if all runs have results."""
+    runs = table_runs(data)
+    statuses, messages = (data.columns[name][runs].astype(str).tolist() for name in (STATUS, MESSAGE))
+    holes = Counter(each for each in zip(statuses, messages, strict=True) if each[0] != "ok").most_common()
+    if not holes:
         return None
-    verb = "has" if len(holes) == 1 else "have"
-    lead = f"{len(holes):,} of {counted(len(analysis.table), 'run')} {verb} no results."
-    shown = holes.of(slice(_MOST_HOLES))
-    first = f": the first {len(shown)} of {len(holes):,}" if len(shown) < len(holes) else ""
+    remedies = REMEDIES | {MISSING: "hydrofdi sweep CONFIG computes the missing runs and keeps the others"}
     table = Table(
         (
-            *lead_columns(shown),
-            Column("Status", shown.texts(names.STATUS), is_text=True),
-            Column("Reason", shown.texts(names.MESSAGE), is_text=True),
+            Column("Runs", [n_run for _, n_run in holes]),
+            Column("Status", [status for (status, _), _ in holes], is_text=True),
+            Column("Reason", [why for (_, why), _ in holes], is_text=True),
+            Column("Remedy", [remedies.get(status, "") for (status, _), _ in holes], is_text=True),
         ),
-        f"Runs without results{first}",
-        "runs-without-results",
+        key="runs-without-results",
     )
-    return Block("holes", "What is missing", (lead, *_kinds(holes)), (table,))
+    lead = f"{sum(n_run for _, n_run in holes):,} of {counted(len(statuses), 'run')} without results."
+    return Block("holes", "What is missing", (lead,), (table,), is_answer=True)
 
 
-def _kinds(holes: RunTable) -> Iterator[str]:
-    """How many runs have each status, and what to do about them."""
-    for status, n_run in Counter(holes.texts(names.STATUS)).items():
-        compute = "hydrofdi sweep CONFIG computes the missing runs and keeps the others"
-        what = compute if status == MISSING else REMEDIES.get(status, "")
-        yield f"{status}, {counted(n_run, 'run')}" + (f". Remedy: {what}." if what else ".")
-
-
-def doubts_block(analysis: Analysis) -> Block | None:
-    """How many runs have which verdict, by which number, and the remedy; None if all are ok."""
-    table = analysis.table
-    found = [doubts_of(verdict) for verdict in table.verdicts]
-    if not any(found):
-        return None
-    n_doubtful = sum(map(bool, found))
-    verb = "has" if n_doubtful == 1 else "have"
-    lines = [f"{n_doubtful} of {counted(len(table), 'run')} {verb} results to read with care:"]
+def doubts_blocks(data: ExperimentData) -> tuple[Block, ...]:
+    """How many runs have which verdict; then what it means, by the worst number, and the remedy."""
+    runs = table_runs(data)
+    found = [doubts_of(verdict) for verdict in data.columns.get(VERDICT, np.empty(0))[runs].astype(str)]
+    rows = []
     for doubt in DOUBTS.values():
-        own = table.of([doubt in each for each in found])
-        if len(own):
-            worst = own.of([own[doubt.number].argmax()])
-            said = doubt_text(doubt, float(worst[doubt.number][0]), f" ({row_names(worst)[0]})")
-            lines.append(f"{doubt.word} ({doubt.mark}), {counted(len(own), 'run')}: {said}")
-    return Block("doubts", "How reliable the runs are", tuple(lines))
-
-
-def doubt_text(doubt: Doubt, share: float, where: str = "") -> str:
-    """What a doubt means at its worst number, and the remedy."""
-    percent = f"{100.0 * share:.2g}" if share < 0.995 else f"{100.0 * share:.0f}"
-    return f"{doubt.meaning.format(percent)}{where}. Remedy: {doubt.remedy}."
+        own = np.array([doubt in each for each in found])
+        if own.any():
+            worst = 100.0 * float(np.nanmax(data.columns[doubt.number][runs][own]))
+            meaning = doubt.meaning.format(f"{worst:.2g}" if worst < 99.5 else f"{worst:.0f}")
+            rows.append((f"{doubt.word} ({doubt.mark})", int(own.sum()), meaning, doubt.remedy))
+    if not rows:
+        return ()
+    n_run = counted(len(found), "run")
+    said = f"To be read with care, of {n_run}: {', '.join(f'{n:,} {word}' for word, n, *_ in rows)}."
+    columns = dict(zip(("Verdict", "Runs", "Meaning", "Remedy"), zip(*rows, strict=True), strict=True))
+    table = Table.of(columns, key="doubts")
+    return (
+        Block("verdicts", "Verdicts", (said,), is_answer=True),
+        Block("doubts", "How reliable the runs are", (), (table,)),
+    )
 
 
 def baseline_title(table: RunTable, baseline: str) -> str:
@@ -178,7 +154,7 @@ def baseline_words(table: RunTable, baseline: str) -> str:
     if baseline == "matched":
         return f"{sealed}, the same conditions as the run"
     state = [sealed, f"EBM {modulus_text(normal_bulk_modulus(table.data))}"]
-    state += [labels_text(held)] if held else []
+    state += [shown_values(held)] if held else []
     is_alike = len(held) + len(outside) < len(table.label_names)
     return ", ".join([*state, *(["otherwise the same parameters as the run"] if is_alike else [])])
 
@@ -187,14 +163,7 @@ def changes_block(analysis: Analysis, title: str, key: str) -> Block:
     """The table of all runs for each baseline; the RMS alone if no run has another one as its baseline."""
     table = analysis.table
     if not analysis.baselines:
-        title = "RMS of the details of the chamber-1 pressure"
-        levels = (
-            Column(f"d{k} [kPa]", own, text=kilopascal) for k, own in enumerate(table[names.DETAIL_RMS].T, 1)
-        )
-        sheet = replace(
-            _rows_table(table, *levels), title="RMS of the details of the chamber-1 pressure", key="rms"
-        )
-        return Block(key, "RMS of the details", (band_sentence(table),), (sheet,))
+        return Block(key, "RMS of the details", (band_sentence(table),), (rms_table(table),))
     legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell."
     if not table.is_sealed.all():
         sealed = "have no internal leakage" if table.varies_external else "are controls"
@@ -204,6 +173,15 @@ def changes_block(analysis: Analysis, title: str, key: str) -> Block:
     )
     figures = ("sensitivity",) if len(table) <= MOST_DRAWN else ()
     return Block(key, title, (legend, band_sentence(table)), tables, figures)
+
+
+def rms_table(table: RunTable) -> Table:
+    """The RMS of the details of each run."""
+    levels = enumerate(table[names.DETAIL_RMS].T, 1)
+    columns = (Column(f"d{k} [kPa]", own, text=kilopascal) for k, own in levels)
+    return replace(
+        _rows_table(table, *columns), title="RMS of the details of the chamber-1 pressure", key="rms"
+    )
 
 
 def settled_block(analysis: Analysis) -> Block | None:

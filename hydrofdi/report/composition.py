@@ -5,34 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
+from hydrofdi.report import changes
 from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.changes import (
-    MOST_DRAWN,
-    changes_block,
-    doubts_block,
-    holes_block,
-    remarks_block,
-    summary_block,
-    varied_block,
-)
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.provenance import machine_block, provenance_block
 from hydrofdi.report.record import general_record, tidy_columns
 from hydrofdi.report.responses import responses_block, responses_record
-from hydrofdi.report.table import Block, Document
-
-if TYPE_CHECKING:
-    from hydrofdi.report.table import FigureKind
-    from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.report.table import Block, Document, FigureKind
+from hydrofdi.store.experiment_data import ExperimentData
 
 FEW_AXES = 4
 """Most varied parameters for which the figure of the responses is the default."""
-
-_LEAD = "Change δ of the RMS of the wavelet details of the chamber-1 pressure over the varied parameters."
-
-_LEAD_WITHOUT_DETAILS = "Indicators of the runs of the experiment."
 
 
 View = tuple[Block, dict[str, Any]]
@@ -51,6 +36,7 @@ class Report:
 
     analysis: Analysis
     views: tuple[View, ...] = ()
+    lead: ClassVar[str] = "Indicators of the runs, and how they change over the varied parameters."
 
     @property
     def name(self) -> str:
@@ -66,37 +52,37 @@ class Report:
     def usual_figure(self) -> str:
         """The figure that is drawn by default."""
         n_axis = sum(bool(each.responses) for each in self.analysis.responses.axes)
-        is_many = len(self.analysis.table) > MOST_DRAWN
+        is_many = len(self.analysis.table) > changes.MOST_DRAWN
         is_clear = n_axis <= FEW_AXES or is_many or not self.analysis.baselines
         return "responses" if n_axis and is_clear else "sensitivity"
-
-    @property
-    def lead(self) -> str:
-        """What the report is about."""
-        return _LEAD if self.analysis.has_details else _LEAD_WITHOUT_DETAILS
 
     def document(self) -> Document:
         """The sections of the report; of an experiment without results what is missing, and the remedy."""
         analysis, data = self.analysis, self.analysis.data
         if analysis.has_results:
             return document_of(self.name, self.lead, self.blocks(), data)
-        missing = answers(holes_block(analysis), varied_block(analysis))
-        return document_of(self.name, self.lead, (remarks_block(data), *missing, provenance_block(data)))
+        blocks = (
+            changes.remarks_block(data),
+            changes.holes_block(data),
+            *answers(changes.varied_block(analysis)),
+        )
+        return document_of(self.name, self.lead, (*blocks, provenance_block(data)))
 
     def blocks(self) -> Iterable[Block | None]:
         """The sections where runs have results."""
         analysis = self.analysis
         title = "Change of the details over the varied parameters"
-        changes = (changes_block(analysis, title, "changes"),) if analysis.has_details else ()
+        own = (changes.changes_block(analysis, title, "changes"),) if analysis.has_details else ()
         return (
-            remarks_block(analysis.data),
-            varied_block(analysis),
-            *answers(holes_block(analysis), doubts_block(analysis)),
+            changes.remarks_block(analysis.data),
+            changes.varied_block(analysis),
+            changes.holes_block(analysis.data),
+            *changes.doubts_blocks(analysis.data),
             *(block for block, _ in self.views),
             responses_block(analysis.responses),
-            *(changes if analysis.responses.axes else answers(*changes)),
+            *(own if analysis.responses.axes else answers(*own)),
             indicators_block(analysis.indicators, analysis.table),
-            summary_block(analysis),
+            changes.summary_block(analysis),
             provenance_block(analysis.data),
         )
 
@@ -116,7 +102,7 @@ class Report:
         return general_figures(self.analysis) if self.analysis.has_results else {}
 
     def checks(self) -> dict[str, bool | None]:
-        """Sentence on each check that the experiment file asks for → whether it holds; None: not decided."""
+        """Nothing: only a paper's study has claims."""
         return {}
 
 

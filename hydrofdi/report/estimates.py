@@ -6,17 +6,14 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from hydrofdi.evaluation.rates import Rate
-from hydrofdi.report.table import Block, Column, Table, finite, group_breaks
-from hydrofdi.report.wording import hole_or, joined
-from hydrofdi.settings.readable import HOLE, two_digits
+from hydrofdi.report.table import Block, Table, finite, group_breaks
+from hydrofdi.report.wording import joined
 from hydrofdi.studies.truth import EstimateJudgement, Estimates
 from hydrofdi.units import convert
 
 REFERENCE_PRESSURE = 8e6
 """Pressure difference at which K_i is shown as a flow [Pa]."""
 
-_NAMES = {"internal_coefficient": "leakage [L/min]", "bulk_modulus": "β [% of the truth]"}
 _ORDER = (
     "The truth is known only for simulated records, and no indicator sees it. Error: estimate minus truth."
 )
@@ -24,39 +21,19 @@ _ORDER = (
 
 def estimates_block(estimates: Estimates) -> Block | None:
     """How far estimates are from the truth; None if nothing is estimated."""
-    rows = estimates.judgements
+    rows = estimate_records([estimates])
     if not rows:
         return None
     level = f"{100.0 * estimates.confidence:g} %"
-    numbers = {"Mean error": "bias", "1σ of errors": "deviation", "1σ stated": "stated"}
-    columns = (
-        Column("Indicator", [each.indicator for each in rows], is_text=True),
-        Column("Estimate", [_NAMES[each.quantity] for each in rows], is_text=True),
-        Column("Population", [each.population for each in rows], is_text=True),
-        *(
-            Column(
-                title,
-                [_shown(each.quantity, getattr(each, name)) for each in rows],
-                text=lambda value: hole_or(value, two_digits(value)),
-            )
-            for title, name in numbers.items()
-        ),
-        Column("Covered [%]", [each.covered if each.n else None for each in rows], text=_share_text),
-    )
     note = (
-        f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. 1σ stated: root mean square. Covered:"
-        f" records whose stated {level} interval contains the truth, with the {level} interval of that share."
-        f"{_left_out(estimates)}"
+        f"Leakage: the flow of K_i at {REFERENCE_PRESSURE / 1e6:g} MPa. Deviations: 1σ of the errors, and as"
+        f" stated (root mean square). Covered: share of the records whose stated {level} interval contains"
+        f" the truth, with its {level} interval.{_left_out(estimates)}"
     )
-    breaks = group_breaks([(each.indicator, each.quantity) for each in rows])
-    table = Table(columns, "Estimates against the truth", "estimates", (note,), breaks)
+    breaks = group_breaks([(each["indicator"], each["quantity"]) for each in rows])
+    title = "Estimates against the truth"
+    table = Table.of_records(rows, title=title, key="estimates", notes=(note,), breaks=breaks)
     return Block("estimates", "Estimates", (_ORDER,), (table,))
-
-
-def _share_text(rate: Rate | None) -> str:
-    if rate is None:
-        return HOLE
-    return f"{100.0 * rate.value:.0f} ({100.0 * rate.low:.0f}–{100.0 * rate.high:.0f})"
 
 
 def _left_out(estimates: Estimates) -> str:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections import Counter
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import DWT
+from hydrofdi.config.shown_values import shown_options
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
 from hydrofdi.report.intervals import span_of
 from hydrofdi.report.runs import RunTable, table_runs
 from hydrofdi.report.table import Block, Column, Table, group_breaks, plain
-from hydrofdi.report.wording import joined, row_names, some, span_text
-from hydrofdi.settings.messages import counted
+from hydrofdi.report.wording import joined, lead_columns, span_text
 from hydrofdi.settings.readable import HOLE, readable_unit
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
@@ -219,59 +219,46 @@ def indicators_block(studies: tuple[MeasuredIndicator, ...], table: RunTable) ->
                 for each in studies
             ],
             "Measures": [each.indicator.summary for each in studies],
-            "Channels": [_channels(each.indicator) for each in studies],
-            "Options": [_options(each.indicator) or "default" for each in studies],
+            "Channels": [
+                joined([channel.replace("_", " ") for channel in sorted(each.indicator.channels)])
+                for each in studies
+            ],
+            "Options": [shown_options(each.indicator.options) or "default" for each in studies],
         },
         key="indicators",
     )
+    reasons = Counter((each.label, why) for each in studies for why in each.unmeasured.values())
+    unmeasured: dict[str, list[Any]] = {
+        "Indicator": [label for label, _ in reasons],
+        "Runs": [*reasons.values()],
+        "Reason": [why for _, why in reasons],
+    }
+    holes = Table.of(unmeasured, title="Could not be measured", key="indicator-holes")
     outputs = [output for each in studies for output in each.outputs]
     ranges = [_ranges_table(outputs, table)] if table.data.has_replicates else []
-    said = tuple(sentence for each in studies for sentence in _holes(each, table))
-    return Block("indicators", "Indicators", said, (what, _outputs_table(outputs), *ranges))
-
-
-def _channels(indicator: Indicator[Any]) -> str:
-    return joined([channel.replace("_", " ") for channel in sorted(indicator.channels)])
-
-
-def _options(indicator: Indicator[Any]) -> str:
-    stated = indicator.options.model_dump(mode="json", exclude_defaults=True)
-    return ", ".join(f"{name} = {value}" for name, value in stated.items())
-
-
-def _holes(study: MeasuredIndicator, table: RunTable) -> Iterator[str]:
-    """Which runs have no number, by the reason."""
-    if not study.unmeasured:
-        return
-    yield f"{study.label}: {len(study.unmeasured):,} of {counted(len(table), 'run')} could not be measured."
-    for reason in dict.fromkeys(study.unmeasured.values()):
-        rows = [row for row, why in study.unmeasured.items() if why == reason]
-        yield f"{some(row_names(replace(table, positions=np.array(rows))))}: {reason}."
+    return Block("indicators", "Indicators", (), (what, _outputs_table(outputs), holes, *ranges))
 
 
 def _outputs_table(outputs: list[MeasuredOutput]) -> Table:
-    change: list[Column] = []
-    notes: tuple[str, ...] = ()
-    if outputs[0].data.has_replicates:
-        ends = [[each.spread.low[each.baselines], each.spread.high[each.baselines]] for each in outputs]
-        change = [Column("Healthy change", list(map(_value, outputs, ends)))]
-        notes = ("Healthy change: each replicate against the mean of the others, in the unit of the output.",)
     columns = (
         Column("Output", [each.title for each in outputs], is_text=True),
         Column("Meaning", [each.output.long_name for each in outputs], is_text=True),
         Column("Unit", [each.unit or HOLE for each in outputs], is_text=True),
         Column("Value", [_value(each, each.healthy[each.baselines]) for each in outputs]),
-        *change,
         Column("Healthy runs", [each.n_healthy for each in outputs]),
     )
     title = "Outputs without a leak, under the conditions of the fixed baseline"
     breaks = group_breaks([each.label for each in outputs])
-    return Table(columns, title, "indicator-outputs", notes, breaks)
+    return Table(columns, title, "indicator-outputs", (), breaks)
 
 
 def _ranges_table(outputs: list[MeasuredOutput], table: RunTable) -> Table:
-    found = list(zip(row_names(table), table.positions.tolist(), strict=True))
-    rows = [(each, name, at) for each in outputs for name, at in found if each.spread.n[at]]
+    rows = [
+        (each, row, at)
+        for each in outputs
+        for row, at in enumerate(table.positions.tolist())
+        if each.spread.n[at]
+    ]
     counts = [int(each.spread.n[at]) for each, _, at in rows]
     columns = (
         Column(
@@ -279,7 +266,7 @@ def _ranges_table(outputs: list[MeasuredOutput], table: RunTable) -> Table:
             [f"{each.title} [{each.unit}]" if each.unit else each.title for each, *_ in rows],
             is_text=True,
         ),
-        Column("Condition", [name for _, name, _ in rows], is_text=True),
+        *lead_columns(table.of(np.array([row for _, row, _ in rows], dtype=int))),
         Column("Replicates", counts),
         Column("Mean", [_value(each, each.spread.mean[[at]]) for each, _, at in rows]),
         Column(

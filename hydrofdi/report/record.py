@@ -35,7 +35,7 @@ def general_record(analysis: Analysis, *, with_rows: bool = True) -> dict[str, A
     record["rows"] = _row_records(analysis) if with_rows else []
     record["verdicts"] = dict(Counter(table.verdicts))
     if not analysis.has_baseline:
-        record["delta_not_known"] = analysis.missing_baseline
+        record["delta_not_known"] = analysis.no_changes
     if analysis.indicators:
         record["indicators"] = [indicator_record(each) for each in analysis.indicators]
     return record

@@ -16,7 +16,7 @@ from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
 from hydrofdi.report.indicators import MeasuredIndicator
 from hydrofdi.report.intervals import RankCorrelation, rank_correlation
 from hydrofdi.report.runs import baseline_changes
-from hydrofdi.report.table import Block, Column, Table, finite
+from hydrofdi.report.table import Block, Column, Table, finite, numbers
 from hydrofdi.report.wording import signed, with_minus
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.store.experiment_data import ExperimentData
@@ -36,6 +36,14 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 AGAINST = {"fixed": "the fixed baseline", "matched": "the sealed actuator under the same conditions"}
 """What δ is taken against."""
 
+_LEGEND = (
+    "Each cell: the median of the runs with that value, and in brackets their range. δ: the fall of the RMS"
+    " of a detail in percent of the healthy RMS, positive if it fell."
+)
+_RANKS = (
+    "Spearman's ρ: +1 if a feature always rises with the parameter, −1 if it always falls. Marked: larger"
+    " than without dependence in 95 % of cases. The interval is for independent draws, too wide for others."
+)
 _GAP = "\N{NO-BREAK SPACE}"
 _STRONGEST = 6
 
@@ -167,28 +175,25 @@ def spread(values: Array) -> Spread:
 
 def strongest_table(study: ResponseStudy) -> Table:
     """The features that move most, at least one for each parameter."""
-    ranked = [sorted(((each.reach, found, each) for each in found.responses), key=lambda item: -item[0])
-              for found in study.axes]  # fmt: skip
-    first = [of_axis[0] for of_axis in ranked if of_axis]
-    rest = sorted((item for of_axis in ranked for item in of_axis[1:]), key=lambda item: -item[0])
-    shown = [item[1:] for item in [*first, *rest][:_STRONGEST] if item[0] > 0.0]
-    ends = [[each.over[0], each.over[-1]] for _, each in shown]
-    groups = [
-        (found.axis.groups[0].text.partition(" … ")[0], found.axis.groups[-1].text.rpartition(" … ")[2])
-        for found, _ in shown
+    ranked = [sorted(found.responses, key=lambda each: -each.reach) for found in study.axes]
+    pairs = [[(found.axis, each) for each in own] for found, own in zip(study.axes, ranked, strict=True)]
+    first, rest = [own[0] for own in pairs if own], [pair for own in pairs for pair in own[1:]]
+    shown = [*first, *sorted(rest, key=lambda pair: -pair[1].reach)][:_STRONGEST]
+    shown = [(axis, each) for axis, each in shown if each.reach > 0.0]
+    texts = [
+        (axis.groups[0].text.partition(" … ")[0], axis.groups[-1].text.rpartition(" … ")[2])
+        for axis, _ in shown
     ]
-    return Table(
-        (
-            Column("Feature", [each.feature.header for _, each in shown], is_text=True),
-            Column("over", [found.axis.header for found, _ in shown], is_text=True),
-            Column("from … to", [" … ".join(texts) for texts in groups], is_text=True),
-            *(Column(title, [_number(pair[at].median, each.feature.is_change)
-                             for pair, (_, each) in zip(ends, shown, strict=True)])
-              for at, title in enumerate(("there", "and there"))),
-        ),
-        "Strongest responses: medians at the ends of each parameter",
-        "strongest",
-    )  # fmt: skip
+    columns = [
+        Column("Feature", [each.feature.header for _, each in shown], is_text=True),
+        Column("over", [axis.header for axis, _ in shown], is_text=True),
+        Column("from … to", [" … ".join(ends) for ends in texts], is_text=True),
+    ]
+    for title, at in (("there", 0), ("and there", -1)):
+        medians = [_number(each.over[at].median, each.feature.is_change) for _, each in shown]
+        columns.append(Column(title, medians))
+    title = "Strongest responses: medians at the ends of each parameter"
+    return Table(tuple(columns), title, "strongest")
 
 
 def responses_block(study: ResponseStudy) -> Block | None:
@@ -199,17 +204,10 @@ def responses_block(study: ResponseStudy) -> Block | None:
     return Block(
         "responses",
         "Responses",
-        tuple(_legend(shown)),
+        (_LEGEND,),
         (*map(_axis_table, shown), *_rank_tables(shown)),
         ("responses",),
     )
-
-
-def _legend(axes: list[AxisResponses]) -> Iterator[str]:
-    if any(group.rows.sum() > 1 for found in axes for group in found.axis.groups):
-        yield "Each cell: the median of the runs with that value, and in brackets their range."
-    if any(response.feature.is_change for found in axes for response in found.responses):
-        yield "δ: the fall of the RMS of a detail in percent of the healthy RMS, positive if it fell."
 
 
 def _axis_table(found: AxisResponses) -> Table:
@@ -249,31 +247,18 @@ def _rank_tables(axes: list[AxisResponses]) -> Iterator[Table]:
         for response in found.responses
         if response.rank is not None
     ]
-    ranks = [rank for _, _, rank in ranked]
+    clear = [k for k, (_, _, rank) in enumerate(ranked) if rank.is_clear]
     if ranked:
-        yield Table(
-            (
-                Column("Feature", [name for name, _, _ in ranked], is_text=True),
-                Column("Parameter", [name for _, name, _ in ranked], is_text=True),
-                Column(
-                    "ρ",
-                    [rank.value for rank in ranks],
-                    text=lambda value: signed(value, 2),
-                    strong=[k for k, rank in enumerate(ranks) if rank.is_clear],
-                ),
-                Column("95 % interval", [f"{signed(r.low, 2)}…{signed(r.high, 2)}" for r in ranks]),
-                Column("By chance up to", [rank.chance for rank in ranks]),
-                Column("Runs", [rank.n_run for rank in ranks]),
-            ),
-            "Rank correlation of features with sampled parameters",
-            "responses-ranks",
-            (
-                "Spearman's ρ: +1 if a feature always rises with the parameter, −1 if it always falls. Marked"
-                ": larger than without dependence in 95 % of cases. The interval is for independent draws; of"
-                " a Sobol sequence or a Latin hypercube it is wider than necessary.",
-            ),
-            n_lead=2,
+        columns = (
+            Column("Feature", [name for name, _, _ in ranked], is_text=True),
+            Column("Parameter", [name for _, name, _ in ranked], is_text=True),
+            Column("ρ", [signed(rank.value, 2) for *_, rank in ranked], strong=clear),
+            Column("95 % interval", [f"{signed(r.low, 2)}…{signed(r.high, 2)}" for *_, r in ranked]),
+            Column("By chance up to", [rank.chance for *_, rank in ranked]),
+            Column("Runs", [rank.n_run for *_, rank in ranked]),
         )
+        title = "Rank correlation of features with sampled parameters"
+        yield Table(columns, title, "responses-ranks", (_RANKS,), n_lead=2)
 
 
 def responses_record(study: ResponseStudy) -> dict[str, Any]:
@@ -306,10 +291,7 @@ def _response(found: AxisResponses, response: Response) -> dict[str, Any]:
         | {"n": spread.n_run}
         for group, spread in zip(found.axis.groups, response.over, strict=True)
     ]
-    ranks = None
-    if rank is not None:
-        ranks = {name: finite(getattr(rank, name)) for name in ("value", "low", "high", "chance")}
-        ranks["n"] = rank.n_run
+    ranks = rank and numbers(rank, "value", "low", "high", "chance") | {"n": rank.n_run}
     return {
         "axis": found.axis.name,
         "baseline": found.against or None if feature.is_change else None,

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +24,6 @@ from hydrofdi.units import convert
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-    from hydrofdi.report.composition import Report
-    from hydrofdi.report.detection.report import DetectionReport
 
 _SHOWN = 30
 """Rows that a notebook shows."""
@@ -173,6 +171,16 @@ class Table(Guessable):
         """Columns by their names; those that contain texts are of words."""
         are_words = {name: any(isinstance(each, str) for each in own) for name, own in columns.items()}
         return cls(tuple(Column(name, own, is_text=are_words[name]) for name, own in columns.items()), **more)
+
+    @classmethod
+    def of_records(
+        cls, records: Sequence[Mapping[str, Any]], leave_out: Sequence[str] = (), **more: Any
+    ) -> Table:
+        """A row for each record of JSON, a column for each key of any."""
+        keys = [*dict.fromkeys(key for each in records for key in each if key not in leave_out)]
+        made = cls.of({key: [each.get(key) for each in records] for key in keys}, **more)
+        named = (replace(each, title=each.name.replace("_", " "), text=_told) for each in made.content)
+        return replace(made, content=tuple(named))
 
     @property
     def columns(self) -> list[str]:
@@ -330,6 +338,10 @@ class Table(Guessable):
         return f"the first {_SHOWN} of {len(self):,} rows" if len(self) > _SHOWN else ""
 
 
+def _told(value: Any) -> str:
+    return ("no", "yes")[value] if isinstance(value, bool) else number_text(value)
+
+
 def _short(text: str) -> str:
     return text if len(text) <= _MOST_TEXT else f"{text[: _MOST_TEXT - 1]}…"
 
@@ -357,6 +369,11 @@ def escaped(text: str) -> str:
 def finite(value: float) -> float | None:
     """The value, or None if it is NaN or infinite."""
     return value if math.isfinite(value) else None
+
+
+def numbers(holder: object, *names: str) -> dict[str, float | None]:
+    """Attributes that are numbers, for JSON."""
+    return {name: finite(getattr(holder, name)) for name in names}
 
 
 _BEGINNINGS_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
@@ -440,5 +457,32 @@ class FigureKind:
     draw: Callable[[], Any]
 
 
-ComposedReport: TypeAlias = "Report | DetectionReport"
-"""The report of an experiment, general or of a paper's study; or of a study of detection."""
+class ComposedReport(Protocol):
+    """The report of an experiment, general or of a paper's study; or of a study of detection."""
+
+    @property
+    def name(self) -> str:
+        """The experiment; files are named after it."""
+
+    @property
+    def path(self) -> Path:
+        """The file that it was made from."""
+
+    @property
+    def usual_figure(self) -> str:
+        """The figure that is drawn by default."""
+
+    def document(self) -> Document:
+        """The sections; of an experiment without results what is missing, and the remedy."""
+
+    def record(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Header → values, for CSV and Parquet."""
+
+    def figures(self) -> Mapping[str, FigureKind]:
+        """Name → figure; none without results."""
+
+    def checks(self) -> dict[str, bool | None]:
+        """Sentence on each check that the experiment file asks for → whether it holds; None: not decided."""

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from hydrofdi.config.shown_values import ShownParameter, shown_parameter, shown_values
+from hydrofdi.config.shown_values import ShownParameter, shown_parameter
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
@@ -16,9 +15,6 @@ from hydrofdi.report.table import Column
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
-
-_MOST = 12
-"""Most cases that a sentence names one by one."""
 
 
 def shown_modulus() -> ShownParameter:
@@ -53,31 +49,11 @@ def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
     return f"{leakage} at {modulus_text(bulk_modulus)}"
 
 
-def labels_text(labels: dict[str, Any]) -> str:
-    """Values of further parameters, e.g. ``friction.viscous = 50 N·s/m``."""
-    return shown_values(labels)
-
-
-def row_names(table: RunTable) -> list[str]:
-    """Rows in words, e.g. ``sealed at 827 MPa, 0.6 L/min out of chamber 1``."""
-    found = []
-    moduli = map(modulus_text, table[names.BULK_MODULUS].tolist())
-    rows = zip(leakage_texts(table), moduli, _outside_texts(table), table.labels, strict=True)
-    for leakage, modulus, flows, labels in rows:
-        unit = " L/min" if leakage[0].isdigit() else ""
-        outside = [f"{flow} L/min out of chamber {c}" for c, flow in enumerate(flows, 1) if flow != "0"]
-        others = {name: value for name, value in labels.items() if not name.startswith(EXTERNAL)}
-        found.append(
-            ", ".join(filter(None, [f"{leakage}{unit} at {modulus}", *outside, labels_text(others)]))
-        )
-    return found
-
-
 def leakage_texts(table: RunTable) -> list[str]:
     """The leakage level of each row in L/min; its K_i if only that is known, as for a missing run."""
     pairs = zip(table.leakage_requests.tolist(), table.leakage_flows.tolist(), strict=True)
     return [
-        "sealed" if not request else f"K_i {plain(request)}" if math.isnan(flow) else litres_per_minute(flow)
+        "sealed" if not request else f"K_i {request:g}" if math.isnan(flow) else litres_per_minute(flow)
         for request, flow in pairs
     ]
 
@@ -133,31 +109,14 @@ def doubt_notes(table: RunTable) -> tuple[str, ...]:
 
 
 def band_sentence(table: RunTable) -> str:
-    """Bands of the levels, and where the hydraulic mode lies at the least and at the largest EBM."""
+    """Bands of the levels."""
     bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
-    known = table.of(table.is_ok)
-    found = sorted(zip(known[names.BULK_MODULUS].tolist(), known[names.MODE_FREQUENCY].tolist(), strict=True))
-    ends = {modulus: (f, _level_at(table, f)) for modulus, f in found}
-    texts = [f"{f:.1f} ({level}) at {modulus_text(beta)}" for beta, (f, level) in ends.items()]
-    modes = ", ".join(texts) if len(texts) <= _MOST else f"{texts[0]} to {texts[-1]}"
-    return f"Bands [Hz]: {bands}. Hydraulic mode f_h [Hz]: {modes or HOLE}."
-
-
-def _level_at(table: RunTable, frequency: float) -> str:
-    for level, (low, high) in enumerate(table.bands, 1):
-        if low <= frequency < high:
-            return f"d{level}"
-    return "above d1" if frequency >= table.bands[0][1] else f"below d{table.n_level}"
+    return f"Bands [Hz]: {bands}."
 
 
 def hole_or(value: float, text: str) -> str:
     """A text, or a hole if its number is missing."""
     return HOLE if math.isnan(value) else text
-
-
-def plain(value: Any) -> str:
-    """A parameter value in SI."""
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def signed(value: float, decimals: int = 1) -> str:
@@ -193,12 +152,6 @@ def capitalized(sentence: str) -> str:
 def joined(words: Sequence[str]) -> str:
     """``a, b and c``."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 2 else words)
-
-
-def some(words: Sequence[str]) -> str:
-    """``a, b and c``; of many the first, and how many more there are."""
-    rest = len(words) - _MOST
-    return joined(words) if rest <= 0 else joined([*words[:_MOST], f"{rest:,} more"])
 
 
 def share_text(share: Rate, *, with_interval: bool) -> str:

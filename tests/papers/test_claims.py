@@ -18,9 +18,8 @@ from hydrofdi.config.experiment import ClaimId
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, claim_margins
 from hydrofdi.papers.maddahi2015.controls import alarm_verdicts, best_deltas
 from hydrofdi.papers.maddahi2015.grid import ModeGrid
-from hydrofdi.papers.maddahi2015.report import StudyReport
+from hydrofdi.papers.maddahi2015.report import StudyReport, deviations
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.papers.maddahi2015.tables import deviations
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.report.forms.page import render_markdown
 from hydrofdi.report.record import tidy_columns

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from typing import Any
 
 from hydrofdi.papers.maddahi2015.claims import ClaimResult
-from hydrofdi.papers.maddahi2015.standings import phases_table, points
+from hydrofdi.papers.maddahi2015.standings import Outcome, points
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.quality.doubts import samples_per_period
-from hydrofdi.report.table import Block, Column, Table
+from hydrofdi.report.table import Block, Column, Table, group_breaks, plain
 from hydrofdi.report.wording import joined
+from hydrofdi.settings.readable import HOLE
 
-_WORDS = {True: "reproduced", False: "not reproduced", None: "open"}
+_SPREAD = ("mean", "least", "largest")
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "
     " set wavelet: {phase: all}."
@@ -48,123 +48,77 @@ def claim_record(study: Study, result: ClaimResult) -> dict[str, Any]:
 
 def claims_block(study: Study) -> Block:
     """All claims with their margins; one sentence if there is no grid."""
-    title, required = "Claims: the paper's sentences as checks", tuple(_required(study))
+    title = "Claims: the paper's sentences as checks"
     if study.grid.lack:
-        return Block("claims", title, (study.grid.lack, *required))
-    return Block("claims", title, (*_sentences(study), *required), (_claims_table(study),))
+        return Block("claims", title, (study.grid.lack, *required(study)))
+    return Block("claims", title, required(study), (_claims_table(study),))
 
 
-def _sentences(study: Study) -> Iterator[str]:
-    for outcome, word in _WORDS.items():
-        if ids := [each.claim.id for each in study.claims if each.reproduced is outcome]:
-            yield f"{joined(ids)}: {word}, at the configured phase."
-
-
-def guarded_block(study: Study) -> Block | None:
-    """Whether the claims that an ensemble's file lists hold in all feasible scenarios; None without any."""
-    said = tuple(_required(study))
-    return Block("guarded", "Required claims, over all feasible scenarios", said) if said else None
-
-
-def _required(study: Study) -> Iterator[str]:
-    """Whether the claims that the file lists hold."""
-    words = {False: "not so for", None: "open for"}
-    parts = [
-        f"{word} {joined(ids)}"
-        for outcome, word in words.items()
-        if (ids := [each.claim.id for each in study.guarded if each.reproduced is outcome])
-    ]
-    held = "; ".join(parts) or "all of them hold, at the configured start phase"
-    if study.guarded:
-        yield f"The experiment file requires {joined([each.claim.id for each in study.guarded])}: {held}."
+def required(study: Study) -> tuple[str, ...]:
+    """Whether the claims that the file lists hold, in all feasible scenarios of an ensemble."""
+    if not study.guarded:
+        return ()
+    lost = joined([each.claim.id for each in study.guarded if not each.reproduced])
+    held = f"not so, or open, for {lost}" if lost else "all of them hold, at the configured start phase"
+    return (f"The experiment file requires {joined([each.claim.id for each in study.guarded])}: {held}.",)
 
 
 def _claims_table(study: Study) -> Table:
-    results = study.claims
-    checks = [[check["holds"] for check in study.checks(result)] for result in results]
-    return Table(
-        (
-            Column("Claim", [each.claim.id for each in results], is_text=True),
-            Column("Sentence", [each.claim.sentence for each in results], is_text=True),
-            Column("Rule", [each.claim.rule for each in results], is_text=True),
-            Column(
-                "Result",
-                [_WORDS[each.reproduced] for each in results],
-                is_text=True,
-                strong=[k for k, each in enumerate(results) if each.reproduced is False],
-            ),
-            Column("Checks held", [f"{each.count(True)} of {len(each)}" for each in checks]),
-            points("Margin [points]", [each.margin for each in results]),
-            points("Each δ may move [points]", [each.allowance for each in results]),
-        ),
-        "Claims",
-        "claims",
-        (
-            "At the configured start phase. Margin: how far one δ behind a claim could move before its"
-            " result turns; negative if it does not hold. If it is a difference of two δ, both may move,"
-            " each by half of it. Open: cannot be decided (a run is missing, or the actuator does not move).",
-        ),
+    note = (
+        "At the configured start phase. Margin: how far one δ behind a claim could move before its result"
+        " turns; negative if it does not hold. If it is a difference of two δ, both may move, each by half of"
+        " it. –: open, cannot be decided (a run is missing, or the actuator does not move)."
     )
+    records = [claim_record(study, each) for each in study.claims]
+    nested = ("checks", "phases", "settled")
+    return Table.of_records(plain(records), nested, title="Claims", key="claims", notes=(note,))
 
 
 def standing_blocks(study: Study) -> tuple[Block, Block]:
     """Which claims and sealed alarms survive every start phase, as configured and settled; their numbers."""
     n_phase, said = study.standings[0].n_phase, [_ONE_PHASE]
+    named = [] if study.grid.lack else [(each.name, each) for each in study.claim_outcomes]
+    named += [(f"the d3 alarm on the sealed actuator at {each.name}", each) for each in study.alarm_outcomes]
     if n_phase > 1:
-        said = [line for standing in study.standings for line in _survivors(study, standing.title)]
+        said = [line for standing in study.standings for line in _survivors(named, standing.title)]
     said += [_UNSETTLED] if len(study.standings) == 1 else []
-    claims_table = phases_table(
-        "Margins of the claims over the start phases [percentage points]",
-        "claims-phases",
-        "Claim",
-        "Margin",
-        study.claim_outcomes,
-        "Phase p: the record from its sample p on. Margin: at the configured phase; of settled records"
-        " that of the undecimated transform, which is free of boundaries and holds all phases.",
+    outcomes = [each for _, each in named]
+    table = Table(
+        (
+            Column("Records", [each.records for each in outcomes], is_text=True),
+            Column("What", [name for name, _ in named], is_text=True),
+            Column(
+                "Phases in which it holds",
+                [f"{each.held} of {each.of}" if each.of else HOLE for each in outcomes],
+                is_text=True,
+                strong=[k for k, each in enumerate(outcomes) if 0 < each.held < each.of],
+            ),
+            *(points(name.title(), [each.spread[name] for each in outcomes]) for name in _SPREAD),
+            points("Number", [each.number for each in outcomes]),
+        ),
+        "Margins of the claims and δd3 of the sealed alarms over the start phases",
+        "phases-numbers",
+        (
+            "Margins in percentage points, δd3 in percent. Phase p: the record from its sample p on; phases"
+            " of settled records repeat if a period has fewer samples. Number: at the configured phase; of"
+            " settled records that of the undecimated transform, free of boundaries, which holds all phases.",
+        ),
+        group_breaks([each.records for each in outcomes]),
     )
-    alarms_table = phases_table(
-        "δd3 [%] of the sealed actuator over the start phases, and in how many the d3 rule alarms",
-        "sealed-alarms-phases",
-        "Sealed at",
-        "δd3",
-        study.alarm_outcomes,
-    )
+    title = "Claims and the sealed alarm over the start phases"
     return (
         Block("standing", "What survives: start phases and settled records", tuple(said)),
-        Block(
-            "phases",
-            "Claims and the sealed alarm over the start phases",
-            tuple(_repeated_phases(study)),
-            (*([] if study.grid.lack else [claims_table]), alarms_table),
-            ("phases",) if n_phase > 1 else (),
-        ),
+        Block("phases", title, (), (table,), ("phases",) if n_phase > 1 else ()),
     )
 
 
-def _survivors(study: Study, records: str) -> Iterator[str]:
-    named = [(each.name, each) for each in study.claim_outcomes]
-    named += [(f"the d3 alarm on the sealed actuator at {each.name}", each) for each in study.alarm_outcomes]
-    decided = {name: each for name, each in named if each.of and each.records == records}
-    always = [name for name, each in decided.items() if each.held == each.of]
-    never = [name for name, each in decided.items() if not each.held]
-    turning = [
-        f"{name} ({each.held} of {each.of})" for name, each in decided.items() if 0 < each.held < each.of
-    ]
-    for where, which in (
-        ("Hold at every start phase", always),
-        ("Depend on the start phase", turning),
-        ("Hold at no start phase", never),
-    ):
+def _survivors(named: list[tuple[str, Outcome]], records: str) -> Iterator[str]:
+    own = [(name, each.held, each.of) for name, each in named if each.of and each.records == records]
+    found = {
+        "Hold at every start phase": [name for name, held, of in own if held == of],
+        "Depend on the start phase": [f"{name} ({held} of {of})" for name, held, of in own if 0 < held < of],
+        "Hold at no start phase": [name for name, held, _ in own if not held],
+    }
+    for where, which in found.items():
         if which:
             yield f"{where} ({records}): {joined(which)}."
-
-
-def _repeated_phases(study: Study) -> Iterator[str]:
-    """How many different phases a settled record has: its grid repeats from period to period."""
-    period, n_phase = samples_per_period(study.data.experiment.nominal_parameters), study.standings[0].n_phase
-    different = math.gcd(period, n_phase) if period else n_phase
-    if different < n_phase:
-        yield (
-            f"A period holds {period:,} samples: the {n_phase} phases of a settled record are {different}"
-            f" different ones, {n_phase // different} times each."
-        )

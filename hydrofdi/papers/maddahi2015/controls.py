@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.config.shown_values import shown_values
 from hydrofdi.papers.maddahi2015.claims import D3, alarms
 from hydrofdi.papers.maddahi2015.standings import Outcome, Standing
 from hydrofdi.report.runs import (
@@ -20,17 +21,8 @@ from hydrofdi.report.runs import (
     level_names,
     normal_bulk_modulus,
 )
-from hydrofdi.report.table import Block, Column, Table, row_records
-from hydrofdi.report.wording import (
-    delta_columns,
-    flow_text,
-    joined,
-    labels_text,
-    modulus_column,
-    modulus_text,
-    signed,
-)
-from hydrofdi.settings.readable import HOLE
+from hydrofdi.report.table import Block, row_records
+from hydrofdi.report.wording import joined, modulus_text
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
@@ -64,7 +56,7 @@ def sealed_outcomes(sealed: RunTable, standing: Standing) -> list[Outcome]:
     """Where the d3 rule alarms, by δd3, at each EBM and further parameters."""
     return [
         standing.level(
-            ", ".join(filter(None, [modulus_text(modulus), labels_text(labels)])),
+            ", ".join(filter(None, [modulus_text(modulus), shown_values(labels)])),
             standing.fixed[:, position],
             D3,
             float(standing.shown[position, D3]),
@@ -123,57 +115,18 @@ def _records(table: RunTable, views: Sequence[dict[str, Any]]) -> list[dict[str,
 
 def controls_block(sealed: RunTable, leaky: RunTable) -> Block:
     """Does the d3 rule alarm on a sealed actuator; which level is best under a matched baseline."""
+    alarmed = [_WORDS[verdict] for verdict in alarm_verdicts(sealed.changes("fixed"))]
     is_open = np.asarray(np.isnan(leaky.changes("matched")).any(axis=1))
     best = zip(is_open, level_names(best_deltas(leaky)[0]), strict=True)
-    return Block(
-        "controls",
-        "Controls: no leak, and a matched baseline",
-        (
-            _counts("The d3 rule on sealed runs above the normal EBM, without any leak", _said(sealed)),
-            _counts(
-                "The level with the largest positive δ of leaky modes against the matched baseline",
-                ["open" if unknown else name or "none" for unknown, name in best],
-            ),
+    counts = {
+        "The d3 rule on sealed runs above the normal EBM, without any leak": Counter(alarmed),
+        "The level with the largest positive δ of leaky modes against the matched baseline": Counter(
+            "open" if unknown else name or "none" for unknown, name in best
         ),
-        (_alarm_table(sealed), _best_table(leaky)),
-        ("spectrum", "mode_plane"),
+    }
+    said = (
+        f"{lead}: {joined([f'{word} in {n:,}' for word, n in sorted(found.items())]) or 'there is none'}."
+        for lead, found in counts.items()
     )
-
-
-def _said(sealed: RunTable) -> list[str]:
-    return [_WORDS[verdict] for verdict in alarm_verdicts(sealed.changes("fixed"))]
-
-
-def _counts(lead: str, words: Sequence[str]) -> str:
-    """How often each word occurs."""
-    parts = [f"{word} in {count:,}" for word, count in sorted(Counter(words).items())]
-    return f"{lead}: {joined(parts) or 'there is none'}."
-
-
-def _lead(table: RunTable, *more: Column) -> Iterator[Column]:
-    """What says which run a row is."""
-    yield Column("Parameters", [labels_text(each) for each in table.labels], is_text=True)
-    yield from more
-    yield modulus_column(table[names.BULK_MODULUS])
-
-
-def _alarm_table(sealed: RunTable) -> Table:
-    said = _said(sealed)
-    marked = [k for k, word in enumerate(said) if word == _WORDS[True]]
-    columns = (
-        *_lead(sealed),
-        Column("d3 rule", said, is_text=True, strong=marked),
-        *(replace(each, strong=()) for each in delta_columns(sealed.changes("fixed"))),
-    )
-    title = "The d3 rule on the sealed actuator: δ [%] against the fixed baseline"
-    return Table(columns, title, "sealed-alarms")
-
-
-def _best_table(leaky: RunTable) -> Table:
-    best, deltas = best_deltas(leaky)
-    columns = (
-        *_lead(leaky, Column("Leakage [L/min]", [flow_text(flow) for flow in leaky.leakage_flows])),
-        Column("Best level", [name or HOLE for name in level_names(best)], is_text=True),
-        Column("δ [%]", deltas, text=signed),
-    )
-    return Table(columns, "The best level of each mode against the matched baseline", "best-levels")
+    title = "Controls: no leak, and a matched baseline"
+    return Block("controls", title, tuple(said), (), ("spectrum", "mode_plane"))

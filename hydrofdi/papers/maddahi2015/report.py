@@ -2,36 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from hydrofdi.papers.maddahi2015.conclusions import (
-    claim_record,
-    claims_block,
-    guarded_block,
-    standing_blocks,
-)
+import numpy as np
+
+from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
+from hydrofdi.papers.maddahi2015 import conclusions
 from hydrofdi.papers.maddahi2015.controls import controls_block, controls_record
 from hydrofdi.papers.maddahi2015.scenario_tables import scenario_blocks
 from hydrofdi.papers.maddahi2015.scenarios import scenarios_record
 from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.papers.maddahi2015.tables import deviations, reference_block, table2_block, table3_blocks
-from hydrofdi.report.changes import doubts_block, holes_block, remarks_block, settled_block
+from hydrofdi.report import changes
 from hydrofdi.report.composition import Report, answers
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.record import general_record
-from hydrofdi.report.table import Block, plain
-
-if TYPE_CHECKING:
-    from hydrofdi.report.table import FigureKind
-
-_LEAD = (
-    "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with the"
-    " effective bulk modulus (EBM) of the fluid. After Maddahi et al., CDSR 2015, paper 181; all "
-    "numbers are computed; none comes from the paper."
-)
+from hydrofdi.report.runs import RunTable
+from hydrofdi.report.table import Block, FigureKind, Table, plain
+from hydrofdi.settings.messages import counted
+from hydrofdi.store.layout import names
+from hydrofdi.units import convert
 
 
 @dataclass(frozen=True)
@@ -39,38 +32,39 @@ class StudyReport(Report):
     """The general report with the paper's tables, claims, controls and figures."""
 
     analysis: Study
+    lead = (
+        "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with"
+        " the EBM of the fluid. After Maddahi et al., CDSR 2015, paper 181; no number comes from the paper."
+    )
 
     @property
     def usual_figure(self) -> str:
         """The scenarios where the experiment has any, else δ."""
         return "sensitivity" if self.analysis.scenarios is None else "scenarios"
 
-    @property
-    def lead(self) -> str:
-        """What the report is about."""
-        return _LEAD
-
     def blocks(self) -> Iterator[Block | None]:
         """The sections of the report."""
         study = self.analysis
-        yield remarks_block(study.data)
+        yield changes.remarks_block(study.data)
         if study.scenarios is not None:
-            yield from answers(guarded_block(study))
-            yield doubts_block(study)
+            yield from answers(
+                Block("guarded", "Required claims, in all feasible scenarios", conclusions.required(study))
+            )
+            yield from changes.doubts_blocks(study.data)
             answer, controls = scenario_blocks(study.scenarios)
             yield from answers(answer)
             yield controls
             yield indicators_block(study.indicators, study.table)
             yield provenance_block(study.data)
             return
-        yield holes_block(study)
-        yield doubts_block(study)
+        yield changes.holes_block(study.data)
+        yield from changes.doubts_blocks(study.data)
         yield from (replace(block, is_answer=False) for block, _ in self.views)
         yield from table3_blocks(study)
-        yield settled_block(study)
+        yield changes.settled_block(study)
         yield table2_block(study)
-        standing, phases = standing_blocks(study) if study.has_baseline else (None, None)
-        yield claims_block(study)
+        standing, phases = conclusions.standing_blocks(study) if study.has_baseline else (None, None)
+        yield conclusions.claims_block(study)
         yield from answers(standing)
         yield phases
         yield controls_block(study.sealed, study.leaky) if study.has_baseline else None
@@ -91,7 +85,7 @@ class StudyReport(Report):
         for _, data in self.views:
             record |= data
         record |= {
-            "claims": [claim_record(study, each) for each in study.claims],
+            "claims": [conclusions.claim_record(study, each) for each in study.claims],
             "guarded_claims": list(study.data.experiment.claims),
             "controls": controls_record(study.sealed, study.leaky, study.standings)
             if is_single
@@ -120,3 +114,80 @@ class StudyReport(Report):
             f" (margin {result.margin:.2f} points)": result.reproduced
             for result in self.analysis.guarded
         }
+
+
+NONE_GIVEN = (
+    "No published value is compared: the digits of the paper's Tables 2 and 3 are lost in the only text that"
+    " hydrofdi was made from. If you have the printed paper, you can enter its numbers under reference: "
+    "in the experiment file."
+)
+
+
+def table3_blocks(study: Study) -> tuple[Block, Block]:
+    """The table of all runs; the one against the fixed baseline is the answer."""
+    block = changes.changes_block(study, "Table 3: change of the details with leakage and EBM", "table3")
+    reason = study.no_changes
+    legend, *bands = (reason, *block.paragraphs) if reason else block.paragraphs
+    first, *others = block.tables
+    answer = replace(block, paragraphs=(legend,), tables=(first,), is_answer=True)
+    rest = "Table 3 with the matched baseline"
+    return answer, Block("table3-matched", rest, tuple(bands), tuple(others))
+
+
+def table2_block(study: Study) -> Block | None:
+    """Table 2 and its sealed control; None if more than leakage and EBM varies, or they form no grid."""
+    table = study.table
+    if table.label_names or study.grid.lack:
+        return None
+    requests = np.unique(table.leakage_requests)[:2]
+    rows = table.of(np.isin(table.leakage_requests, requests))
+    return Block(
+        "table2",
+        "Table 2: RMS over the EBM, sealed and with the small leakage",
+        (),
+        (changes.rms_table(rows),),
+    )
+
+
+def deviations(table: RunTable, reference: ReferenceConfig) -> list[dict[str, Any]]:
+    """Every published value beside the computed one."""
+    return [_deviation(table, cell, reference.tolerance) for cell in reference.cells]
+
+
+def _deviation(table: RunTable, cell: ReferenceCell, general: float) -> dict[str, Any]:
+    level, is_delta, computed = int(cell.level[1:]) - 1, cell.delta is not None, math.nan
+    rows = np.stack([table.leakage_flows, table[names.BULK_MODULUS]], axis=1)
+    is_it = np.isclose(rows, (cell.leakage, cell.bulk_modulus), rtol=1e-6, atol=0.0).all(axis=1)
+    if is_it.any() and level < table.n_level:
+        levels = table.changes("fixed") if is_delta else table[names.DETAIL_RMS]
+        computed = float(levels[is_it.argmax(), level])
+    published = cell.delta if cell.delta is not None else cell.rms
+    assert published is not None
+    deviation = computed - published if is_delta else 100.0 * (computed - published) / published
+    tolerance = general if cell.tolerance is None else cell.tolerance
+    return {
+        "leakage_L_per_min": convert(cell.leakage, "L/min"),
+        "bulk_modulus_MPa": convert(cell.bulk_modulus, "MPa"),
+        "level": cell.level,
+        "quantity": "delta_fixed_percent" if is_delta else "detail_rms_Pa",
+        "published": published,
+        "computed": computed,
+        "deviation": deviation,
+        "tolerance": tolerance,
+        "agrees": None if math.isnan(deviation) else abs(deviation) <= tolerance,
+    }
+
+
+def reference_block(study: Study) -> Block:
+    """Published values beside the computed ones, or the sentence that there are none."""
+    reference, title = study.data.experiment.reference, "Published values"
+    found = deviations(study.table, reference)
+    if not found:
+        return Block("reference", title, (NONE_GIVEN,))
+    agrees = [each["agrees"] for each in found]
+    n_compared = counted(len(agrees) - agrees.count(None), "published value")
+    source = f"; source: {reference.source}" if reference.source else ""
+    said = f"Within the tolerance: {agrees.count(True)} of {n_compared}{source}."
+    note = "Deviation and tolerance: percentage points of δ; percent of a published RMS. –: no such run."
+    table = Table.of_records(found, title="Computed and published", key="reference", notes=(note,))
+    return Block("reference", title, (said,), (table,))

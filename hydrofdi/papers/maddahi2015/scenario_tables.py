@@ -39,17 +39,10 @@ def scenario_blocks(study: ScenarioStudy) -> tuple[Block, Block]:
 
 
 def _sentences(study: ScenarioStudy) -> Iterator[str]:
-    feasible = int(study.feasible.sum())
     reasons = joined([f"{status} in {count}" for status, count in study.obstacles.items()])
     rest = f"; the others have runs without results: {reasons}" if reasons else ""
-    yield f"{feasible:,} of {counted(len(study.outcomes), 'different scenario')} are feasible{rest}."
-    doubtful = [f"{word} in {int((mask & study.feasible).sum()):,}" for word, mask in study.doubts.items()]
-    if doubtful:
-        lead = f"Feasible scenarios with a run whose verdict is not ok: {joined(doubtful)}"
-        yield f"{lead}; {int(study.sound.sum()):,} have none."
-    counts = {n: study.count(claims, study.feasible) for n, claims in CLAIM_SETS.items() if len(claims) > 1}
-    parts = [f"{name} {'open' if count is None else f'in {count}'}" for name, count in counts.items()]
-    yield f"Of the {counted(feasible, 'feasible scenario')}, several claims hold together: {joined(parts)}."
+    n_feasible = int(study.feasible.sum())
+    yield f"{n_feasible:,} of {counted(len(study.outcomes), 'different scenario')} are feasible{rest}."
 
 
 def _counts(name: str, values: Sequence[int | None]) -> Column:

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 from hydrofdi.papers.maddahi2015.claims import alarms, claim_margins
 from hydrofdi.papers.maddahi2015.grid import ABSENT, ModeGrid
 from hydrofdi.report.runs import Array, baseline_changes, best_levels
-from hydrofdi.report.table import Column, Table, group_breaks
+from hydrofdi.report.table import Column
 from hydrofdi.report.wording import signed
-from hydrofdi.settings.readable import HOLE
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 
@@ -133,30 +132,6 @@ def standings(grid: ModeGrid, data: ExperimentData) -> Iterator[Standing]:
         margins = [claim_margins(grid.holding(*phase)) for phase in zip(fixed, matched, strict=True)]
         over = {claim: np.stack([margin[claim] for margin in margins]) for claim in margins[0]}
         yield Standing(title, of_view, own["fixed"], fixed, matched, claim_margins(of_view), over)
-
-
-def phases_table(
-    title: str, key: str, head: str, last: str, outcomes: Sequence[Outcome], note: str = ""
-) -> Table:
-    """What holds in how many start phases, and the numbers behind it."""
-    spreads = [each.spread for each in outcomes]
-    held = [f"{each.held} of {each.of}" if each.of else HOLE for each in outcomes]
-    turns = [k for k, each in enumerate(outcomes) if 0 < each.held < each.of]
-    return Table(
-        (
-            Column("Records", [each.records for each in outcomes], is_text=True),
-            Column(head, [each.name for each in outcomes], is_text=True),
-            Column("Phases in which it holds", held, is_text=True, strong=turns),
-            points("Mean phase", [each["mean"] for each in spreads]),
-            points("Least", [each["least"] for each in spreads]),
-            points("Largest", [each["largest"] for each in spreads]),
-            points(last, [each.number for each in outcomes]),
-        ),
-        title,
-        key,
-        (note,) if note else (),
-        group_breaks([each.records for each in outcomes]),
-    )
 
 
 def points(name: str, values: Sequence[float]) -> Column:

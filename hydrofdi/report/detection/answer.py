@@ -17,6 +17,7 @@ from hydrofdi.report.detection.wording import (
     chosen_levels,
     distinct,
     false_alarms_in_words,
+    finds,
     first_of_sensors,
     foremost,
     level_of,
@@ -133,89 +134,34 @@ def _gain(detection: Detection) -> str:
 
 def answer_sentence(detection: Detection) -> str:
     """The best that is found, or why nothing is."""
-    unit, asked = severity_unit(detection), detection.rules
+    unit, asked, best = severity_unit(detection), detection.rules, best_with_sensors(detection)
     terms = (
         f"{probability_in_words(asked.probability)} ({100.0 * asked.confidence:g} % confidence)"
         f" at {false_alarms_in_words(asked.false_alarm_rate)}"
     )
-    unsure = [each for each in detection.judgements if _finds(each)]
-    best = next(iter((*answers(detection), *unsure)), None)
-    if best is None or (not best.keeps_its_rate and best_with_sensors(detection)):
-        keeping = " that kept to its false-alarm rate" if unsure else ""
-        return f"Nothing is found {terms}: {_why_nothing(detection)}{keeping}."
-    bound, scored = best.smallest["q90_95"], best.scored
+    found = (*answers(detection), *(() if best else filter(finds, detection.judgements)))
+    if not found:
+        largest = [unit.found(each.smallest["q90_95"]).removeprefix("> ") for each in best.values()][:1]
+        none = [f"no {unit.quantity} up to {each} {unit.name}".rstrip() for each in largest]
+        refusals = Counter(text for each in detection.judgements for text in each.refusals).most_common(1)
+        why = (*none, *(text for text, _ in refusals), "no leaking record is tested")[0]
+        return f"Nothing is found {terms}: {why}."
+    bound, scored = found[0].smallest["q90_95"], found[0].scored
     number = unit.found(bound).removeprefix("≤ ").removesuffix(FROM_LEVELS)
-    found = f"{number} {unit.name}".rstrip() + (" or less" if bound.place == "below" else "")
+    size = f"{number} {unit.name}".rstrip() + (" or less" if bound.place == "below" else "")
     if not math.isnan(unit.per_mean_flow):
         at_reference = unit.found(bound, unit.per_mean_flow).removeprefix("≤ ").removesuffix(FROM_LEVELS)
-        found += f" in this motion ({at_reference} at 8 MPa)"
+        size += f" in this motion ({at_reference} at 8 MPa)"
     plain = scored.indicator.replace("_", " ")
     name = f"the {plain} ({scored.name})" if plain not in ("", scored.indicator) else scored.name
-    needs = f"with {joined(symbols(best))}, " if scored.channels else ""
-    but = "" if best.keeps_its_rate else f", but {_why_unsure(detection)}"
-    return f"{capitalized(f'{needs}{name} finds {found} {terms}{but}')}."
-
-
-def _finds(judgement: Judgement) -> bool:
-    """Whether a tested severity is found, whatever its false alarms are."""
-    bound = judgement.smallest.get("q90_95")
-    return bound is not None and bound.value is not None
-
-
-def _why_nothing(detection: Detection) -> str:
-    """Why no severity is stated by a score that keeps its false-alarm rate, and what to change."""
-    best, unit = best_with_sensors(detection), severity_unit(detection)
-    if best:
-        largest = unit.found(next(iter(best.values())).smallest["q90_95"]).removeprefix("> ")
-        return f"no {unit.quantity} up to {f'{largest} {unit.name}'.rstrip()} with any score"
-    if not any(judgement.threshold for judgement in detection.judgements):
-        return _why_no_threshold(detection)
-    if not detection.records.chosen(Kind.FAULT, is_fit=False):
-        return "no leaking record is tested; set study.faults"
-    if any(judgement.keeps_its_rate for judgement in detection.judgements):
-        refusals = [each for judgement in detection.judgements for each in judgement.refusals]
-        return refusals[0] if refusals else f"no {unit.quantity} can be stated"
-    return _why_unsure(detection)
-
-
-def _why_unsure(detection: Detection) -> str:
-    """Why no score is known to keep its false-alarm rate, and what to change."""
-    judgements = detection.judgements
-    if all(judgement.keeps_its_rate is False for judgement in judgements):
-        exceeded = (each for own in judgements for each in own.exceeded if each.kind is not Kind.CONFUSION)
-        names = dict.fromkeys(repr(each.name) for each in exceeded)
-        return (
-            f"every score exceeds its false-alarm rate (in {joined([*names])}); if these conditions are"
-            " normal, let study.population include them"
-        )
-    few = {
-        population.name: judgement.false_alarms[population].total
-        for judgement in judgements
-        for population in judgement.counted
-        if population.kind in (Kind.HEALTHY, Kind.SHIFT) and population in judgement.false_alarms
+    needs = f"with {joined(symbols(found[0]))}, " if scored.channels else ""
+    reservations = {
+        True: "",
+        None: f", but {counted(asked.records_for_false_alarms, 'record')} of each fault-free test population"
+        " are needed to know its false-alarm rate",
+        False: ", but exceeds its false-alarm rate; let study.population include the shifts that are normal",
     }
-    there = joined([f"{total:,} of '{name}'" for name, total in few.items()]) or "none"
-    needed = counted(detection.rules.records_for_false_alarms, "record")
-    return f"too few fault-free test records for a false-alarm rate: {there}; {needed} of each are needed"
-
-
-def _why_no_threshold(detection: Detection) -> str:
-    """Why no score has a threshold, and what to change."""
-    judgements, rules, records = detection.judgements, detection.rules, detection.records
-    n_fit, n_test = (
-        sum(records.rows(each).size for each in records.chosen(Kind.HEALTHY, is_fit=is_fit))
-        for is_fit in (True, False)
-    )
-    needed = max((rules.records_for_threshold(each.direction) for each in judgements), default=0)
-    if needed <= n_fit:
-        reasons = dict.fromkeys(each.refusals[0] for each in judgements if each.refusals)
-        return "no score has a threshold" + (f": {'; '.join(reasons)}" if reasons else "")
-    test = rules.records_for_false_alarms
-    also = f", and study.healthy.test to {test} ({n_test:,} now) to measure the rate" if n_test < test else ""
-    return (
-        f"{n_fit:,} healthy records set the thresholds, {needed:,} are needed; set study.healthy.fit to"
-        f" {needed}{also}"
-    )
+    return f"{capitalized(f'{needs}{name} finds {size} {terms}{reservations[found[0].keeps_its_rate]}')}."
 
 
 def remarks_with_counts(detection: Detection) -> tuple[str, ...]:
@@ -295,25 +241,18 @@ def ranking_block(detection: Detection) -> Block:
 
 def _ranking_notes(detection: Detection) -> Iterator[str]:
     asked, unit = detection.rules, severity_unit(detection)
-    rate, confidence = f"{100.0 * asked.false_alarm_rate:g} %", f"{100.0 * asked.confidence:g} %"
+    confidence = f"{100.0 * asked.confidence:g} %"
     yield (
         f"q90/95: upper bound with {confidence} confidence on the {unit.quantity} found with"
         f" {100.0 * asked.probability:g} % probability; q90 and q50: estimates without confidence."
-        f" ≤: at most the smallest tested; >: not found up to the largest tested;"
-        f" {FROM_LEVELS}: read from the tested leaks, because no curve fitted (rounded up)."
-    )
-    yield (
-        f"False alarms: healthy test records, with {confidence} interval, at thresholds for {rate}."
-        " ↑, ↓, ↕: alarm if it rises, falls, or either. !: the lower limit of its rate, on healthy test"
-        " records or in a shift, is above what the threshold allows. Cost: CPU time per record."
+        f" ≤: at most the smallest tested; >: not found up to the largest tested; {FROM_LEVELS}: read from"
+        " the tested leaks, because no curve fitted (rounded up). False alarms: healthy test records at"
+        f" thresholds for {100.0 * asked.false_alarm_rate:g} %. ↑, ↓, ↕: alarm if it rises, falls, or either."
     )
     for level in chosen_levels(detection, 1):
         yield f"AUC: area under the ROC curve at {unit.text(level.severity)}."
     if not math.isnan(unit.per_mean_flow):
-        yield (
-            "Flows are means in this motion; at 8 MPa the same leak is"
-            f" {unit.per_mean_flow:.2g} times as much."
-        )
+        yield f"Flows are means in this motion; at 8 MPa they are {unit.per_mean_flow:.2g} times as much."
 
 
 def false_alarms_block(detection: Detection) -> Block | None:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,25 +13,19 @@ from hydrofdi.config.shown_values import shown_value, shown_values
 from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.evaluation.scores import NOTHING, Kind
 from hydrofdi.evaluation.sensitivity import EquivalentFault, Reach, Spread
-from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.records import Channel
-from hydrofdi.report.changes import doubt_text
 from hydrofdi.report.detection.wording import (
     SeverityUnit,
     best_with_sensors,
     distinct,
-    false_alarms_in_words,
-    probability_in_words,
     severity_unit,
     wavelet_rules,
 )
-from hydrofdi.report.table import Block, Column, Table, finite, group_breaks
-from hydrofdi.settings.messages import counted
+from hydrofdi.report.table import Block, Table, finite, group_breaks, numbers
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
-from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
+from hydrofdi.store.layout.names import STATUS
 from hydrofdi.studies.parts import Nuisance, Nuisances, nuisances_of
-from hydrofdi.studies.reading import study_designs
 from hydrofdi.studies.records import Detection
 
 _KINDS = {
@@ -54,28 +46,10 @@ _SECTIONS = {
     Channel.SPOOL_POSITION: "spool_sensor",
     Channel.INPUT_VOLTAGE: "voltage_sensor",
 }
-_MOST = 20
-"""Reasons that are listed one by one."""
-
-
-class Sensor(NamedTuple):
-    """A sensor of some score as it is simulated: what it adds to the signal, empty if nothing."""
-
-    channel: Channel
-    noise: str
-    bias: str
-    bits: str
 
 
 def populations_block(detection: Detection, experiment: ExperimentConfig | None) -> Block:
-    """The question, the populations, and for a simulated study its sensors and what varies."""
-    asked, unit = detection.rules, severity_unit(detection)
-    question = (
-        f"Which {unit.quantity} is found {probability_in_words(asked.probability)}, with"
-        f" {100.0 * asked.confidence:g} % confidence, at {false_alarms_in_words(asked.false_alarm_rate)},"
-        " and with which score? Thresholds are set only on healthy fit records; all results come from "
-        "records that nothing was fitted to."
-    )
+    """The populations, and for a simulated study its sensors and what varies."""
     study = experiment.study if experiment else None
     tables = [_populations_table(detection, study)]
     if experiment and study:
@@ -84,7 +58,7 @@ def populations_block(detection: Detection, experiment: ExperimentConfig | None)
         title = "What varies in all fault-free populations"
         columns = {"Parameter": [*varied], "Values": [*varied.values()]}
         tables += [_sensors_table(experiment, detection), Table.of(columns, title=title, key="varied")]
-    return Block("populations", "The question", (question,), tuple(tables))
+    return Block("populations", "The records", (_FIT,), tuple(tables))
 
 
 def _populations_table(detection: Detection, study: StudyConfig | None) -> Table:
@@ -116,18 +90,15 @@ def _populations_table(detection: Detection, study: StudyConfig | None) -> Table
 
 
 def _sensors_table(experiment: ExperimentConfig, detection: Detection) -> Table:
-    sensors = sensors_of(experiment, detection)
-    columns = {
-        "Sensor": [f"{each.channel.symbol} ({_SECTIONS[each.channel]})" for each in sensors],
-        "Noise": [each.noise or "none" for each in sensors],
-        "Bias": [each.bias or "none" for each in sensors],
-        "Bits": [each.bits or "–" for each in sensors],
-    }
+    sensors = sensors_of(experiment, detection).items()
+    columns = {"Sensor": [f"{channel.symbol} ({_SECTIONS[channel]})" for channel, _ in sensors]}
+    for place, (name, nothing) in enumerate({"Noise": "none", "Bias": "none", "Bits": "–"}.items()):
+        columns[name] = [texts[place] or nothing for _, texts in sensors]
     return Table.of(columns, title="Sensors that the scores use", key="sensors")
 
 
-def sensors_of(experiment: ExperimentConfig, detection: Detection) -> tuple[Sensor, ...]:
-    """The sensors of all scores that are judged."""
+def sensors_of(experiment: ExperimentConfig, detection: Detection) -> dict[Channel, list[str]]:
+    """Noise, bias and bits of the sensors of all scores that are judged; empty texts for nothing."""
     used = {channel for each in detection.judgements for channel in each.scored.channels}
     drawn = experiment.study.population.over if experiment.study else {}
     chosen = {**detection.records.design, **drawn}
@@ -136,16 +107,15 @@ def sensors_of(experiment: ExperimentConfig, detection: Detection) -> tuple[Sens
         value = chosen.get(name, experiment.value(name))
         return shown_value(name, value) if value else ""
 
-    return tuple(
-        Sensor(
-            channel,
+    return {
+        channel: [
             text(f"{section}.noise") or text(f"{section}.noise_density"),
             text(f"{section}.bias"),
             text(f"{section}.bits"),
-        )
+        ]
         for channel, section in _SECTIONS.items()
         if channel.value in used
-    )
+    }
 
 
 def without_noise(experiment: ExperimentConfig, detection: Detection) -> tuple[str, ...]:
@@ -155,23 +125,10 @@ def without_noise(experiment: ExperimentConfig, detection: Detection) -> tuple[s
     """
     used = {channel for each in best_with_sensors(detection).values() for channel in each.scored.channels}
     return tuple(
-        each.channel.symbol
-        for each in sensors_of(experiment, detection)
-        if not each.noise and each.channel is not Channel.INPUT_VOLTAGE and each.channel.value in used
+        channel.symbol
+        for channel, (noise, *_) in sensors_of(experiment, detection).items()
+        if not noise and channel is not Channel.INPUT_VOLTAGE and channel.value in used
     )
-
-
-def progress_block(data: ExperimentData) -> Block | None:
-    """The first section while runs are missing; None if no run is missing."""
-    n_computed = n_computed_of(data)
-    if n_computed == data.n_run:
-        return None
-    so_far = " The tables show the runs so far; no conclusions are drawn from them." if n_computed else ""
-    sentence = (
-        f"{n_computed:,} of {counted(data.n_run, 'run')} are computed; 'hydrofdi sweep CONFIG' computes the"
-        f" rest.{so_far}"
-    )
-    return Block("progress", "Not finished", (sentence,))
 
 
 def n_computed_of(data: ExperimentData) -> int:
@@ -179,49 +136,15 @@ def n_computed_of(data: ExperimentData) -> int:
     return int((data.columns[STATUS].astype(str) != MISSING).sum())
 
 
-def holes_block(data: ExperimentData) -> Block | None:
-    """How many of the computed runs have no numbers, and why; None if all have."""
-    statuses, messages = (data.columns[name].astype(str).tolist() for name in (STATUS, MESSAGE))
-    found = [(status, why) for status, why in zip(statuses, messages, strict=True)
-             if status not in ("ok", MISSING)]  # fmt: skip
-    if not found:
-        return None
-    kinds = ", ".join(f"{n:,} {status}" for status, n in Counter(status for status, _ in found).items())
-    reasons = Counter(why for _, why in found if why)
-    lines = [f"{counted(n, 'run')}: {why}" for why, n in reasons.most_common(_MOST)]
-    rest = len(reasons) - _MOST
-    more = [f"… and {counted(rest, 'more reason')}."] if rest > 0 else []
-    of = counted(n_computed_of(data), "run")
-    first = f"{len(found):,} of {of} have no results and are not counted in any rate: {kinds}."
-    return Block("holes", "What is missing", (first, *lines, *more))
-
-
-def doubts_block(data: ExperimentData) -> Block | None:
-    """A sentence on each verdict, with its populations and the remedy; None if all records are ok."""
-    verdicts = np.asarray(data.columns.get(VERDICT, ())).astype(str)
-    if not verdicts.size:
-        return None
-    totals: Counter[str] = Counter()
-    with_doubt: dict[str, Counter[str]] = {word: Counter() for word in DOUBTS}
-    for records, rows in study_designs(data):
-        for place, row in zip(records.of_record.tolist(), rows.tolist(), strict=True):
-            totals[records.populations[place].name] += 1
-            for doubt in doubts_of(verdicts[row]):
-                with_doubt[doubt.word][records.populations[place].name] += 1
-    said = tuple(_verdict(data, word, own, totals) for word, own in with_doubt.items() if own)
-    return Block("doubts", "How reliable the records are", said) if said else None
-
-
-def _verdict(data: ExperimentData, word: str, own: Mapping[str, int], totals: Mapping[str, int]) -> str:
-    n_own, n_record = sum(own.values()), sum(totals.values())
-    parts = [f"{own[name]:,} of {total:,} '{name}'" for name, total in totals.items() if name in own]
-    where = "; ".join(parts) if n_own < n_record else "all of each population"
-    worst = float(np.nanmax(np.asarray(data.columns[DOUBTS[word].number], dtype=float)))
-    verb = "is" if n_own == 1 else "are"
-    of = counted(n_record, "record")
-    return f"{n_own:,} of {of} {verb} {word} ({where}): {doubt_text(DOUBTS[word], worst)}"
-
-
+_FIT = "Thresholds are set only on healthy fit records, results come from others."
+_REACH = {"imitated": "Looks like", "hidden": "Hides"}
+_WHY = (
+    "All records here are healthy; what differs from record to record on one actuator has a row of its own."
+    " Alone: central 90 % range of the score while only this varies, relative to the range while all vary."
+    " Looks like: the severity that a healthy record in twenty looks like, or more. Hides: what it takes to"
+    " bring the score of another one in twenty back to its healthy median. In parentheses: intervals."
+    " Further nuisances are in JSON."
+)
 TOGETHER = "all together"
 MOST, MOST_ROWS = 8, 6
 """Scores that are shown, and nuisances of each."""
@@ -274,71 +197,43 @@ def tested_range(detection: Detection) -> tuple[float, float] | None:
 
 def why_block(detection: Detection) -> Block | None:
     """Which nuisance moves which score; None if the study has no records for it."""
-    shown, tested, unit = shown_nuisances(detection), tested_range(detection), severity_unit(detection)
+    shown, unit = shown_nuisances(detection), severity_unit(detection)
     if not shown:
         return None
-    tables = tuple(_table(place, name, found, tested, unit) for place, (name, found) in enumerate(shown, 1))
-    figures = ("tornado",) if any(found.together for _, found in shown) else ()
-    return Block(
-        "why", "Why: what moves healthy scores", tuple(_sentences(detection, shown)), tables, figures
-    )
+    tested = tested_range(detection)
 
-
-def _sentences(detection: Detection, shown: list[tuple[str, Nuisances]]) -> Iterator[str]:
-    records = detection.records
-    alone = max(records.rows(each).size for each in records.populations if each.kind is Kind.ALONE)
-    yield (
-        f"All records here are healthy: {counted(alone, 'record')} with each nuisance alone. What differs"
-        " from record to record on one actuator (noise, start phase, seeds) has a row of its own. Alone:"
-        " central 90 % range of the score while only this varies, relative to the range while all vary. In"
-        " parentheses: intervals."
-    )
-    if any(found.together for _, found in shown):
-        yield (
-            f"As {severity_unit(detection).quantity}: what a healthy record in twenty looks like, or more;"
-            " and what it takes to bring the score of another one in twenty back to its healthy median."
-            " < and >: beyond the tested ones."
-        )
-    for refusal in dict.fromkeys(refusal for _, found in shown for refusal in found.refusals):
-        yield f"Not stated for some: {refusal}."
-
-
-def _table(
-    place: int, name: str, found: Nuisances, tested: tuple[float, float] | None, unit: SeverityUnit
-) -> Table:
     def end_text(severity: float) -> str:
         if tested and (severity == 0.0 or math.isinf(severity)):
             sign, nearest = ("<", tested[0]) if severity == 0.0 else (">", tested[1])
             return f"{sign}{two_digits(unit.value(nearest))}"
         return two_digits(unit.value(severity))
 
-    def text(fault: EquivalentFault | None) -> str:
+    def reach_text(fault: EquivalentFault | None) -> str:
         """E.g. ``0.17 (0.07–0.32)``, ``<0.01``, ``0.7 (0.3–>1)``."""
         if fault is None:
             return HOLE
         value, low, high = map(end_text, (end(fault), fault.low, fault.high))
         return value if low == high else f"{value} ({low}–{high})".replace(" ", _GAP)
 
-    rows = foremost_nuisances(found, MOST_ROWS)
-    columns = [
-        Column("Nuisance", [label for label, *_ in rows], is_text=True),
-        Column("Alone [%]", [alone for _, alone, _ in rows], text=_percent),
+    def alone_text(spread: Spread | None) -> str:
+        """A share in percent with its interval, e.g. ``26 (4 … 55)``."""
+        if spread is None:
+            return HOLE
+        value, low, high = (f"{100.0 * part:.0f}" for part in (spread.value, spread.low, spread.high))
+        return f"{value} ({low} … {high})".replace(" ", _GAP)
+
+    rows = [
+        (name, label, alone_text(alone), *(reach_text(getattr(reach, key, None)) for key in _REACH))
+        for name, found in shown
+        for label, alone, reach in foremost_nuisances(found, MOST_ROWS)
     ]
-    if found.together:
-        imitated = [text(reach.imitated if reach else None) for *_, reach in rows]
-        hidden = [text(reach.hidden if reach else None) for *_, reach in rows]
-        columns += [Column(f"Looks like{unit.bracket}", imitated), Column(f"Hides{unit.bracket}", hidden)]
-    rest = len(found.each) - MOST_ROWS - 1
-    notes = (f"{counted(rest, 'further nuisance')} in JSON.",) if rest > 0 else ()
-    return Table(tuple(columns), f"{name}: what moves it without a leak", f"nuisances-{place}", notes)
-
-
-def _percent(spread: Spread | None) -> str:
-    """A share in percent with its interval, e.g. ``26 (4 … 55)``."""
-    if spread is None:
-        return HOLE
-    value, low, high = (f"{100.0 * part:.0f}" for part in (spread.value, spread.low, spread.high))
-    return f"{value} ({low} … {high})".replace(" ", _GAP)
+    heads = ("Score", "Nuisance", "Alone [%]", *(f"{title}{unit.bracket}" for title in _REACH.values()))
+    columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
+    table = Table.of(columns, key="nuisances", n_lead=2, breaks=group_breaks([name for name, *_ in rows]))
+    figures = ("tornado",) if any(found.together for _, found in shown) else ()
+    refusals = dict.fromkeys(refusal for _, found in shown for refusal in found.refusals)
+    said = (_WHY, *(f"Not stated for some: {refusal}." for refusal in refusals))
+    return Block("why", "Why: what moves healthy scores", said, (table,), figures)
 
 
 def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:
@@ -347,13 +242,7 @@ def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:
     return [
         {
             "parameter": each.parameter,
-            "alone": each.alone
-            and {
-                "value": finite(each.alone.value),
-                "low": finite(each.alone.low),
-                "high": finite(each.alone.high),
-                "n": each.alone.n_record,
-            },
+            "alone": each.alone and numbers(each.alone, "value", "low", "high") | {"n": each.alone.n_record},
             "imitates": None if each.reach is None else _fault_record(each.reach.imitated, unit),
             "hides": None if each.reach is None else _fault_record(each.reach.hidden, unit),
         }

@@ -20,7 +20,7 @@ from hydrofdi.report.detection.wording import (
     severity_unit,
     wavelet_rules,
 )
-from hydrofdi.report.table import Block, Column, Table, finite
+from hydrofdi.report.table import Block, Column, Table, finite, numbers
 from hydrofdi.settings.readable import HOLE
 from hydrofdi.studies.charts import RunLengths
 from hydrofdi.studies.detecting import EvaluatedScore, Gain, are_shown, gain
@@ -75,9 +75,8 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         "unit": scored.unit,
         "direction": str(judgement.direction),
         "threshold": threshold
-        and {
-            "low": finite(threshold.low),
-            "high": finite(threshold.high),
+        and numbers(threshold, "low", "high")
+        | {
             "method": threshold.method,
             "n": threshold.n_healthy,
             "not_measurable": threshold.not_measurable,
@@ -86,12 +85,7 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         "false_alarms": [{name: line[name] for name in _ALARMS} for line in lines[:n_sound]],
         "keeps_false_alarm_rate": judgement.keeps_its_rate,
         "auc": [
-            {
-                unit.key: unit.value(level.population.severity),
-                "value": finite(level.area.value),
-                "low": finite(level.area.low),
-                "high": finite(level.area.high),
-            }
+            {unit.key: unit.value(level.population.severity)} | numbers(level.area, "value", "low", "high")
             for level in judgement.levels
             if level.area is not None
         ],
@@ -290,7 +284,5 @@ def _detector_record(detection: Detection, name: str, compared: Compared) -> dic
         "indicator": scored.name,
         "channels": list(scored.channels),
         f"q90_95{unit.suffix}": None if found is None or found.value is None else unit.value(found.value),
-        "gain": own
-        and {name: finite(getattr(own, name)) for name in ("value", "low", "high", "p_value")}
-        | {"is_shown": compared.is_shown},
+        "gain": own and numbers(own, "value", "low", "high", "p_value") | {"is_shown": compared.is_shown},
     }

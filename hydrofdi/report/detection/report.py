@@ -13,37 +13,13 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.detectors.scores.features import has_extra
-from hydrofdi.report.changes import remarks_block as runs_remarks_block
+from hydrofdi.report import changes, run_lengths
 from hydrofdi.report.composition import answers, document_of
-from hydrofdi.report.detection.answer import (
-    answer_block,
-    false_alarms_block,
-    levels_block,
-    ranking_block,
-    remarks_block,
-)
-from hydrofdi.report.detection.populations import (
-    doubts_block,
-    holes_block,
-    n_computed_of,
-    populations_block,
-    progress_block,
-    tested_range,
-    why_block,
-    without_noise,
-)
-from hydrofdi.report.detection.record import (
-    design_records,
-    designs_block,
-    detection_lines,
-    detection_records,
-    study_record,
-)
+from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.wording import answers as answers_of
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.estimates import estimate_records, estimates_block
 from hydrofdi.report.provenance import provenance_block
-from hydrofdi.report.run_lengths import run_length_lines, run_length_records, run_lengths_block
 from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
@@ -108,7 +84,7 @@ class DetectionReport:
     @property
     def is_complete(self) -> bool:
         """Whether no record is still to come."""
-        return self.data is None or n_computed_of(self.data) == self.data.n_run
+        return self.data is None or populations.n_computed_of(self.data) == self.data.n_run
 
     @property
     def has_results(self) -> bool:
@@ -122,30 +98,31 @@ class DetectionReport:
 
     @property
     def _without_noise(self) -> tuple[str, ...]:
-        return without_noise(self.data.experiment, self.detections[0]) if self.data else ()
+        return populations.without_noise(self.data.experiment, self.detections[0]) if self.data else ()
 
     def document(self) -> Document:
         """The sections of the report."""
         first, data, is_complete = self.detections[0], self.data, self.is_complete
-        missing = (progress_block(data), runs_remarks_block(data), holes_block(data)) if data else ()
+        missing = (changes.remarks_block(data), changes.holes_block(data)) if data else ()
         after = (provenance_block(_with_extra(data)),) if data else ()
         if not self.has_results:
             return document_of(self.name, _LEAD, (*answers(*missing), *after))
         has_charts = any(each.charts for each in self.run_lengths)
-        answer = answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
+        found = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
-            *answers(*missing, answer, self._training),
+            *answers(*missing),
+            *(changes.doubts_blocks(data) if data else ()),
+            *answers(found, self._training),
             self._signals,
-            doubts_block(data) if data else None,
-            populations_block(first, data.experiment if data else None),
-            ranking_block(first),
-            false_alarms_block(first),
-            run_lengths_block(self.run_lengths[0]) if has_charts and is_complete else None,
-            levels_block(first),
+            populations.populations_block(first, data.experiment if data else None),
+            answer.ranking_block(first),
+            answer.false_alarms_block(first),
+            run_lengths.run_lengths_block(self.run_lengths[0]) if has_charts and is_complete else None,
+            answer.levels_block(first),
             estimates_block(self.estimates[0]) if self.estimates else None,
-            why_block(first) if is_complete else None,
-            designs_block(self.detections) if is_complete else None,
-            remarks_block(first),
+            populations.why_block(first) if is_complete else None,
+            record.designs_block(self.detections) if is_complete else None,
+            answer.remarks_block(first),
             *after,
         )
         return document_of(self.name, _LEAD, blocks, data if is_complete else None)
@@ -153,22 +130,22 @@ class DetectionReport:
     def record(self) -> dict[str, Any]:
         """Plain data for JSON."""
         data = self.data
-        runs = {"runs_computed": n_computed_of(data), "runs_planned": data.n_run} if data else {}
+        runs = {"runs_computed": populations.n_computed_of(data), "runs_planned": data.n_run} if data else {}
         return {
             "experiment": self.name,
             "is_complete": self.is_complete,
             "perfect_sensors": list(self._without_noise),
             **runs,
-            "detection": [record for each in self.detections for record in detection_records(each)],
+            "detection": [one for each in self.detections for one in record.detection_records(each)],
             "estimates": estimate_records(self.estimates),
-            "run_lengths": run_length_records(self.run_lengths),
-            "studies": [study_record(each) for each in self.detections],
-            "designs": design_records(self.detections),
+            "run_lengths": run_lengths.run_length_records(self.run_lengths),
+            "studies": [record.study_record(each) for each in self.detections],
+            "designs": record.design_records(self.detections),
         }
 
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one line per score and tested population, and per chart, limit and population."""
-        lines = [*detection_lines(self.detections), *run_length_lines(self.run_lengths)]
+        lines = [*record.detection_lines(self.detections), *run_lengths.run_length_lines(self.run_lengths)]
         headers = dict.fromkeys(header for line in lines for header in line)
         return {header: [line.get(header) for line in lines] for header in headers}
 
@@ -188,7 +165,7 @@ class DetectionReport:
     def _leak(self) -> float:
         """The smallest severity that is found, or the largest that is tested."""
         found = [each.smallest["q90_95"].severity for each in answers_of(self.detections[0])]
-        tested = tested_range(self.detections[0])
+        tested = populations.tested_range(self.detections[0])
         return min(found) if found else tested[1] if tested else 0.0
 
     @property

@@ -184,9 +184,14 @@ def first_of_sensors(detection: Detection) -> tuple[Judgement, ...]:
 
 def answers(detection: Detection) -> tuple[Judgement, ...]:
     """The best detectors that find a fault, and a smaller one than others with fewer sensors; best first."""
-    best = distinct(*best_with_sensors(detection).values())
-    able = [each for each in best if each.smallest["q90_95"].value is not None]
+    able = filter(finds, distinct(*best_with_sensors(detection).values()))
     return tuple(each for each in able if not each.scored.channels or each.scored.name in detection.pareto)
+
+
+def finds(judgement: Judgement) -> bool:
+    """Whether a tested severity is found, whatever its false alarms are."""
+    bound = judgement.smallest.get("q90_95")
+    return bound is not None and bound.value is not None
 
 
 def wavelet_rules(detection: Detection) -> tuple[Judgement, ...]:

@@ -41,7 +41,7 @@ def draw_sensitivity(analysis: Analysis) -> Figure:
     """
     table, baselines = analysis.table, analysis.baselines
     if not baselines:
-        raise ReportError(analysis.missing_baseline or analysis.no_changes)
+        raise ReportError(analysis.no_changes)
     leakage, *others = lead_columns(table)
     shown = [leakage, *(each for each in others if len(set(_texts(each))) > 1)]
     widths = [2 + max(map(len, (*_texts(each), *_broken(each.heading).split("\n")))) for each in shown]

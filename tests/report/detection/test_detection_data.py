@@ -295,8 +295,8 @@ def alarming(records):
     ("chosen", "key"),
     [
         ({"scores": hopeless}, "no leakage up to 1 L/min"),
-        ({"n_healthy": 20}, "set study.healthy.fit to 199, and study.healthy.test to 299 (20 now)"),
-        ({"severities": ()}, "set study.faults"),
+        ({"n_healthy": 20}, "99 healthy records, not 20"),
+        ({"severities": ()}, "no leaking record"),
     ],
 )
 def test_where_nothing_is_found_the_answer_says_why(chosen, key):

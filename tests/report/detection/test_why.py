@@ -10,7 +10,7 @@ from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.report.detection.populations import why_block
 from hydrofdi.report.detection.record import detection_records
-from hydrofdi.report.figures.detection.tornado import draw_tornado
+from hydrofdi.report.figures.detection.populations import draw_tornado
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored
 from tests.report.rows import rows
@@ -34,12 +34,12 @@ def detection():
 
 def cells(block, key):
     (sheet,) = (sheet for sheet in block.tables if sheet.key == key)
-    return {row[0]: [text.replace("\N{NO-BREAK SPACE}", " ") for text in row[1:]] for row in rows(sheet)}
+    return {row[1]: [text.replace("\N{NO-BREAK SPACE}", " ") for text in row[2:]] for row in rows(sheet)}
 
 
 def test_the_nuisance_that_moves_the_score_most_is_named_and_comes_first(detection):
     block = why_block(detection)
-    found = cells(block, "nuisances-1")
+    found = cells(block, "nuisances")
     assert set(found) == {"all together", BULK, FRICTION, "record to record", IDLE}
     assert re.fullmatch(r"\d+ \(\d+ … \d+\)", found[BULK][0])
     assert found[IDLE][1:] == ["<0.01", "<0.01"]
@@ -48,7 +48,7 @@ def test_the_nuisance_that_moves_the_score_most_is_named_and_comes_first(detecti
 def test_every_number_of_the_table_is_in_the_plain_data(detection):
     (record,) = detection_records(detection)
     found = {each["parameter"]: each for each in json.loads(json.dumps(record))["nuisances"]}
-    shown = cells(why_block(detection), "nuisances-1")
+    shown = cells(why_block(detection), "nuisances")
     for name in (BULK, FRICTION, IDLE):
         number = found[name]["alone"]
         assert shown[name][0].split()[0] == f"{100.0 * number['value']:.0f}"
@@ -68,7 +68,7 @@ def test_the_tornado_has_a_bar_on_both_sides_for_each_nuisance_and_all(detection
 
 def test_without_leaks_there_are_shares_and_no_tornado():
     block = why_block(moved(levels=()))
-    assert [sheet.key for sheet in block.tables] == ["nuisances-1"]
+    assert [sheet.key for sheet in block.tables] == ["nuisances"]
     assert block.figures == ()
     with pytest.raises(ReportError, match=r"study\.sensitivity\.alone"):
         draw_tornado(moved(levels=()))

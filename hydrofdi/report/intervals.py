@@ -15,8 +15,8 @@ Z_95 = 1.959963984540054
 """Quantile of the normal distribution for a two-sided confidence of 95 %."""
 
 
-def wilson_interval(share: float, n: float, z: float = Z_95) -> tuple[float, float]:
-    """Score interval of a share of `n` independent draws.
+def wilson_interval(share: float, n: float) -> tuple[float, float]:
+    """95 % score interval of a share of `n` independent draws.
 
     Wilson, Journal of the American Statistical Association 22 (1927) 209.
 
@@ -26,9 +26,8 @@ def wilson_interval(share: float, n: float, z: float = Z_95) -> tuple[float, flo
         0 … 1.
     n : float
         Number of draws, or their effective number.
-    z : float
-        Quantile of the normal distribution for the confidence.
     """
+    z = Z_95
     centre = share + z * z / (2.0 * n)
     spread = z * math.sqrt(share * (1.0 - share) / n + z * z / (4.0 * n * n))
     scale = 1.0 + z * z / n

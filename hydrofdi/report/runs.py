@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.shown_values import ShownParameter, shown_parameter
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import level_bands, percentage_change
@@ -75,11 +74,6 @@ class RunTable:
         """Varied parameter besides leakage and EBM → value, for each row."""
         columns = {name: self.values(name) for name in self.label_names}
         return [{name: own[k] for name, own in columns.items()} for k in range(len(self))]
-
-    @property
-    def shown_labels(self) -> dict[str, ShownParameter]:
-        """Varied parameters besides leakage and EBM → how people read their values."""
-        return {name: shown_parameter(name, self.values(name)) for name in self.label_names}
 
     @property
     def leakage_requests(self) -> Array:

@@ -34,13 +34,8 @@ def modulus_column(bulk_moduli: Sequence[float] | Array) -> Column:
 
 
 def litres_per_minute(flow: float) -> str:
-    """A leakage flow in L/min, without the unit."""
-    return f"{convert(flow, 'L/min'):.3g}"
-
-
-def flow_text(flow: float) -> str:
-    """A flow in L/min without the unit, or a hole."""
-    return HOLE if math.isnan(flow) else litres_per_minute(flow)
+    """A leakage flow in L/min, without the unit, or a hole."""
+    return hole_or(flow, f"{convert(flow, 'L/min'):.3g}")
 
 
 def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
@@ -61,7 +56,7 @@ def leakage_texts(table: RunTable) -> list[str]:
 def _outside_texts(table: RunTable) -> list[list[str]]:
     """Flows out of both chambers of each row."""
     pairs = zip(table.external_flows.tolist(), table.external_coefficients.tolist(), strict=True)
-    return [[flow_text(flow) if k else "0" for flow, k in zip(*pair, strict=True)] for pair in pairs]
+    return [[litres_per_minute(flow) if k else "0" for flow, k in zip(*pair, strict=True)] for pair in pairs]
 
 
 def lead_columns(table: RunTable) -> list[Column]:
@@ -70,9 +65,10 @@ def lead_columns(table: RunTable) -> list[Column]:
     if table.varies_external:
         chambers = zip(*_outside_texts(table), strict=True)
         columns += [Column(f"Out of {c} [L/min]", texts) for c, texts in enumerate(chambers, 1)]
-    for name, shown in table.shown_labels.items():
+    for name in table.label_names:
         if not name.startswith(EXTERNAL):
-            columns.append(Column(shown.header, table.values(name), text=shown.text))
+            shown = shown_parameter(name, values := table.values(name))
+            columns.append(Column(shown.header, values, text=shown.text))
     return columns
 
 

@@ -98,7 +98,8 @@ def test_every_form_shows_the_same_numbers_and_marks_the_largest_positive(
     found = []
     for line in text.splitlines():
         parts = [part.strip() for part in re.split(separator, line.strip(" |"))]
-        if len(parts) == 8 and parts[0] in ("sealed", "0.12", "0.89", "2"):
+        is_rms = re.fullmatch(r"\d+\.\d\d", parts[-1])
+        if len(parts) == 8 and parts[0] in ("sealed", "0.12", "0.89", "2") and not is_rms:
             found.append(parts[3:])
     expected = []
     for key in (

@@ -129,16 +129,14 @@ class ScenarioStudy:
         found = [int((self.feasible & each.held(claims)).sum()) for each in self.standings[1:]]
         return found[0] if found else None
 
-    @cached_property
-    def raised_modes(self) -> dict[tuple[int, int], NDArray[np.int64]]:
-        """Leaky modes above the normal EBM → best level of each scenario under the matched baseline."""
-        modes = [mode for mode in self.grid.modes() if mode[1] in self.grid.raised]
-        return {(q, b): best_levels(self.grid.matched[:, 1 + q, b]) for q, b in modes}
-
     @property
     def is_d2_best(self) -> Mask:
-        """Whether d2 is the best level of those modes, shape (n_scenario, n_raised_mode)."""
-        found = [best == D2 for best in self.raised_modes.values()]
+        """Whether d2 is the best level of the leaky modes above the normal EBM under the matched baseline.
+
+        Shape (n_scenario, n_raised_mode).
+        """
+        modes = [(q, b) for q, b in self.grid.modes() if b in self.grid.raised]
+        found = [best_levels(self.grid.matched[:, 1 + q, b]) == D2 for q, b in modes]
         return np.stack(found, axis=1) if found else np.empty((len(self.outcomes), 0), bool)
 
     @cached_property

@@ -19,22 +19,19 @@ from hydrofdi.report.table import ComposedReport, FigureKind
 from hydrofdi.settings.messages import similar
 from hydrofdi.store.files import whole_file
 
+_SENSITIVITY = "δ of each run and level against each baseline"
+_RESPONSES = "Each feature over each parameter that varies: median and range of the runs with each value"
 KINDS = ("png", "svg", "pdf")
 """File types of figures."""
 
 
 def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
     """The figures of any experiment."""
-    against = " and the ".join(analysis.baselines) or "fixed"
-    caption = f"δ of each run and level against the {against} baseline"
-    if len({*analysis.table.is_sealed.tolist()}) > 1:
-        caption += "; sealed controls on top"
     figures = {}
     if len(analysis.table) <= MOST_DRAWN:
-        figures["sensitivity"] = FigureKind(caption, partial(draw_sensitivity, analysis))
+        figures["sensitivity"] = FigureKind(_SENSITIVITY, partial(draw_sensitivity, analysis))
     if any(each.responses for each in analysis.responses.axes):
-        caption = "Each feature over each parameter that varies: median and range of the runs with each value"
-        figures["responses"] = FigureKind(caption, partial(draw_responses, analysis))
+        figures["responses"] = FigureKind(_RESPONSES, partial(draw_responses, analysis))
     return figures
 
 

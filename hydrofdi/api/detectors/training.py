@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from os import PathLike
 from typing import Any
 
-from hydrofdi.api.arguments import Names, Texts, names_of, path_of, refusal
+from hydrofdi.api.arguments import Names, Texts, names_of, path_of
 from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators, assumed_constants
@@ -127,10 +127,11 @@ def train(
     if best:
         if config is not None or indicator is not None:
             raise ConfigError("best: the study chooses the indicators and the score; give neither")
-        source = data[0] if isinstance(data, list | tuple) and len(data) == 1 else data
-        place = path_of(source) if isinstance(source, str | PathLike) else None
+        folders = data if isinstance(data, list | tuple) else [data]
+        place = path_of(folders[0]) if len(folders) == 1 and isinstance(folders[0], str | PathLike) else None
         if place is None or not (place.is_dir() or place.suffix == ".h5"):
-            raise refusal("best", "the results folder of one study", source)
+            found = ", ".join(str(each) if isinstance(each, PathLike) else repr(each) for each in folders)
+            raise ConfigError(f"best: expected the results folder of one study; found {found}")
         stored = read_results(place)
         config = _winner(stored, names_of("sensors", sensors, "symbols of sensors"))
     elif sensors:

@@ -324,7 +324,7 @@ def test_an_indicator_that_lost_its_score_for_good_begins_anew_and_says_so():
     assert said[0] == (pytest.approx(0.509), "sliding.d2 has had no value for 0.01 s")
     assert said[9] == (
         pytest.approx(0.599),
-        "sliding has had no d2 for 0.1 s; it restarts and gives no score for 0.1 s",
+        "sliding.d2 has had no value for 0.1 s; it restarts and gives no score for 0.1 s",
     )
     assert said[10:] == []
     assert next(time for time, _, _ in found if time > 0.6) == pytest.approx(0.709)

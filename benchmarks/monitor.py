@@ -25,7 +25,7 @@ from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator
-from hydrofdi.monitor.lines import Line, Sink, StreamLines, WindowLine
+from hydrofdi.monitor.lines import Line, Output, Sink, WindowLine
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import monitor
 from hydrofdi.monitor.sources import Position, StreamSource
@@ -135,7 +135,7 @@ def run(file: DetectorFile, source: InMemory, sinks: Sequence[Sink] = ()) -> Arr
         state_file = StateFile(Path(folder) / "state", file, source.name)
         log = WindowLog(Path(folder) / "log.jsonl", file.unit)
         began = clocks()
-        lines = StreamLines(nowhere, file.unit)
+        lines = Output(nowhere, file.unit)
         monitor(Watch(file), source, [lines, *sinks], state_file=state_file, log=log)
         return clocks() - began
 

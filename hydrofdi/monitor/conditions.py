@@ -117,8 +117,8 @@ class Conditions:
             doubt = f"; doubtful: {verdict.doubt}" if verdict.doubt else ""
             events = [Event(EventKind.ALARM_RAISED, _why(verdict, chart) + doubt, end)]
         elif is_raised and n_calm >= self._patience:
-            ago = _ago(end - float(state["since"]))
-            text = f"no alarm in {counted(n_calm, 'window')}; the alarm was raised {ago}"
+            since = f"{float(state['since']):.10g} s"
+            text = f"no alarm in {counted(n_calm, 'window')}; the alarm was raised at {since}"
             state = {**state, "is_raised": np.array(0)}
             events = [Event(EventKind.ALARM_CLEARED, text, end)]
         return state, self._condition(state), events
@@ -127,10 +127,6 @@ class Conditions:
         if state["n_not_judged"] >= self._patience:
             return Condition.UNKNOWN
         return Condition.ALARM if state["is_raised"] else Condition.HEALTHY
-
-
-def _ago(duration: float) -> str:
-    return f"{plain(duration, 6)} s ago" if duration >= 0.0 else "before the clock was set back"
 
 
 def _why(verdict: Verdict, chart: ChartReading | None) -> str:

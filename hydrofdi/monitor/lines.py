@@ -175,48 +175,33 @@ class Sink(Protocol):
         ...
 
 
-class Calls:
-    """A sink that calls a function with each line."""
-
-    def __init__(self, on_line: Callable[[dict[str, Any]], None] | None, unit: str) -> None:
-        self._on_line, self._unit = on_line, unit
-
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Hand the lines on."""
-        for line in lines:
-            if self._on_line is not None and is_said(line):
-                self._on_line(line_record(line, self._unit))
-        return ()
-
-    def close(self) -> None:
-        """Does nothing."""
-
-
-class StreamLines:
-    """Writes each line as JSON, except silent ones, and flushes after each step.
+class Output:
+    """Hands each line except silent ones to a function, or writes them as JSON and flushes after each step.
 
     Parameters
     ----------
-    stream : file object
-        Standard output.
+    to : callable, file object or None
     unit : str
         Unit of scores.
     """
 
-    def __init__(self, stream: TextIO, unit: str = "1") -> None:
-        self._stream, self._unit = stream, unit
+    def __init__(self, to: Callable[[dict[str, Any]], None] | TextIO | None, unit: str = "1") -> None:
+        self._to, self._unit = to, unit
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Write lines.
+        """Hand lines on.
 
         Raises
         ------
         BrokenPipeError
             Nobody reads the output any more.
         """
-        if text := lines_text(lines, self._unit):
-            self._stream.write(text)
-            self._stream.flush()
+        if callable(self._to):
+            for line in filter(is_said, lines):
+                self._to(line_record(line, self._unit))
+        elif self._to is not None and (text := lines_text(lines, self._unit)):
+            self._to.write(text)
+            self._to.flush()
         return ()
 
     def close(self) -> None:

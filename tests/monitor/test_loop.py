@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from hydrofdi.errors import StoreError, interruption
 from hydrofdi.monitor import growing_file
 from hydrofdi.monitor.growing_file import GrowingFile
-from hydrofdi.monitor.lines import Event, EventKind, StreamLines, WindowLine
+from hydrofdi.monitor.lines import Event, EventKind, Output, WindowLine
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import Ending, monitor
 from hydrofdi.monitor.state import StateFile, Stored
@@ -254,7 +254,7 @@ def test_it_ends_when_nobody_reads_its_output(undisturbed, tmp_path):
     reading, writing = os.pipe()
     os.close(reading)
     with open(writing, "w") as pipe:
-        assert run(tmp_path, sinks=[StreamLines(pipe)]) == Ending.OUTPUT_CLOSED
+        assert run(tmp_path, sinks=[Output(pipe)]) == Ending.OUTPUT_CLOSED
         os.dup2(os.open(os.devnull, os.O_WRONLY), pipe.fileno())
     run(tmp_path)
     assert logged(tmp_path) == undisturbed

@@ -302,7 +302,7 @@ class Detector(Guessable):
             An argument is invalid, or the records cannot be read.
         """
         from hydrofdi.monitor.configuration import load_monitor_config
-        from hydrofdi.monitor.lines import Calls, StreamLines
+        from hydrofdi.monitor.lines import Output
         from hydrofdi.monitor.log import WindowLog
         from hydrofdi.monitor.loop import monitor
         from hydrofdi.monitor.sources import open_sinks, open_stream
@@ -329,9 +329,7 @@ class Detector(Guessable):
         others = open_sinks(stated, file, metrics, addresses)
         if state is None:
             _log.info("no --state: after a restart, the monitor starts from scratch")
-        shown: Any = on_line
-        if not hasattr(shown, "put"):
-            shown = (StreamLines if hasattr(shown, "write") else Calls)(shown, unit)
+        shown: Any = on_line if hasattr(on_line, "put") else Output(on_line, unit)
         return monitor(
             Watch(file),
             stream,

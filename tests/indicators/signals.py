@@ -1,5 +1,6 @@
 """Records with known answers, simulated runs, and the laws that indicators keep."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -71,13 +72,6 @@ def values(name, samples, **options):
     return numbers
 
 
-def obstacle(name, samples, **options):
-    """Why one indicator cannot measure; its numbers are then NaN."""
-    numbers, (reason,) = measured(_as_records(samples), name, **options)
-    assert all(np.isnan(array).all() for array in numbers.values())
-    return reason
-
-
 def _as_records(samples):
     return samples if isinstance(samples, RecordBatch) else records(samples)
 
@@ -103,11 +97,11 @@ LEAKS = np.array([0.0, 0.0, 0.0, 1e-9, 5e-9])
 MODULI = np.array([551e6, 620e6, 480e6, 551e6, 600e6])
 
 
-def simulated(*settings, leaks=LEAKS, moduli=MODULI):
-    """Nominal actuators but for K_i [m^3.5/kg^0.5] and β [Pa], without noise."""
+def simulated(*settings, leaks=LEAKS, moduli=MODULI, each=None):
+    """Nominal actuators but for K_i [m^3.5/kg^0.5], β [Pa] and settings of each, without noise."""
     parameters = [
-        load_experiment(None, [*settings, f"fluid.bulk_modulus={modulus} Pa"]).nominal_parameters
-        for modulus in moduli
+        load_experiment(None, [f"fluid.bulk_modulus={modulus} Pa", *settings, *own]).nominal_parameters
+        for modulus, own in zip(moduli, each or [()] * len(moduli), strict=True)
     ]
     signals = simulate_batch(parameters, list(leaks))
     return batch(
@@ -121,13 +115,27 @@ def simulated(*settings, leaks=LEAKS, moduli=MODULI):
     )
 
 
-def noisy(records, row, n_record, seed):
-    """Copies of a run with sensor noise: 5 kPa, 10 µm, 0.2 µm of the spool."""
+NOISE = {P1: 5e3, P2: 5e3, X: 10e-6, XV: 0.2e-6, U: 0.0}
+"""Standard deviations of sensors: 5 kPa, 10 µm, 0.2 µm of the spool."""
+
+
+def noisy(records, rows, seed, sizes=NOISE):
+    """These rows of runs with noise of their own, and the channels that have a size."""
     draw = np.random.default_rng(seed)
-    sizes = {P1: 5e3, P2: 5e3, X: 10e-6, XV: 0.2e-6, U: 0.0}
+    shape = (len(rows), records.n_time)
     return batch(
-        {
-            channel: records[channel][row] + size * draw.normal(size=(n_record, records.n_time))
-            for channel, size in sizes.items()
-        }
+        {channel: records[channel][rows] + size * draw.normal(size=shape) for channel, size in sizes.items()}
     )
+
+
+def assert_stream_gives_the_record(indicator, records, places):
+    """The estimates of a record are the same to the bit when it comes in chunks that end at these samples."""
+    whole = indicator.trace(records)
+    state, traces = indicator.start(records.window(0, 0)), []
+    for first, stop in itertools.pairwise([0, *sorted(places), records.n_time]):
+        state, trace = indicator.step(state, records.window(first, stop))
+        traces.append(trace)
+    np.testing.assert_array_equal(np.concatenate([each.time for each in traces]), whole.time)
+    for key, numbers in whole.values.items():
+        chunked = np.concatenate([each.values[key] for each in traces], axis=1)
+        np.testing.assert_array_equal(chunked, numbers, err_msg=key)

@@ -5,16 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.config import load_experiment
 from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.indicators import indicator_names, load_indicators, make_indicators, measure
 from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.indicators.registry import describe, indicator_kind
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.units import parse_quantity
-from indicators.signals import SAMPLING_FREQUENCY, assert_rows_stand_alone, ringing, square_wave
+from indicators.signals import SAMPLING_FREQUENCY, assert_rows_stand_alone, ringing, simulated, square_wave
 
 N_TIME = 2000
 
@@ -148,9 +145,8 @@ def test_a_record_is_measured_alike_in_any_batch_with_other_options_too(name, op
     ("name", "options"),
     [
         *((name, {}) for name in ("a4", "band_power", "cross_correlation", "dwt", "emd", "envelope")),
-        ("modwt", {}),
         *((name, {}) for name in ("post_step_ac", "pressure_statistics", "ring_down", "stft", "vmd")),
-        ("wavelet_packet", {}), ("pressure_decay", {"rest": "whole"}),
+        ("modwt", {}), ("wavelet_packet", {}), ("pressure_decay", {"rest": "whole"}),
     ],
 )  # fmt: skip
 def test_another_unit_of_pressure_scales_what_is_a_pressure_and_nothing_else(name, options):
@@ -196,15 +192,10 @@ def test_files_of_indicators_are_combined(tmp_path):
     assert (one.name, one.options.levels) == ("dwt", 4)
 
 
-LEAKS = [0.0, 1e-9, 5e-9, 1.3e-8]
-
-
 @pytest.fixture(scope="module")
 def square():
-    nominal = load_experiment(None, ["record.duration=6 s"]).nominal_parameters
-    trajectory = simulate_batch([nominal] * len(LEAKS), LEAKS)
-    signals = {channel: getattr(trajectory, signal) for channel, signal in SIGNAL_OF_CHANNEL.items()}
-    return RecordBatch(signals, nominal.record.sampling_frequency, tuple("abcd"), drive_period=2.0)
+    leaks = [0.0, 1e-9, 5e-9, 1.3e-8]
+    return replace(simulated("record.duration=6 s", leaks=leaks, moduli=[551e6] * 4), drive_period=2.0)
 
 
 @pytest.mark.parametrize(

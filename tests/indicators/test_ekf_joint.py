@@ -1,12 +1,11 @@
 """Kalman filters on simulated runs: extended, unscented, with the leakage among the states and without."""
 
-import itertools
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from estimation.plants import PER_LITRE_PER_MINUTE, simulated
+from estimation.plants import PER_LITRE_PER_MINUTE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,42 +14,48 @@ from hydrofdi.indicators.models.ekf_joint import EkfJoint, JointOptions
 from hydrofdi.indicators.models.ukf_joint import UkfJoint, UnscentedOptions
 from hydrofdi.indicators.selection import load_indicators
 from hydrofdi.records import Channel
-from indicators.signals import P1, P2, U, assert_rows_stand_alone, batch, measured
+from indicators.signals import (
+    P1,
+    P2,
+    XV,
+    U,
+    X,
+    assert_rows_stand_alone,
+    assert_stream_gives_the_record,
+    batch,
+    measured,
+    noisy,
+    simulated,
+)
 
-X, XV, PS = Channel.PISTON_POSITION, Channel.SPOOL_POSITION, Channel.SUPPLY_PRESSURE
+PS = Channel.SUPPLY_PRESSURE
 LEAKS = (0.0, 0.1, 0.5)
 LITRE_PER_MINUTE = 1e-3 / 60.0
 CLOSED_LOOP = ("control.law=pi", "input.shape=steps", "input.period=1 s")
 
 
-def noisy(signals, rows, seed=0):
-    """Runs with noise of the pressures and the position."""
-    draw = np.random.default_rng(seed)
-    shape = (len(rows), signals.piston_position.shape[1])
-    return batch(
-        {
-            P1: signals.chamber_1_pressure[rows] + 5.3e3 * draw.normal(size=shape),
-            P2: signals.chamber_2_pressure[rows] + 5.3e3 * draw.normal(size=shape),
-            X: signals.piston_position[rows] + 1e-5 * draw.normal(size=shape),
-            XV: signals.spool_position[rows],
-            U: signals.input_voltage[rows],
-        }
-    )
+NOISE = {P1: 5.3e3, P2: 5.3e3, X: 1e-5, XV: 0.0, U: 0.0}
+
+
+def leaking(*settings, leaks=LEAKS, modulus=551e6):
+    """Runs without noise for leaks in L/min."""
+    coefficients = [PER_LITRE_PER_MINUTE * leak for leak in leaks]
+    return simulated(*settings, leaks=coefficients, moduli=[modulus] * len(leaks))
 
 
 @pytest.fixture(scope="module")
 def open_loop():
-    return simulated(["record.duration=6 s", "fluid.bulk_modulus=620 MPa"], LEAKS)
+    return leaking("record.duration=6 s", modulus=620e6)
 
 
 @pytest.fixture(scope="module")
 def closed_loop():
-    return simulated(["record.duration=6 s", *CLOSED_LOOP], LEAKS)
+    return leaking("record.duration=6 s", *CLOSED_LOOP)
 
 
 @pytest.fixture(scope="module")
 def runs(open_loop):
-    return noisy(open_loop, [0, 1, 2])
+    return noisy(open_loop, [0, 1, 2], 0, NOISE)
 
 
 @settings(max_examples=10, deadline=None)
@@ -60,15 +65,8 @@ def runs(open_loop):
 )
 def test_a_stream_of_a_moving_actuator_gives_the_estimates_of_the_record(runs, places, kind):
     (ekf,) = make_indicators({kind[0]: {"spool": kind[1]}}).values()
-    whole = ekf.trace(runs)
-    state, parts = ekf.start(runs), []
-    for first, stop in itertools.pairwise([0, *sorted(places), runs.n_time]):
-        state, part = ekf.step(state, runs.window(first, stop))
-        parts.append(part)
-    for name, values in whole.values.items():
-        assert np.isfinite(values[:, 1:]).all()
-        joined = np.concatenate([part.values[name] for part in parts], axis=1)
-        np.testing.assert_array_equal(joined, values, err_msg=name)
+    assert_stream_gives_the_record(ekf, runs, places)
+    assert all(np.isfinite(values[:, 1:]).all() for values in ekf.trace(runs).values.values())
 
 
 @pytest.mark.parametrize("name", ["ekf_joint", "ekf_innovation"])
@@ -79,7 +77,7 @@ def test_a_moving_record_stands_alone(runs, name):
 @pytest.mark.parametrize("motion", ["open_loop", "closed_loop"])
 @pytest.mark.parametrize("leak", [0, 1, 2])
 def test_the_leakage_of_matched_runs_is_within_its_stated_deviation(request, motion, leak):
-    records = noisy(request.getfixturevalue(motion), [leak] * 24, seed=leak)
+    records = noisy(request.getfixturevalue(motion), [leak] * 24, leak, NOISE)
     values, _ = measured(records, "ekf_joint")
     modulus = 620e6 if motion == "open_loop" else 551e6
     error = values["internal_coefficient"] - PER_LITRE_PER_MINUTE * LEAKS[leak]
@@ -94,14 +92,11 @@ def test_the_leakage_of_matched_runs_is_within_its_stated_deviation(request, mot
 
 def test_a_plant_that_is_not_nominal_is_found_and_hides_no_leak():
     leaks = [0.0, 0.05]
-    signals = simulated(
-        [
-            "record.duration=8 s", "valve.lap=0.8 um", "valve.flow_gain=0.0298 m^1.5/kg^0.5",
-            "supply.pressure=16.6 MPa", "fluid.bulk_modulus=689 MPa",
-        ],
-        leaks,
+    settings = (
+        "record.duration=8 s", "valve.lap=0.8 um", "valve.flow_gain=0.0298 m^1.5/kg^0.5",
+        "supply.pressure=16.6 MPa",
     )  # fmt: skip
-    records = noisy(signals, [0, 1])
+    records = noisy(leaking(*settings, leaks=leaks, modulus=689e6), [0, 1], 0, NOISE)
     shifted = replace(records, channels={**records.channels, P1: records[P1] + 30e3})
     values, _ = measured(shifted, "ekf_joint")
     np.testing.assert_allclose(values["leakage"] / LITRE_PER_MINUTE, leaks, atol=0.012)
@@ -138,7 +133,7 @@ def test_a_filter_that_diverged_gives_nothing_from_then_on_and_says_so(runs, nam
 
 @pytest.mark.parametrize("motion", [(), CLOSED_LOOP])
 def test_covariances_stay_symmetric_and_positive(motion):
-    records = noisy(simulated(["record.duration=60 s", *motion], [0.1]), [0])
+    records = noisy(leaking("record.duration=60 s", *motion, leaks=[0.1]), [0], 0, NOISE)
     (ekf,) = make_indicators(["ekf_joint"]).values()
     state = ekf.start(records)
     for first in range(0, records.n_time, 3000):
@@ -149,8 +144,8 @@ def test_covariances_stay_symmetric_and_positive(motion):
         assert np.linalg.eigvalsh(matrix / np.outer(scale, scale)).min() > 0.0
 
 
-def test_the_healthy_filter_tells_a_leak_by_its_signature(open_loop):
-    values, _ = measured(noisy(open_loop, [0, 1, 2]), "ekf_innovation", bulk_modulus="620 MPa")
+def test_the_healthy_filter_tells_a_leak_by_its_signature(runs):
+    values, _ = measured(runs, "ekf_innovation", bulk_modulus="620 MPa")
     leakage = values["leakage"] / LITRE_PER_MINUTE
     np.testing.assert_allclose(leakage, LEAKS, rtol=0.15, atol=2e-3)
     assert (np.diff(values["nis"]) > 0.0).all()
@@ -159,36 +154,21 @@ def test_the_healthy_filter_tells_a_leak_by_its_signature(open_loop):
 
 
 UKF_LEAKS = np.array([0.0, 0.05, 0.5])
-UKF_PER_LITRE_PER_MINUTE = 1e-3 / 60.0
 KNOWN = {"states": ("leakage", "bulk_modulus", "supply", "flow_gain")}
-
-
-def ukf_noisy(settings, noise=1.0):
-    """Runs with three leaks, and noise of the pressures and the position."""
-    signals = simulated(settings, UKF_LEAKS)
-    draw = np.random.default_rng(5)
-    shape = signals.piston_position.shape
-    return batch(
-        {
-            Channel.CHAMBER_1_PRESSURE: signals.chamber_1_pressure + noise * 5e3 * draw.normal(size=shape),
-            Channel.CHAMBER_2_PRESSURE: signals.chamber_2_pressure + noise * 5e3 * draw.normal(size=shape),
-            Channel.PISTON_POSITION: signals.piston_position + noise * 1e-5 * draw.normal(size=shape),
-            Channel.INPUT_VOLTAGE: signals.input_voltage,
-        }
-    )
 
 
 @pytest.fixture(scope="module")
 def ukf_runs():
-    """Runs of 6 s in oil 20 % stiffer than nominal."""
-    return ukf_noisy(["record.duration=6 s", "fluid.bulk_modulus=661 MPa"])
+    """Noisy runs of 6 s in oil 20 % stiffer than nominal."""
+    exact = leaking("record.duration=6 s", leaks=UKF_LEAKS, modulus=661e6)
+    return noisy(exact, [0, 1, 2], 5, {P1: 5e3, P2: 5e3, X: 1e-5, U: 0.0})
 
 
 def test_leakage_and_bulk_modulus_are_those_of_the_actuator(ukf_runs):
     found = UkfJoint(UnscentedOptions(**KNOWN)).measure(ukf_runs)
-    truth = UKF_PER_LITRE_PER_MINUTE * UKF_LEAKS
+    truth = LITRE_PER_MINUTE * UKF_LEAKS
     assert (np.abs(found["leakage"] - truth) < 4.0 * found["leakage_error"]).all()
-    assert (found["leakage_error"] < 0.02 * UKF_PER_LITRE_PER_MINUTE).all()
+    assert (found["leakage_error"] < 0.02 * LITRE_PER_MINUTE).all()
     np.testing.assert_allclose(found["bulk_modulus"], 661e6, rtol=0.03)
 
 
@@ -203,9 +183,9 @@ def test_points_close_together_make_it_the_extended_filter(ukf_runs, states):
 
 @pytest.mark.parametrize("damage", ["nan", "jump"])
 def test_a_lost_record_has_no_number_and_leaves_its_neighbours_alone(ukf_runs, damage):
-    pressure = ukf_runs[Channel.CHAMBER_1_PRESSURE].copy()
+    pressure = ukf_runs[P1].copy()
     pressure[1, 1000] = np.nan if damage == "nan" else 1e12
-    damaged = batch({**ukf_runs.channels, Channel.CHAMBER_1_PRESSURE: pressure})
+    damaged = batch({**ukf_runs.channels, P1: pressure})
     sound, lost = (UkfJoint().trace(each).values["leakage"] for each in (ukf_runs, damaged))
     assert np.isnan(lost[1, 20:]).all()
     np.testing.assert_array_equal(lost[1, :19], sound[1, :19])

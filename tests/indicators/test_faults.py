@@ -64,21 +64,17 @@ def fails(batch: RecordBatch) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("gives", "sentence"),
+    "gives",
     [
-        (fails, "indicator 'swing' raised ValueError: no swing at all (test_faults.py:"),
-        (lambda batch: {"range": batch[P1].T}, "gives 'range' as float64 of shape (512, 3)"),
-        (lambda batch: {"range": 1.0}, "gives 'range' as float, not"),
-        (lambda batch: {"range": np.ones(3, complex)}, "gives 'range' as complex128"),
-        (lambda batch: {"range": np.array(["1", "2", "3"])}, "gives 'range' as <U1"),
-        (lambda batch: {}, "gives 'range' as NoneType"),
-        (lambda batch: {"range": np.ones(3), "rnge": np.ones(3)}, "gives 'rnge', which is not one of"),
-        (lambda batch: None, "gives NoneType, not a mapping"),
+        fails, lambda batch: {"range": batch[P1].T}, lambda batch: {"range": 1.0},
+        lambda batch: {"range": np.ones(3, complex)}, lambda batch: {"range": np.array(["1", "2", "3"])},
+        lambda batch: {}, lambda batch: {"range": np.ones(3), "rnge": np.ones(3)}, lambda batch: None,
     ],
-)
-def test_a_fault_is_a_sentence_of_every_record_and_the_others_go_on(gives: Any, sentence: str) -> None:
+)  # fmt: skip
+def test_a_fault_is_a_sentence_of_every_record_and_the_others_go_on(gives: Any) -> None:
     measured = measure(records(), {"swing": swing(gives), **make_indicators(["dwt"])})
-    assert sentence in measured.faults["swing"]
+    assert "swing" in measured.faults["swing"]
+    assert "\n" not in measured.faults["swing"]
     assert measured.obstacles["swing"] == (measured.faults["swing"],) * 3
     assert np.isnan(measured.values["swing.range"]).tolist() == [True] * 3
     assert np.isfinite(measured.values["dwt.d1"]).all()
@@ -89,21 +85,14 @@ POINTS = "sweep: {grid: {fluid.bulk_modulus: [551 MPa, 827 MPa]}}\n"
 STUDY = "study: {healthy: {fit: 3, test: 2}}\n"
 
 
-class Raising(Indicator[Any]):
+class Raising(Swing):
     name: ClassVar[str] = "raising"
-    version, summary, source = 1, "Fails.", "none"
-    channels = frozenset({Channel.CHAMBER_1_PRESSURE})
-    outputs = (Output("swing", "Pa", "swing"),)
-
-    def measure(self, records: RecordBatch) -> dict[str, Any]:
-        raise ValueError("no swing at all")
+    gives: ClassVar[Any] = staticmethod(fails)
 
 
-class Overflowing(Raising):
+class Overflowing(Swing):
     name: ClassVar[str] = "overflowing"
-
-    def measure(self, records: RecordBatch) -> dict[str, Any]:
-        return {"swing": np.full(records.n_record, np.inf)}
+    gives: ClassVar[Any] = staticmethod(lambda batch: {"range": np.full(batch.n_record, np.inf)})
 
 
 @pytest.fixture(autouse=True)
@@ -120,26 +109,19 @@ def _added(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         cached.cache_clear()
 
 
-@pytest.mark.parametrize(
-    ("name", "sentence"),
-    [
-        ("raising", "raising: indicator 'raising' raised ValueError: no swing at all"),
-        ("overflowing", "overflowing: indicator 'overflowing' gives infinite numbers"),
-    ],
-)
+@pytest.mark.parametrize("name", ["raising", "overflowing"])
 @pytest.mark.parametrize("points", [POINTS, STUDY])
-def test_a_sweep_says_it_once_and_exits_with_1(tmp_path: Path, name: str, sentence: str, points: str) -> None:
-    file, out = tmp_path / "faulty.yaml", tmp_path / "out"
+def test_a_sweep_says_it_once_and_exits_with_1(tmp_path: Path, name: str, points: str) -> None:
+    file, out, sentence = tmp_path / "faulty.yaml", tmp_path / "out", f"indicator '{name}' "
     file.write_text(f"name: faulty\nrecord: {{duration: 2 s}}\nindicators: [dwt, {name}]\n{points}")
     for _ in range(2):  # computed, and stored before
         done = run("sweep", file, "--out", out, "--engine", "in-process", check=1)
         assert done.stderr.count(sentence) == 1
     logged = [json.loads(line) for line in (out / "run.log").read_text().splitlines()]
-    assert any(sentence.partition(": ")[2] in each.get("message", "") for each in logged)
+    assert any(sentence in each.get("message", "") for each in logged)
     assert run_json("sweep", file, "--out", out, check=1)["faults"].keys() == {name}
     if points == STUDY:
-        report = run("report", out, "--format", "markdown").stdout
-        assert sentence.partition(": ")[2] in report
+        assert sentence in run("report", out, "--format", "markdown").stdout
 
 
 RIG = """\
@@ -202,13 +184,9 @@ def test_an_indicator_sees_no_file_name_group_or_label(tmp_path):
 def test_what_is_rejected_or_remarked_is_not_handed_on_but_counts():
     remark = Issue("Leak_2.csv has a gap", kind="gap", is_unusable=True)
     records = RecordBatch(
-        {P1: np.arange(20.0).reshape(2, 10)},
-        100.0,
-        ("Base_1.csv", "Leak_2.csv"),
-        remarks=((), (remark,)),
-        rejected=(RejectedRecord("Leak_3.csv", "rig", "unit 3", remark, "Leak"),),
-        labels=("Base", "Leak"),
-    )
+        {P1: np.arange(20.0).reshape(2, 10)}, 100.0, ("Base_1.csv", "Leak_2.csv"), remarks=((), (remark,)),
+        rejected=(RejectedRecord("Leak_3.csv", "rig", "unit 3", remark, "Leak"),), labels=("Base", "Leak"),
+    )  # fmt: skip
     curious = Curious()
     measures = measure(records, {"curious": curious})
     assert measures.obstacles["curious"] == (None, "Leak_2.csv has a gap")

@@ -73,22 +73,21 @@ SEALED, SMALL, LARGE = 0.0, 4e-10, 4e-9
 
 
 @pytest.fixture(scope="module")
-def reduced_runs():
-    return simulated("record.duration=6 s")
+def reduced_runs(runs):
+    return runs.window(0, 3000)
 
 
 @pytest.fixture(scope="module")
 def uncertain():
     """Ten actuators unlike their data sheet, each sealed, with a small and with a large leak."""
     draw = np.random.default_rng(3)
-    batches = []
-    for gain, supply in zip(draw.uniform(-1.0, 1.0, 10), draw.uniform(-1.0, 1.0, 10), strict=True):
-        settings = [
-            "record.duration=6 s", f"valve.flow_gain={0.0292 * (1 + 0.025 * gain)} m^1.5/kg^0.5",
-            f"supply.pressure={17.2 * (1 + 0.045 * supply)} MPa",
-        ]  # fmt: skip
-        batches.append(simulated(*settings, leaks=[SEALED, SMALL, LARGE], moduli=[551e6] * 3))
-    return batch({each: np.concatenate([one[each] for one in batches]) for each in batches[0].channels})
+    gains = 0.0292 * (1 + 0.025 * draw.uniform(-1.0, 1.0, 10))
+    supplies = 17.2 * (1 + 0.045 * draw.uniform(-1.0, 1.0, 10))
+    each = [
+        [f"valve.flow_gain={gain} m^1.5/kg^0.5", f"supply.pressure={supply} MPa"]
+        for gain, supply in zip(np.repeat(gains, 3), np.repeat(supplies, 3), strict=True)
+    ]
+    return simulated("record.duration=6 s", leaks=[SEALED, SMALL, LARGE] * 10, moduli=[551e6] * 30, each=each)
 
 
 @pytest.mark.parametrize("options", [{}, {"spool": "command"}, {"supply": "nominal"}])

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from hydrofdi.config import load_experiment
 from hydrofdi.physics.hydraulic_mode import mode_frequency
-from hydrofdi.simulation.batch import simulate_batch
-from indicators.signals import P1, P2, U, batch, measured, ringing_pressure
+from indicators.signals import P1, U, batch, measured, noise, ringing_pressure, simulated
 from indicators.signals import square_wave as square
 
 N, HALF = 5000, 500
@@ -36,9 +34,9 @@ def test_a_system_that_does_not_oscillate_is_said_to_be_overdamped(damping_ratio
     assert np.isnan(values["damping_ratio"]).all()
 
 
-def test_white_noise_does_not_ring():
-    noise = np.random.default_rng(4).normal(size=(20, N))
-    values, _ = measured(batch({P1: 8e6 + 1e4 * noise}, drive_period=2.0), "ring_down")
+@pytest.mark.parametrize("pressure", [noise(4, (20, N), size=1e4), np.arange(N) * 1e3])
+def test_white_noise_and_a_ramp_do_not_ring(pressure):
+    values, _ = measured(batch({P1: pressure}, drive_period=2.0), "ring_down")
     assert values["steps"].sum() == 0.0
     np.testing.assert_array_equal(values["overdamped"], 1.0)
 
@@ -54,20 +52,10 @@ def test_the_stated_errors_cover_the_truth_as_often_as_they_should(kind, name, t
 
 
 def test_the_mode_of_a_simulated_actuator_is_that_of_linear_theory():
-    runs = [
-        load_experiment(None, [f"fluid.bulk_modulus={modulus} MPa", "record.duration=6 s"]).nominal_parameters
-        for modulus in (551, 689, 827)
-        for _ in range(2)
-    ]
-    signals = simulate_batch(runs, [0.0, 5e-9] * 3)
-    records = batch(
-        {P1: signals.chamber_1_pressure, P2: signals.chamber_2_pressure, U: signals.input_voltage}
-    )
+    moduli = np.repeat([551e6, 689e6, 827e6], 2)
+    records = simulated("record.duration=6 s", leaks=[0.0, 5e-9] * 3, moduli=moduli)
     values, _ = measured(records, "ring_down", less="chamber_2_pressure")
-    theory = [
-        mode_frequency(modulus, 633e-6, 280e-6, 12.3, 150e3) / (2 * np.pi)
-        for modulus in np.repeat([551e6, 689e6, 827e6], 2)
-    ]
+    theory = [mode_frequency(modulus, 633e-6, 280e-6, 12.3, 150e3) / (2 * np.pi) for modulus in moduli]
     np.testing.assert_allclose(values["frequency"], theory, rtol=0.02)
     healthy, leaking = values["damping_ratio"][0::2], values["damping_ratio"][1::2]
     assert (leaking > 1.5 * healthy).all()
@@ -102,9 +90,3 @@ def test_a_pressure_that_does_not_move_has_no_numbers_and_says_so(pressure, comm
     values, obstacles = measured(batch({P1: pressure, U: command}), "ring_down")
     assert all(np.isnan(value).all() for value in values.values())
     assert "no step of the drive" in obstacles[0]
-
-
-def test_a_ramp_does_not_ring():
-    values, _ = measured(batch({P1: np.arange(N) * 1e3, U: square(N, HALF)}), "ring_down")
-    assert values["steps"] == 0.0
-    assert values["overdamped"] == 1.0

@@ -1,6 +1,5 @@
 """Recursive least squares of the volume balance: what comes out of simulated runs, sample by sample."""
 
-import itertools
 from statistics import NormalDist
 
 import numpy as np
@@ -8,11 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hydrofdi.config import load_experiment
 from hydrofdi.indicators import load_indicators, make_indicators
-from hydrofdi.records import Channel
-from hydrofdi.simulation.batch import simulate_batch
-from indicators.signals import P1, P2, XV, U, X, batch, measured, noisy, simulated
+from indicators.signals import (
+    P1,
+    P2,
+    XV,
+    U,
+    X,
+    assert_stream_gives_the_record,
+    batch,
+    measured,
+    noisy,
+    simulated,
+)
 
 LEAKS = np.array([0.0, 0.0, 1e-9, 5e-9])
 MODULI = np.array([551e6, 827e6, 551e6, 689e6])
@@ -24,6 +31,8 @@ KNOWN = {
 """All but K_i and β."""
 BLIND = {"spool": "command", "supply": "sum"}
 N_TIME = 3000
+PRESSURE, REST = np.full((1, N_TIME), 8.6e6), np.zeros((1, N_TIME))
+STILL = batch({P1: PRESSURE, P2: PRESSURE, X: REST, XV: REST})
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +70,7 @@ def test_a_record_as_a_whole_agrees_with_the_flow_balance(runs):
 
 @pytest.mark.parametrize("options", [KNOWN, KNOWN | {"chambers": 1}])
 def test_intervals_hold_the_truth_as_often_as_they_say(runs, options):
-    values, _ = measured(noisy(runs, 0, 300, seed=1), "weak_rls", spool="command", **options)
+    values, _ = measured(noisy(runs, [0] * 300, seed=1), "weak_rls", spool="command", **options)
     for name, truth in (("internal_coefficient", 0.0), ("bulk_modulus", MODULI[0])):
         left, stated = values[name] - truth, values[f"{name}_error"]
         assert 0.9 <= (np.abs(left) < 1.96 * stated).mean() <= 0.99, name
@@ -70,7 +79,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(runs, options):
 
 
 def test_noise_of_the_pressures_biases_no_bulk_modulus(runs):
-    records = noisy(runs, 0, 100, seed=2)
+    records = noisy(runs, [0] * 100, seed=2)
     ours, _ = measured(records, "weak_rls", **BLIND)
     left = ours["bulk_modulus"] - MODULI[0]
     assert abs(left.mean()) < ours["bulk_modulus_error"].mean()
@@ -80,22 +89,14 @@ def test_noise_of_the_pressures_biases_no_bulk_modulus(runs):
 
 @pytest.mark.parametrize("name", ["weak_rls", "ekf_joint"])
 def test_a_record_at_rest_does_not_determine_the_leakage(name):
-    still = np.full((1, N_TIME), 8.6e6)
-    records = batch({P1: still, P2: still, X: still * 0.0, XV: still * 0.0})
-    values, reasons = measured(records, name, supply="nominal")
+    values, reasons = measured(STILL, name, supply="nominal")
     assert all(np.isnan(array).all() for array in values.values())
     assert reasons[0] is not None
 
 
 def test_at_rest_everything_keeps_its_prior():
-    still = np.full((1, N_TIME), 8.6e6)
     (rls,) = make_indicators({"weak_rls": {"supply": "nominal"}}).values()
-    last = {
-        key: array[:, -1]
-        for key, array in rls.trace(
-            batch({P1: still, P2: still, X: still * 0.0, XV: still * 0.0})
-        ).values.items()
-    }
+    last = {key: array[:, -1] for key, array in rls.trace(STILL).values.items()}
     assert last["leakage"] == 0.0
     np.testing.assert_allclose(last["leakage_error"], 1e-3 / 60.0)
     np.testing.assert_allclose(last["bulk_modulus"], 551e6)
@@ -121,14 +122,7 @@ def test_the_trace_follows_a_leak_that_sets_in_and_the_whole_record_its_mean():
 @given(places=st.lists(st.integers(0, N_TIME), max_size=6))
 def test_a_stream_gives_the_bits_of_the_record_whatever_is_measured(runs, options, places):
     (indicator,) = make_indicators({"weak_rls": options}).values()
-    whole = indicator.trace(runs)
-    state, traces = indicator.start(runs.window(0, 0)), []
-    for first, stop in itertools.pairwise([0, *sorted(places), N_TIME]):
-        state, trace = indicator.step(state, runs.window(first, stop))
-        traces.append(trace)
-    for key, values in whole.values.items():
-        parts = np.concatenate([each.values[key] for each in traces], axis=1)
-        np.testing.assert_array_equal(parts, values, err_msg=key)
+    assert_stream_gives_the_record(indicator, runs, places)
 
 
 def test_the_preset_states_the_defaults(runs):
@@ -147,40 +141,22 @@ MOTIONS = {
         "input.period=1 s", "load.random_force=1 kN", "load.random_period=0.5 s",
     ],
 }  # fmt: skip
+NOMINAL_SUPPLY = {"supply": "nominal"}
 INTERVAL_BLIND = {
-    "weak_rls": {"spool": "command", "supply": "sum"},
-    "flow_balance": {"spool": "command", "supply": "sum"},
-    "pressure_balance": {"supply": "sum"},
-    "ekf_joint": {"supply": "nominal"},
-    "ukf_joint": {"supply": "nominal"},
-}
+    "weak_rls": BLIND, "flow_balance": BLIND, "pressure_balance": {"supply": "sum"},
+    "ekf_joint": NOMINAL_SUPPLY, "ukf_joint": NOMINAL_SUPPLY,
+}  # fmt: skip
 KNOWN_VALVE = {"flow_gain_deviation": 0.0, "lap_deviation": 0.0}
 """Under a square wave, flow gain and lap would take up an error of the volume."""
 
 
 def machines(settings):
     """Noisy records of machines that are nominal but for chamber volumes of ±2 %."""
-    draw, normal = np.random.default_rng(12), NormalDist(VOLUME, 0.02 * VOLUME)
-    volumes = [normal.inv_cdf((i + 0.5) / N_RECORD) for i in range(N_RECORD)]
-    signals = simulate_batch(
-        [
-            load_experiment(None, [f"actuator.chamber_volume={volume} m^3", *settings]).nominal_parameters
-            for volume in volumes
-        ],
-        [0.0] * N_RECORD,
-    )
-    exact = {
-        P1: (signals.chamber_1_pressure, 5e3),
-        P2: (signals.chamber_2_pressure, 5e3),
-        Channel.PISTON_POSITION: (signals.piston_position, 10e-6),
-        U: (signals.input_voltage, 0.0),
-    }
-    return batch(
-        {
-            channel: samples + size * draw.normal(size=samples.shape)
-            for channel, (samples, size) in exact.items()
-        }
-    )
+    normal = NormalDist(VOLUME, 0.02 * VOLUME)
+    volumes = (normal.inv_cdf((i + 0.5) / N_RECORD) for i in range(N_RECORD))
+    each = [[f"actuator.chamber_volume={volume} m^3"] for volume in volumes]
+    exact = simulated(*settings, leaks=[0.0] * N_RECORD, moduli=[MODULUS] * N_RECORD, each=each)
+    return noisy(exact, range(N_RECORD), 12, {P1: 5e3, P2: 5e3, X: 10e-6, U: 0.0})
 
 
 @pytest.fixture(scope="module")
@@ -188,16 +164,10 @@ def records():
     return {motion: machines(settings) for motion, settings in MOTIONS.items()}
 
 
-@pytest.mark.parametrize(
-    ("motion", "name", "options"),
-    [
-        ("open loop", "weak_rls", KNOWN_VALVE),
-        ("open loop", "ekf_joint", {}),
-        ("closed loop", "weak_rls", {}),
-        ("closed loop", "ekf_joint", {}),
-    ],
-)
-def test_intervals_hold_the_truth_in_open_and_closed_loop(records, motion, name, options):
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("name", ["weak_rls", "ekf_joint"])
+def test_intervals_hold_the_truth_in_open_and_closed_loop(records, motion, name):
+    options = KNOWN_VALVE if (motion, name) == ("open loop", "weak_rls") else {}
     values, _ = measured(records[motion], name, **INTERVAL_BLIND[name], **options)
     left = values["bulk_modulus"] - MODULUS
     assert 0.9 <= (np.abs(left) < 1.96 * values["bulk_modulus_error"]).mean() <= 0.99

@@ -128,7 +128,7 @@ def noisy(records, rows, seed, sizes=NOISE):
     )
 
 
-def assert_stream_gives_the_record(indicator, records, places):
+def assert_streams_alike(indicator, records, places):
     """The estimates of a record are the same to the bit when it comes in chunks that end at these samples."""
     whole = indicator.trace(records)
     state, traces = indicator.start(records.window(0, 0)), []

@@ -21,7 +21,7 @@ from indicators.signals import (
     U,
     X,
     assert_rows_stand_alone,
-    assert_stream_gives_the_record,
+    assert_streams_alike,
     batch,
     measured,
     noisy,
@@ -65,7 +65,7 @@ def runs(open_loop):
 )
 def test_a_stream_of_a_moving_actuator_gives_the_estimates_of_the_record(runs, places, kind):
     (ekf,) = make_indicators({kind[0]: {"spool": kind[1]}}).values()
-    assert_stream_gives_the_record(ekf, runs, places)
+    assert_streams_alike(ekf, runs, places)
     assert all(np.isfinite(values[:, 1:]).all() for values in ekf.trace(runs).values.values())
 
 

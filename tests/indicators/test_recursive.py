@@ -14,7 +14,7 @@ from indicators.signals import (
     XV,
     U,
     X,
-    assert_stream_gives_the_record,
+    assert_streams_alike,
     batch,
     measured,
     noisy,
@@ -37,10 +37,10 @@ class TestEachRecursiveIndicator:
     @settings(max_examples=12, deadline=None)
     @given(places=st.lists(st.integers(0, N_TIME), max_size=6))
     def test_gives_a_stream_the_estimates_of_the_record(self, name, places):
-        assert_stream_gives_the_record(indicator_of(name), all_channels(2).window(0, N_TIME), places)
+        assert_streams_alike(indicator_of(name), all_channels(2).window(0, N_TIME), places)
 
     def test_takes_single_samples(self, name):
-        assert_stream_gives_the_record(indicator_of(name), all_channels(2).window(0, 400), range(1, 400))
+        assert_streams_alike(indicator_of(name), all_channels(2).window(0, 400), range(1, 400))
 
     def test_keeps_all_it_knows_in_arrays_and_leaves_a_state_as_it_was(self, name):
         records = all_channels(2)

@@ -1,10 +1,6 @@
 """The hydraulic part of the model, started from any state, with the valve held."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.kernels.kernel import advance_lanes
@@ -13,13 +9,7 @@ from hydrofdi.simulation.kernels.lanes import SAMPLED, STATES, WIDTH, ModelOptio
 FRICTIONLESS = {"friction.coulomb": 0.0, "friction.breakaway": 0.0, "friction.viscous": 0.0}
 
 
-def free_motion(
-    values: Sequence[Mapping[str, Any]],
-    start: Sequence[Mapping[str, float]],
-    spool: Sequence[float],
-    duration: float,
-    step: float,
-) -> dict[str, NDArray[np.float64]]:
+def free_motion(values, start, spool, duration, step):
     """States at every step, each (n_run, n_step), of runs whose spools stand still where they are put."""
     runs = [RunParameters().with_values(changes) for changes in values]
     lanes = pack_lanes(runs, [run.leakage.internal_coefficient or 0.0 for run in runs])

@@ -134,9 +134,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize(("content", "number"), MISTAKES.values(), ids=MISTAKES)
-def test_mistake_in_a_file_is_one_line_with_its_place(
-    tmp_path: Path, content: str | bytes | None, number: int | None
-) -> None:
+def test_mistake_in_a_file_is_one_line_with_its_place(tmp_path, content, number):
     file, config = tmp_path / "drive.csv", tmp_path / "experiment.yaml"
     config.write_text("input: {shape: csv, file: drive.csv}\n")
     if content is not None:

@@ -36,13 +36,10 @@ speeds = st.floats(min_value=-2.0, max_value=2.0)
 
 
 @given(speeds)
-def test_friction_is_odd_in_velocity(velocity: float) -> None:
-    assert friction_force(-velocity) == -friction_force(velocity)
-
-
-@given(speeds)
-def test_friction_takes_power_from_the_piston(velocity: float) -> None:
-    assert friction_force(velocity) * velocity >= 0.0
+def test_friction_is_odd_and_takes_power(velocity: float) -> None:
+    for law in (friction_force, smooth_friction_force):
+        assert law(-velocity) == -law(velocity)
+        assert law(velocity) * velocity >= 0.0
 
 
 @given(st.floats(min_value=0.0, max_value=200.0))
@@ -72,13 +69,6 @@ def test_coulomb_friction_stops_a_coasting_piston_after_the_classical_time() -> 
     moving = time < 0.95 * stop
     np.testing.assert_allclose(motion["velocity"][0][moving], speed * (1 - time[moving] / stop), atol=1e-7)
     assert abs(motion["velocity"][0][-1]) < 1e-4
-
-
-@given(speeds)
-def test_smooth_friction_is_odd_and_takes_power(velocity: float) -> None:
-    force = smooth_friction_force(velocity)
-    assert force == -smooth_friction_force(-velocity)
-    assert force * velocity >= 0.0
 
 
 @given(st.floats(min_value=0.02, max_value=2.0))

@@ -3,7 +3,7 @@
 import math
 from fractions import Fraction
 from functools import cache
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -104,9 +104,7 @@ def test_every_option_is_on_in_some_case() -> None:
         pytest.param("radau", 1e-6, 40, id="radau-all", marks=pytest.mark.long),
     ],
 )
-def test_solver_with_error_control_agrees_with_the_kernel(
-    solver: Literal["lsoda", "radau"], tolerance: float, n_run: int, options: str
-) -> None:
+def test_solver_with_error_control_agrees_with_the_kernel(solver, tolerance, n_run, options):
     runs, coefficients, kernel = cases(options)
     opinion = simulate_with_solver(runs[:n_run], coefficients[:n_run], solver, tolerance)
     pressure = kernel.chamber_1_pressure[:n_run]
@@ -114,14 +112,6 @@ def test_solver_with_error_control_agrees_with_the_kernel(
     assert np.abs(opinion.chamber_1_pressure - pressure).max() < PRESSURE_BOUND
     ratio = detail_rms(opinion.chamber_1_pressure, PAPER) / detail_rms(pressure, PAPER)
     assert np.abs(ratio - 1.0).max() < RMS_BOUND
-
-
-def test_solver_that_gives_up_is_a_failed_run() -> None:
-    impossible = BASE.with_values(
-        {"actuator.load_stiffness": 0.0, "input.amplitude": 30.0, "record.duration": 2.0, "input.period": 2.0}
-    )
-    opinion = simulate_with_solver([impossible], [0.0], "lsoda")
-    assert opinion.outcomes[0].status == "stroke_exceeded"
 
 
 ERROR = 1e-12
@@ -139,12 +129,6 @@ def test_logarithm_has_the_stated_error(value: float) -> None:
 @given(exponents)
 def test_power_has_the_stated_error(exponent: float) -> None:
     assert binary_exponential(exponent) == pytest.approx(math.pow(2.0, exponent), rel=ERROR, abs=0.0)
-
-
-def test_errors_hold_all_over_an_octave() -> None:
-    mantissas, fractions = np.linspace(0.70, 1.42, 100_001), np.linspace(-0.51, 0.51, 100_001)
-    assert np.abs(binary_logarithm(mantissas) - np.log2(mantissas)).max() < ERROR
-    assert np.abs(binary_exponential(fractions) / np.exp2(fractions) - 1.0).max() < ERROR
 
 
 @given(st.integers(min_value=-1000, max_value=1000))

@@ -17,9 +17,7 @@ from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.drive import Drive, Spools, largest_opening
 
 
-def _spool(
-    step: float, ratio: float = 0.7, duration: float = 0.02, **limits: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _spool(step, ratio=0.7, duration=0.02, **limits):
     valve = {"valve.damping_ratio": ratio} | {f"valve.{name}": value for name, value in limits.items()}
     parameters = RunParameters().with_values(
         {"record.step": step, "record.sampling_frequency": round(1.0 / step), **valve}
@@ -163,9 +161,7 @@ def test_an_edge_acts_where_it_is_open_alone(edge: str, opening: int, values: di
 
 @pytest.mark.parametrize(("edge", "end"), [("supply", 17.2e6), ("return", 0.0)])
 @pytest.mark.parametrize("chamber", [1, 2])
-def test_clearance_of_an_edge_brings_its_chamber_to_what_lies_behind(
-    edge: str, chamber: int, end: float
-) -> None:
+def test_clearance_of_an_edge_brings_its_chamber_to_what_lies_behind(edge, chamber, end):
     """A shut valve with one clearance: the chamber goes to supply or return with V/(β c_lap)."""
     values = FREE | {"valve.lap": 5e-6, "fluid.bulk_modulus": 551e6, "actuator.mass": 1e12}
     values |= {f"{edge}_{chamber}_edge.lap_leakage": 5e-13}

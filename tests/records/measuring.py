@@ -1,18 +1,31 @@
 """Measured files and their descriptions, written and read."""
 
+import h5py
 import numpy as np
+import pytest
+import scipy.io
 
 from hydrofdi.records import Channel
-from hydrofdi.records.measured.source import measured_source
+from hydrofdi.records.measured.source import measured_source, plain_source
 
 P1, P2, SUPPLY = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.SUPPLY_PRESSURE
 POSITION, VOLTAGE = Channel.PISTON_POSITION, Channel.INPUT_VOLTAGE
 
-USUAL = """\
-files: "*.csv"
-sampling_frequency: 1 kHz
-channels: {chamber_1_pressure: {column: P1, unit: bar}}
-"""
+
+def yaml_of(channels, *more, files='"*.csv"', sampling="sampling_frequency: 1 kHz"):
+    """A description of measured files: symbols or names of channels with columns, and more of its lines."""
+    return "\n".join([f"files: {files}", sampling, f"channels: {{{channels}}}", *more, ""])
+
+
+def columns(**units):
+    """Channels of columns that have their names and these units."""
+    return ", ".join(f"{name}: {{column: {name}, unit: {unit}}}" for name, unit in units.items())
+
+
+USUAL = yaml_of(columns(P1="bar"))
+
+
+BOTH = yaml_of(columns(P1="bar", P2="bar"))
 
 
 def described(folder, description=USUAL, **texts):
@@ -35,6 +48,13 @@ def one(folder, description=USUAL, **texts):
     return batch
 
 
+def plain(folder, text, sampling_frequency=None):
+    """A batch of a file that no description is written of."""
+    (folder / "run.csv").write_text(text, encoding="utf-8")
+    (batch,) = plain_source(folder / "run.csv", sampling_frequency).batches()
+    return batch
+
+
 def kinds(batch, row=0):
     """Kinds of the remarks on a record."""
     return {remark.kind for remark in batch.remarks[row]}
@@ -45,3 +65,32 @@ def csv_of(*columns, sign=","):
     rows = np.column_stack([np.asarray(values, dtype=float) for _, values in columns])
     lines = [sign.join(name for name, _ in columns)]
     return "\n".join(lines + [sign.join(map(repr, row)) for row in rows.tolist()]) + "\n"
+
+
+def write_hdf5(file, arrays):
+    with h5py.File(file, "w") as target:
+        for name, values in arrays.items():
+            target[name] = values
+
+
+def write_mat(file, arrays):
+    nested = {}
+    for name, values in arrays.items():
+        *groups, last = name.split("/")
+        inner = nested
+        for group in groups:
+            inner = inner.setdefault(group, {})
+        inner[last] = values
+    scipy.io.savemat(file, nested)
+
+
+def write_npz(file, arrays):
+    np.savez(file, **arrays)
+
+
+def write_parquet(file, arrays):
+    parquet, pyarrow = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("pyarrow")
+    parquet.write_table(pyarrow.table(arrays), file)
+
+
+WRITERS = {"h5": write_hdf5, "mat": write_mat, "npz": write_npz, "parquet": write_parquet}

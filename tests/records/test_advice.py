@@ -13,9 +13,22 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import measure
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.records.measured.defects import hum_share
-from hydrofdi.records.measured.source import measured_source, plain_source
+from hydrofdi.records.measured.source import measured_source
 from hydrofdi.records.stuck import found_period
-from tests.records.measuring import P1, P2, POSITION, USUAL, batches, csv_of, kinds, one
+from tests.records.measuring import (
+    BOTH,
+    P1,
+    P2,
+    POSITION,
+    USUAL,
+    batches,
+    columns,
+    csv_of,
+    kinds,
+    one,
+    plain,
+    yaml_of,
+)
 
 
 def test_another_spelling_agrees_with_its_unit_alone(tmp_path):
@@ -30,12 +43,6 @@ def test_a_scale_that_the_header_may_contradict_is_remarked(tmp_path):
     batch = one(tmp_path, a_csv="P1 [torr]\n1\n2\n")
     (text,) = [remark.message for remark in batch.remarks[0] if remark.kind == "unknown_unit"]
     assert "the header says 'torr', the description 'bar'" in text
-
-
-def plain(folder, text):
-    file = folder / "run.csv"
-    file.write_text(text)
-    return next(iter(plain_source(file).batches()))
 
 
 @pytest.mark.parametrize("text", ["time,P1 [bar]\n0,1\n1,2\n", "foo [bar]\n1\n2\n", "P1\n1\n2\n"])
@@ -68,8 +75,7 @@ def test_one_implausible_sample_is_remarked(tmp_path, value, is_spike):
 
 
 def test_files_of_one_set_that_differ_are_remarked(tmp_path):
-    gained = "files: '*.csv'\ntime: time\nchannels: {chamber_1_pressure: {column: P1, unit: bar, gain: 2}}\n"
-    gained = gained.replace("time: time", "time: {column: time}")
+    gained = yaml_of("P1: {column: P1, unit: bar, gain: 2}", sampling="time: {column: time}")
     texts = {f"{name}_csv": f"time [s],P1 [{unit}]\n0,1\n{step},2\n" for name, unit, step in
              [("a", "V", 1), ("b", "V", 1), ("c", "mV", 2)]}  # fmt: skip
     found = [
@@ -81,16 +87,10 @@ def test_files_of_one_set_that_differ_are_remarked(tmp_path):
 
 SAMPLES = np.random.default_rng(4).normal(0.0, 0.05, 500)
 
-TWO_CHAMBERS = """\
-files: "*.csv"
-sampling_frequency: 1 kHz
-channels: {chamber_1_pressure: {column: P1, unit: UNIT}, chamber_2_pressure: {column: P2, unit: UNIT}}
-"""
-
 
 def _remarks(tmp_path, unit, level_1, level_2):
     text = csv_of(("P1", level_1 * (1 + SAMPLES)), ("P2", level_2 * (1 + SAMPLES)))
-    batch = one(tmp_path, TWO_CHAMBERS.replace("UNIT", unit), run_csv=text)
+    batch = one(tmp_path, BOTH.replace("bar", unit), run_csv=text)
     return {remark.where: remark.message for remark in batch.remarks[0] if remark.kind == "low_pressure"}
 
 
@@ -98,7 +98,7 @@ def _remarks(tmp_path, unit, level_1, level_2):
 def test_a_column_that_is_read_as_pascal_is_remarked_with_the_likely_unit(tmp_path, level, meant):
     found = _remarks(tmp_path, "Pa", level, level / 2)
     assert found.keys() == {P1, P2}
-    assert found[P1].endswith(f"Pa; is the unit {meant}? Hydraulic pressures exceed 0.1 MPa")
+    assert f"unit {meant}?" in found[P1]
 
 
 @pytest.mark.parametrize(("unit", "level_2"), [("bar", 80), ("bar", 0.3), ("counts", 80)])
@@ -122,47 +122,27 @@ def test_a_detector_is_not_trained_on_pressures_in_another_unit_unless_they_are_
 @pytest.mark.parametrize(
     ("signals", "expected"),
     [
-        ({"P1": 1864e5, "P2": 150e5}, {P1}),
-        ({"P1": 860e5, "P2": 86e5}, {P1}),
-        (
-            {"P1": 86e5, "P2": 60e5, "x": 20.0, "u": 2000.0, "xv": 0.1},
-            {Channel.PISTON_POSITION, Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION},
-        ),
-        (
-            {"P1": 86e5, "P2": 60e5, "Pr": 80e6, "Ps": 160e6},
-            {Channel.RETURN_PRESSURE, Channel.SUPPLY_PRESSURE},
-        ),
+        ({"P1": 1864e5, "P2": 150e5}, {"P1"}), ({"P1": 860e5, "P2": 86e5}, {"P1"}),
+        ({"P1": 86e5, "P2": 60e5, "x": 20.0, "u": 2000.0, "xv": 0.1}, {"x", "u", "xv"}),
+        ({"P1": 86e5, "P2": 60e5, "Pr": 80e6, "Ps": 160e6}, {"Pr", "Ps"}),
         ({"P1": 200e5, "P2": 100e5, "x": 0.2, "u": 5.0, "xv": 1e-4}, set()),
     ],
-)
+)  # fmt: skip
 def test_channels_beyond_the_usual_sizes_are_remarked(signals, expected):
     samples = {name: size * (1 + SAMPLES) for name, size in signals.items()}
     (source,) = sources_of(samples, tuple(Channel), Said("1 kHz"))
     (batch,) = source.batches()
-    assert {remark.where for remark in batch.remarks[0] if remark.kind == "unusual"} == expected
+    assert {remark.where.symbol for remark in batch.remarks[0] if remark.kind == "unusual"} == expected
     assert ("unusual" in hydrofdi.inspect(samples, sampling_frequency="1 kHz").remarks) == bool(expected)
 
 
 def test_normalized_pressures_are_judged_before_their_division(tmp_path):
     text = csv_of(("P1", 80 + SAMPLES), ("PS", 200 + SAMPLES))
-    description = """\
-files: "*.csv"
-sampling_frequency: 1 kHz
-channels: {chamber_1_pressure: {column: P1, unit: bar}, supply_pressure: {column: PS, unit: bar}}
-normalize: supply
-"""
-    assert kinds(one(tmp_path, description, run_csv=text)) == {"normalized"}
+    divided = yaml_of("P1: {column: P1, unit: bar}, Ps: {column: PS, unit: bar}", "normalize: supply")
+    assert kinds(one(tmp_path, divided, run_csv=text)) == {"normalized"}
 
 
-RIG = """\
-files: "*.csv"
-sampling_frequency: 500 Hz
-channels:
-  chamber_1_pressure: {column: P1, unit: Pa}
-  chamber_2_pressure: {column: P2, unit: Pa}
-  piston_position: {column: x, unit: m}
-  input_voltage: {column: u, unit: V}
-"""
+RIG = yaml_of(columns(P1="Pa", P2="Pa", x="m", u="V"), sampling="sampling_frequency: 500 Hz")
 
 
 def recorded(folder, position_of=lambda x: x, pressure_of=lambda p: p):
@@ -211,12 +191,8 @@ def _hum(pressure, mains):
 
 
 @pytest.mark.parametrize("mains", [50.0, 60.0])
-def test_a_mode_that_decays_is_not_hum(pressure, mains):
+def test_hum_over_the_strokes_is_found_and_a_mode_that_decays_is_none(pressure, mains):
     assert hum_share(pressure, RATE, mains) < 0.1
-
-
-@pytest.mark.parametrize("mains", [50.0, 60.0])
-def test_hum_over_the_strokes_is_found(pressure, mains):
     assert hum_share(pressure + 5.0 * np.std(pressure) * _hum(pressure, mains), RATE, mains) > 0.5
 
 
@@ -241,29 +217,23 @@ DRAWN = np.random.default_rng(4)
 SQUARE = np.sign(np.sin(np.pi * TIME + 0.3))
 
 
-def of(u, **known):
-    return found_period(RecordBatch({Channel.INPUT_VOLTAGE: u[None]}, 1e3, ("a",), **known))
+PERIODS = {
+    "square": (SQUARE, 2.0),
+    "noisy": (SQUARE + 0.1 * DRAWN.normal(size=TIME.size), 2.0),
+    "sine": (3.0 * np.sin(2.0 * np.pi * TIME / 0.8), 0.8),
+    "steps": (np.repeat(DRAWN.uniform(-1.0, 1.0, 40), 500), None),
+    "telegraph": (np.repeat(DRAWN.choice([-1.0, 1.0], 40), 500), None),
+    "noise": (DRAWN.normal(size=TIME.size), None),
+    "chirp": (np.sin(0.5 * np.pi * TIME**1.5), None),
+    "two periods": (SQUARE[:4000], None),
+    "still": (np.zeros(TIME.size), None),
+    "holes": (np.where(TIME > 1.0, SQUARE, np.nan), None),
+}
 
 
-@pytest.mark.parametrize(
-    ("u", "period"),
-    [
-        (SQUARE, 2.0),
-        (SQUARE + 0.1 * DRAWN.normal(size=TIME.size), 2.0),
-        (3.0 * np.sin(2.0 * np.pi * TIME / 0.8), 0.8),
-        (np.repeat(DRAWN.uniform(-1.0, 1.0, 40), 500), None),
-        (np.repeat(DRAWN.choice([-1.0, 1.0], 40), 500), None),
-        (DRAWN.normal(size=TIME.size), None),
-        (np.sin(0.5 * np.pi * TIME**1.5), None),
-        (SQUARE[:4000], None),
-        (np.zeros(TIME.size), None),
-        (np.where(TIME > 1.0, SQUARE, np.nan), None),
-    ],
-    ids=["square", "noisy", "sine", "steps", "telegraph", "noise", "chirp", "two periods", "still", "holes"],
-)  # fmt: skip
-def test_a_period_is_found_where_u_repeats(u, period):
-    assert of(u) == period
-
-
-def test_a_known_period_is_kept():
-    assert of(SQUARE, drive_period=5.0) == 5.0
+@pytest.mark.parametrize("known", [None, 5.0])
+@pytest.mark.parametrize("name", PERIODS)
+def test_a_period_is_found_where_u_repeats_and_a_known_one_is_kept(name, known):
+    u, period = PERIODS[name]
+    batch = RecordBatch({Channel.INPUT_VOLTAGE: u[None]}, 1e3, ("a",), drive_period=known)
+    assert found_period(batch) == (known or period)

@@ -11,8 +11,22 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.records.measured.forming import path_pattern
-from hydrofdi.records.measured.source import measured_source, plain_source
-from tests.records.measuring import P1, POSITION, USUAL, VOLTAGE, batches, csv_of, described, kinds, one
+from hydrofdi.records.measured.source import measured_source
+from tests.records.measuring import (
+    BOTH,
+    P1,
+    POSITION,
+    USUAL,
+    VOLTAGE,
+    batches,
+    columns,
+    csv_of,
+    described,
+    kinds,
+    one,
+    plain,
+    yaml_of,
+)
 
 RNG = np.random.default_rng(5)
 PRESSURE = 8e6
@@ -23,7 +37,7 @@ def timed(times, name="t [s]"):
     return csv_of((name, times), ("P1", np.asarray(times) * 0.5 + PRESSURE))
 
 
-TIMED = 'files: "*.csv"\ntime: {column: t}\nchannels: {chamber_1_pressure: {column: P1, unit: Pa}}\n'
+TIMED = yaml_of(columns(P1="Pa"), sampling="time: {column: t}")
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("s", 1.0), ("ms", 1e3), ("min", 1 / 60)])
@@ -57,35 +71,24 @@ def test_a_gap_makes_a_record_unusable_unless_it_is_resampled(tmp_path):
     np.testing.assert_allclose(batch[P1][0], np.arange(199) / 20.0 * 0.5 + PRESSURE, rtol=1e-12)
 
 
-@pytest.mark.parametrize(("times", "sentence"), [
-    ([0, 1, 1, 2], "time does not increase at sample 3"),
-    ([0, 2, 1, 3], "the rows are not in order of time at sample 3"),
-    ([0, 1, np.nan, 2], "1 sampling instants are missing"),
-    ([0, 1, 2, np.inf], "1 sampling instants are missing"),
-    ([-1e308, 0, 1e308, 1.7e308], "time goes from -1e+308 s to 1.7e+308 s"),
+@pytest.mark.parametrize(("times", "place"), [
+    ([0, 1, 1, 2], "sample 3"), ([0, 2, 1, 3], "sample 3"), ([0, 1, np.nan, 2], "1 sampling"),
+    ([0, 1, 2, np.inf], "1 sampling"), ([-1e308, 0, 1e308, 1.7e308], "-1e+308 s"),
 ])  # fmt: skip
-def test_times_that_are_none_make_no_record(tmp_path, times, sentence):
-    assert one(tmp_path, TIMED, run_csv=timed(times)).rejected[0].remark.message.split(";")[0] == sentence
+def test_times_that_are_none_make_no_record(tmp_path, times, place):
+    assert place in one(tmp_path, TIMED, run_csv=timed(times)).rejected[0].remark.message
 
 
 def test_time_of_another_dimension_and_two_samplings_are_refused(tmp_path):
-    with pytest.raises(DataError, match="the unit bar is not convertible to s"):
+    with pytest.raises(DataError, match="bar"):
         batches(tmp_path, TIMED, run_csv=timed([0, 1, 2], "t [bar]"))
-    with pytest.raises(ConfigError, match="is given as well as 'time'"):
+    with pytest.raises(ConfigError, match="sampling_frequency"):
         batches(tmp_path, TIMED + "sampling_frequency: 1 kHz\n")
-    (tmp_path / "plain.csv").write_text("t [s],P1 [bar]\n0,1\n1,2\n")
-    with pytest.raises(DataError, match="leave the sampling frequency out"):
-        plain_source(tmp_path / "plain.csv", 5.0)
+    with pytest.raises(DataError, match="sampling frequency"):
+        plain(tmp_path, "t [s],P1 [bar]\n0,1\n1,2\n", 5.0)
 
 
-DRIVEN = """\
-files: "*.csv"
-sampling_frequency: 100 Hz
-channels:
-  chamber_1_pressure: {column: P1, unit: Pa}
-  piston_position: {column: x, unit: mm}
-  input_voltage: {column: u, unit: V}
-"""
+DRIVEN = yaml_of(columns(P1="Pa", x="mm", u="V"), sampling="sampling_frequency: 100 Hz")
 
 
 def driven(n_time=1000, offset=30, period=200):
@@ -138,9 +141,8 @@ def test_cycles_from_reversals_of_the_position(tmp_path):
 def test_cycles_that_are_too_short_and_files_without_any_are_listed(tmp_path):
     batch = one(tmp_path, DRIVEN + "cycles: {by: edges, length: 3 s}\n", run_csv=driven())
     assert [record.record_id for record in batch.rejected] == [f"run.csv#{n}" for n in range(1, 5)]
-    assert batch.rejected[0].remark.message == "the cycle lasts 2 s; the description requires 3 s"
-    still = csv_of(("P1", [1, 2, 3]), ("x", [1, 1, 1]), ("u", [0, 0, 0]))
-    batch = one(tmp_path, DRIVEN + "cycles: {by: edges}\n", run_csv=still)
+    assert {record.remark.kind for record in batch.rejected} == {"short"}
+    batch = one(tmp_path, DRIVEN + "cycles: {by: edges}\n", run_csv=STILL)
     assert batch.rejected[0].remark.kind == "no_cycle"
 
 
@@ -155,20 +157,22 @@ def stroke(sign=1.0):
     return csv_of(("P1", np.arange(400)), ("x", position), ("u", np.ones(400)))
 
 
-def write(folder, **files):
-    for name, text in files.items():
-        (folder / f"{name.replace('_', ' ')}.csv").write_text(text)
+STILL = csv_of(("P1", np.arange(400)), ("x", np.full(400, 3.0)), ("u", np.ones(400)))
+
+
+def strokes(folder, more="", labels=False, **files):
+    """The batch of files of strokes; of those before, where no more are given."""
+    texts = {f"{name.replace('_', ' ')}_csv": text for name, text in files.items()}
+    (batch,) = measured_source(described(folder, STROKES + more, **texts)).batches(labels=labels)
+    return batch
 
 
 def test_direction_group_and_label(tmp_path):
-    still = csv_of(("P1", np.arange(400)), ("x", np.full(400, 3.0)), ("u", np.ones(400)))
-    write(tmp_path, A_1=stroke(), A_2=stroke(-1.0), A_10=still, odd=stroke())
-    (batch,) = measured_source(described(tmp_path, STROKES)).batches(labels=True)
+    batch = strokes(tmp_path, labels=True, A_1=stroke(), A_2=stroke(-1.0), A_10=STILL, odd=stroke())
     assert batch.groups == ("A+", "A-", "A0")
     assert batch.labels == ("1", "2", "10")
     assert [record.remark.kind for record in batch.rejected] == ["path"]
-    (batch,) = measured_source(tmp_path / "measured.yaml").batches()
-    assert batch.labels is None
+    assert strokes(tmp_path).labels is None
 
 
 @pytest.mark.parametrize(("segment", "first", "n_time"), [
@@ -177,51 +181,34 @@ def test_direction_group_and_label(tmp_path):
 ])  # fmt: skip
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_segments_of_a_stroke(tmp_path, segment, first, n_time, sign):
-    write(tmp_path, A_1=stroke(sign))
-    (batch,) = measured_source(described(tmp_path, STROKES + f"segment: {segment}\n")).batches()
+    batch = strokes(tmp_path, f"segment: {segment}\n", A_1=stroke(sign))
     assert (first_samples(batch), batch.n_time) == ([first], n_time)
     assert batch.groups == ("A+" if sign > 0 else "A-",)
 
 
 def test_a_segment_that_is_not_there_is_a_reason(tmp_path):
-    write(tmp_path, A_1=stroke(), A_2=stroke().replace("100.0", "3.0"))
-    file = described(tmp_path, STROKES + "segment: {part: hold, length: 9 s}\n")
-    (batch,) = measured_source(file).batches(labels=True)
+    segment = "segment: {part: hold, length: 9 s}\n"
+    batch = strokes(tmp_path, segment, labels=True, A_1=stroke(), A_2=stroke().replace("100.0", "3.0"))
     assert {record.remark.kind for record in batch.rejected} == {"short"}
     assert [(record.group, record.label) for record in batch.rejected] == [("A+", "1"), ("A+", "2")]
-    (batch,) = measured_source(file).batches()
-    assert [(record.group, record.label) for record in batch.rejected] == [("A+", ""), ("A+", "")]
-    still = csv_of(("P1", np.arange(400)), ("x", np.full(400, 3.0)), ("u", np.ones(400)))
-    write(tmp_path, A_1=still, A_2=still)
-    (batch,) = measured_source(described(tmp_path, STROKES + "segment: {part: motion}\n")).batches()
+    assert [record.label for record in strokes(tmp_path, segment).rejected] == ["", ""]
+    batch = strokes(tmp_path, "segment: {part: motion}\n", A_1=STILL, A_2=STILL)
     assert {record.remark.kind for record in batch.rejected} == {"no_motion"}
 
 
 def test_a_column_that_does_not_change_gives_a_name(tmp_path):
-    description = """\
-files: "*.csv"
-sampling_frequency: 1 kHz
-channels: {chamber_1_pressure: {column: P1, unit: bar}}
-columns: {day: date, rig: rig}
-group: "{rig} on {day}"
-"""
-    batch = one(tmp_path, description, run_csv="P1,date,rig\n1,2024-05-01,B\n2,2024-05-01,B\n")
+    named = USUAL + 'columns: {day: date, rig: rig}\ngroup: "{rig} on {day}"\n'
+    batch = one(tmp_path, named, run_csv="P1,date,rig\n1,2024-05-01,B\n2,2024-05-01,B\n")
     assert batch.groups == ("B on 2024-05-01",)
-    with pytest.raises(
-        DataError, match=r"run.csv:3: column 'date' changes from '2024-05-01' to '2024-05-02'"
-    ):
-        one(tmp_path, description, run_csv="P1,date,rig\n1,2024-05-01,B\n2,2024-05-02,B\n")
+    with pytest.raises(DataError, match=r"run.csv:3: column 'date'"):
+        one(tmp_path, named, run_csv="P1,date,rig\n1,2024-05-01,B\n2,2024-05-02,B\n")
 
 
 def test_gain_offset_and_sign_are_applied_in_the_unit(tmp_path):
-    description = """\
-files: "*.csv"
-sampling_frequency: 1 kHz
-channels:
-  chamber_1_pressure: {column: I, unit: bar, gain: 15.625, offset: -62.5}
-  piston_position: {column: x, sign: -1, offset: 2, range: [-5 mm, 0 mm]}
-"""
-    batch = one(tmp_path, description, run_csv="I [mA],x [mm]\n4,1\n20,2\n12,4\n")
+    current = "{column: I, unit: bar, gain: 15.625, offset: -62.5}"
+    turned = "{column: x, sign: -1, offset: 2, range: [-5 mm, 0 mm]}"
+    scaled = yaml_of(f"P1: {current}, x: {turned}")
+    batch = one(tmp_path, scaled, run_csv="I [mA],x [mm]\n4,1\n20,2\n12,4\n")
     np.testing.assert_allclose(batch[P1], [[0.0, 250e5, 125e5]])
     np.testing.assert_allclose(batch[POSITION], [[-3e-3, -4e-3, -6e-3]])
     (remark,) = [remark for remark in batch.remarks[0] if remark.kind == "out_of_range"]
@@ -243,7 +230,7 @@ def test_defects_of_channels_are_remarked(tmp_path):
     text = csv_of(*columns.items())
     for name in columns:
         expected = {name} - {"sound", "coarse", "sine"}
-        batch = one(tmp_path, USUAL.replace("P1", name), run_csv=text)
+        batch = one(tmp_path, USUAL.replace("column: P1", f"column: {name}"), run_csv=text)
         assert kinds(batch) == expected
         assert any(remark.is_unusable for remark in batch.remarks[0]) == (name == "stuck")
 
@@ -259,26 +246,18 @@ def test_a_square_wave_is_no_defect_and_a_resting_position_is_usable(tmp_path):
 
 
 def test_pressures_that_are_divided_by_the_supply_have_no_unit(tmp_path):
-    description = """\
-files: "*.csv"
-sampling_frequency: 1 kHz
-channels:
-  chamber_1_pressure: {column: P1, unit: bar}
-  supply_pressure: {column: PS, unit: bar}
-  piston_position: {column: x, unit: counts}
-normalize: supply
-"""
+    channels = "P1: {column: P1, unit: bar}, Ps: {column: PS, unit: bar}, x: {column: x, unit: counts}"
+    divided = yaml_of(channels, "normalize: supply")
     text = csv_of(("P1", [50, 60, 70]), ("PS", [190, 200, 210]), ("x", [1, 2, 4]))
-    batch = one(tmp_path, description, run_csv=text)
+    batch = one(tmp_path, divided, run_csv=text)
     np.testing.assert_allclose(batch[P1], [[0.25, 0.3, 0.35]])
     assert [batch.unit(channel) for channel in (P1, POSITION)] == ["1", "counts"]
-    (remark,) = batch.remarks[0]
-    assert remark.message == "pressures are divided by the supply pressure, 2e+07 Pa"
+    assert kinds(batch) == {"normalized"}
     statistics = make_indicators(["pressure_statistics"])["pressure_statistics"]
     assert output_unit(statistics, statistics.outputs[0], batch) == "1"
-    with pytest.raises(DataError, match="pressures in counts and in Pa cannot be divided by one another"):
-        one(tmp_path, description.replace("PS, unit: bar", "PS, unit: counts"))
-    batch = one(tmp_path, description, run_csv=text.replace("2", "-2").replace("190", "-190"))
+    with pytest.raises(DataError, match="counts"):
+        one(tmp_path, divided.replace("PS, unit: bar", "PS, unit: counts"))
+    batch = one(tmp_path, divided, run_csv=text.replace("2", "-2").replace("190", "-190"))
     assert batch.rejected[0].remark.kind == "no_reference"
 
 
@@ -297,14 +276,7 @@ def test_outliers_are_found_within_their_group(tmp_path):
 
 def test_a_source_of_many_files_stays_small(tmp_path):
     np.savez(tmp_path / "run.npz", P1=np.arange(20_000.0), P2=np.arange(20_000.0))
-    description = """\
-files: run.npz
-sampling_frequency: 1 kHz
-channels:
-  chamber_1_pressure: {column: P1, unit: Pa}
-  chamber_2_pressure: {column: P2, unit: Pa}
-"""
-    source = measured_source(described(tmp_path, description), most_samples=200_000)
+    source = measured_source(described(tmp_path, BOTH.replace("*.csv", "run.npz")), most_samples=200_000)
     many = replace(source, files=[*source.files] * 300)
     tracemalloc.start()
     sizes = [batch.n_record for batch in many.batches()]

@@ -17,22 +17,9 @@ from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.formats import opening
 from hydrofdi.records.measured.formats.opening import open_table
 from hydrofdi.records.measured.recording import RejectionError
-from hydrofdi.records.measured.source import measured_source
-from tests.records.measuring import P1, described
+from tests.records.measuring import P1, USUAL, WRITERS, one
 
 BAR = np.array([100.0, 101.5, 99.25])
-ALL = (
-    'files: "*.{}"\nsampling_frequency: 1 kHz\nchannels: {{chamber_1_pressure: {{column: P1, unit: bar}}}}\n'
-)
-
-
-def write(file, arrays):
-    if file.suffix == ".mat":
-        scipy.io.savemat(file, arrays)
-        return
-    with h5py.File(file, "w") as target:
-        for name, values in arrays.items():
-            target[name] = values
 
 
 def crashing_mat():
@@ -44,9 +31,12 @@ def crashing_mat():
     return bytes(content)
 
 
+def write(file, arrays):
+    WRITERS[file.suffix[1:]](file, arrays)
+
+
 def read(folder, suffix):
-    (batch,) = measured_source(described(folder, ALL.format(suffix))).batches()
-    return batch
+    return one(folder, USUAL.replace("csv", suffix))
 
 
 def readers(process=None):

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import pywt
 
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records.measured.source import measured_source
@@ -93,15 +92,6 @@ def test_an_open_input_is_hum_and_saturated(tmp_path):
     assert all("hum" in flags for flags in leaking)
     flagged = {remark.where for remarks in batch.remarks for remark in remarks if remark.kind == "hum"}
     assert flagged == {SUPPLY}
-
-
-def test_details_equal_those_of_pywavelets(records, figures):
-    for name, channel in (("PG_1", P1), ("PG_2", P2)):
-        for row in range(0, 70, 7):
-            details = pywt.wavedec(records[channel][row], "db8", level=5)[:0:-1]
-            for level, detail in enumerate(details, 1):
-                expected = np.sqrt(np.mean(detail**2))
-                np.testing.assert_allclose(figures[f"{name}.d{level}"][row], expected, rtol=1e-12)
 
 
 def area(records, values, first, second):

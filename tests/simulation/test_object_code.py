@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,9 +22,7 @@ class Choices(NamedTuple):
     shifted: bool | None
 
 
-def mixed(
-    source: NDArray[Any], record: NDArray[Any], n: int, factor: float, choices: Choices, total: NDArray[Any]
-) -> None:
+def mixed(source, record, n, factor, choices, total):
     for row in range(n):
         for column in range(source.shape[1]):
             value = factor * source[row, column] + record[0].level[row]
@@ -110,9 +107,7 @@ def test_what_needs_the_runtime_of_numba_is_run_by_numba(folder: Path) -> None:
     assert not list(folder.iterdir())
 
 
-def test_a_cache_that_cannot_be_written_costs_time_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_cache_that_cannot_be_written_costs_time_alone(tmp_path, monkeypatch):
     monkeypatch.setattr(object_code, "cache_directory", lambda room: tmp_path / "absent")
     total = np.zeros(3)
     record = np.array([(7, [0.0, 0.0, 0.0])], RECORD)
@@ -138,9 +133,7 @@ PLANTED = [_give_away, _let_the_group_write, _put_aside]
 
 
 @pytest.mark.parametrize(("plant", "factor"), [(lambda path: None, 3.0), *((each, 2.0) for each in PLANTED)])
-def test_code_that_others_may_have_written_is_not_run(
-    plant: Callable[[Path], None], factor: float, folder: Path
-) -> None:
+def test_code_that_others_may_have_written_is_not_run(plant, factor, folder):
     for function in (in_place, thrice):
         kernel(function)(np.ones((2, 2)))
     (own,), (other,) = folder.glob("in_place-*.o"), folder.glob("thrice-*.o")
@@ -157,9 +150,7 @@ def _refuse(path: Path) -> None:
 
 
 @pytest.mark.parametrize("plant", [*PLANTED, _refuse])
-def test_without_a_folder_of_its_own_nothing_is_kept_or_left_behind(
-    plant: Callable[[Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_a_folder_of_its_own_nothing_is_kept_or_left_behind(plant, tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     find = compiling.cache_directory.__wrapped__

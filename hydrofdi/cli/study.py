@@ -86,18 +86,36 @@ def plan(config: Sweep, settings: Settings = None, json: Json = False, **more: A
     return 0
 
 
-_APART = ("study", "warnings", "unusual_values", "idle_parameters", "units")
-
-
 def _plan(made: Plan) -> Iterator[Any]:
     """What a plan says; records of a study of one kind and purpose have a row."""
+    from hydrofdi.config.shown_values import shown_values
     from hydrofdi.report.table import Table
+    from hydrofdi.settings.readable import shown_bytes, time_text
 
-    study = made.study
-    yield from facts({name: found for name, found in vars(made).items() if name not in _APART})
+    study, added, failed = made.study or {}, made.controls_added, made.failed_before
+    reasons = ", ".join(f"{reason} {count:,}" for reason, count in made.reasons.items())
+    size, free = map(shown_bytes, (made.predicted_file_bytes, made.free_bytes))
+    times = " to ".join(map(time_text, (made.predicted_seconds, made.predicted_seconds_most)))
+    yield from facts(
+        {
+            "experiment": f"{made.experiment} → {made.file}",
+            "runs": f"{made.planned:,}" + f", {added:,} of them healthy for comparison" * bool(added),
+            "axes": made.axes,
+            "first point": shown_values(made.first_point),
+            "last point": shown_values(made.last_point),
+            "designs": study["designs"] if study and len(study["designs"]) > 1 else [],
+            "varies": study.get("varies"),
+            "per record": ", ".join(study.get("differs_per_record", ())),
+            "stored": made.stored,
+            "failed": f"{failed:,} before; --retry-failed tries them again" * bool(failed),
+            "to compute": f"{made.missing:,}" + (f" ({reasons})" if reasons else ""),
+            "to simulate": counted(made.simulated_records, "record"),
+            "leakage coefficients": counted(made.solutions["total"], "solution"),
+            "predicted": f"{times} with {counted(made.workers, 'worker')}",
+            "size": f"{size}, and as much in shards; {free} free",
+        }
+    )
     if study:
-        several = study["designs"] if len(study["designs"]) > 1 else []
-        yield from facts(study | {"populations": [], "designs": several})
         alike: dict[tuple[str, str], list[dict[str, Any]]] = {}
         for each in study["populations"]:
             alike.setdefault((each["kind"], "fit" if each["is_fit"] else "test"), []).append(each)
@@ -107,7 +125,7 @@ def _plan(made: Plan) -> Iterator[Any]:
             "number": [sum(each["records"] for each in own) for own in alike.values()],
             "populations": [", ".join(each["name"] for each in own) for own in alike.values()],
         }
-        yield from ("", Table.of(columns))
+        yield from ("", Table.of(columns), "")
     yield from (f"warning: {warning}" for warning in made.warnings)
 
 

@@ -39,6 +39,10 @@ def all_channels(n_record=4):
 
 @pytest.mark.parametrize("name", indicator_names())
 class TestEachIndicator:
+    @pytest.fixture
+    def indicator(self, name):
+        return make_indicators([name])[name]
+
     def test_sees_the_same_whatever_else_is_measured(self, name):
         records = replace(all_channels(), drive_period=None)
         records[Channel.SUPPLY_PRESSURE][:] *= 0.9
@@ -50,10 +54,9 @@ class TestEachIndicator:
         for key, array in values.items():
             np.testing.assert_array_equal(array, beside[key])
 
-    def test_gives_what_it_says_and_leaves_the_records_as_they_are(self, name):
+    def test_gives_what_it_says_and_leaves_the_records_as_they_are(self, name, indicator):
         records = all_channels()
         before = {channel: samples.copy() for channel, samples in records.channels.items()}
-        (indicator,) = make_indicators([name]).values()
         values = measure(records, {name: indicator}).values
         assert values.keys() == {f"{name}.{output.name}" for output in indicator.outputs}
         for output in indicator.outputs:
@@ -66,9 +69,8 @@ class TestEachIndicator:
     def test_measures_a_record_alike_in_any_batch(self, name):
         assert_rows_stand_alone(all_channels(), name)
 
-    def test_sees_a_gap_in_the_record_that_has_it_and_in_no_other(self, name):
+    def test_sees_a_gap_in_the_record_that_has_it_and_in_no_other(self, name, indicator):
         whole, gap = all_channels(), all_channels()
-        (indicator,) = make_indicators([name]).values()
         for channel in indicator.channels:
             gap.channels[channel][1, 700:] = np.nan
         one, other = (measure(records, {name: indicator}).values for records in (whole, gap))
@@ -77,9 +79,8 @@ class TestEachIndicator:
         assert any(np.isnan(array[1]).any() for array in other.values())
 
     @pytest.mark.parametrize("sample", [np.inf, 1e200])
-    def test_has_no_infinite_numbers(self, name, sample):
+    def test_has_no_infinite_numbers(self, name, indicator, sample):
         records = all_channels(2)
-        (indicator,) = make_indicators([name]).values()
         for channel in indicator.channels:
             records.channels[channel][1, 700:900] = sample
         measures = measure(records, {name: indicator})
@@ -88,15 +89,13 @@ class TestEachIndicator:
         assert has_numbers or measures.obstacles[name][1]
 
     @pytest.mark.parametrize("n_time", [1, 2, 3, 20, 200])
-    def test_of_few_samples_gives_numbers_or_the_reason_why_not(self, name, n_time):
-        (indicator,) = make_indicators([name]).values()
+    def test_of_few_samples_gives_numbers_or_the_reason_why_not(self, name, indicator, n_time):
         measures = measure(all_channels(2).window(0, n_time), {name: indicator})
         for row, reason in enumerate(measures.obstacles[name]):
             assert reason or any(np.isfinite(array[row]).any() for array in measures.values.values())
 
-    def test_names_a_channel_that_it_lacks(self, name):
+    def test_names_a_channel_that_it_lacks(self, name, indicator):
         records = all_channels(2)
-        (indicator,) = make_indicators([name]).values()
         for channel in indicator.channels:
             left = {each: samples for each, samples in records.channels.items() if each is not channel}
             reason = measure(replace(records, channels=left), {name: indicator}).obstacles[name][0]

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import indicator_kind, indicator_names, make_indicators, measure
-from hydrofdi.indicators.recursive import RecursiveIndicator, instants
+from hydrofdi.indicators.recursive import RecursiveIndicator
 from indicators.signals import (
     P1,
     P2,
@@ -84,16 +84,6 @@ class TestEachRecursiveIndicator:
         np.testing.assert_array_equal(after.values[score][0], before.values[score][0])
         earlier = after.time < 1000 / records.sampling_frequency - 0.2
         np.testing.assert_array_equal(after.values[score][1, earlier], before.values[score][1, earlier])
-
-
-@given(n_before=st.integers(0, 50), sizes=st.lists(st.integers(0, 30), max_size=5), every=st.integers(1, 12))
-def test_estimates_are_due_at_the_same_samples_whatever_the_chunks(n_before, sizes, every):
-    """Counted from the start of the stream, every so many samples."""
-    due, place = [], n_before
-    for size in sizes:
-        due += [place + each for each in instants(place, size, every).tolist()]
-        place += size
-    assert due == [each for each in range(n_before, place) if (each + 1) % every == 0]
 
 
 @pytest.mark.parametrize(("of", "output"), [("dwt", "d2"), ("flow_balance", ""), ("ring_down", "frequency")])

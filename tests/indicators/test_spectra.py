@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.fft import dct
 from scipy.signal import ShortTimeFFT, get_window, hilbert, welch
 
 from hydrofdi.errors import ConfigError
@@ -160,8 +161,6 @@ def test_one_mode_without_a_weight_is_the_record_less_its_mean():
 def test_modes_are_where_no_change_of_them_lowers_the_cost():
     record = ringing(2, 1, 600)[0]
     spectrum_weight, frequency = 2000.0, np.arange(600) / 1200.0
-    from scipy.fft import dct
-
     spectrum = dct(record - record.mean(), norm="ortho")
     found = variational_modes(record, 2, spectrum_weight, 1e-16, 10_000)
     gains = 1.0 / (spectrum_weight * np.square(frequency - found.frequency[:, None]))

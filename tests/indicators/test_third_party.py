@@ -70,17 +70,15 @@ def test_one_that_cannot_be_loaded_is_named_in_a_line(environment: dict[str, str
     (tmp_path / "packages" / "swing.py").write_text("import nothing_of_this_name\n")
     done = run_process("measure", MUSEUM, "--indicators", "swing", env=environment)
     assert done.returncode == 2
-    assert done.stderr.startswith("hydrofdi: swing: indicator 'swing': swing:Swing cannot be loaded")
+    assert done.stderr.startswith("hydrofdi: swing: ")
     assert "nothing_of_this_name" in done.stderr
-    listed = run_process("indicators", env=environment)
-    assert listed.returncode == 0
-    assert "dwt" in listed.stdout
-    assert "warning: indicator 'swing'" in listed.stderr
-    everything = run_process("measure", MUSEUM, "--indicators", "all", "--json", env=environment)
-    assert everything.returncode == 0
-    assert "warning: indicator 'swing': swing:Swing cannot be loaded" in everything.stderr
-    assert "the indicator is omitted" in everything.stderr
-    assert "dwt.d1" in everything.stdout
+    for arguments, shown in (
+        (["indicators"], "dwt"), (["measure", MUSEUM, "--indicators", "all", "--json"], "dwt.d1"),
+    ):  # fmt: skip
+        done = run_process(*arguments, env=environment)
+        assert done.returncode == 0
+        assert "warning: indicator 'swing'" in done.stderr
+        assert shown in done.stdout
 
 
 def test_results_are_read_without_its_package(environment: dict[str, str], tmp_path: Path) -> None:

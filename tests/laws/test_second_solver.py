@@ -52,33 +52,6 @@ def actuators() -> tuple[list[RunParameters], list[float]]:
     return runs, coefficients
 
 
-OPTIONS: tuple[dict[str, Any], ...] = (
-    {
-        "leakage.law": "laminar", "leakage.onset": "ramp", "leakage.onset_time": 0.2,
-        "leakage.onset_duration": 0.4, "friction.law": "smooth", "fluid.law": "free_air",
-        "supply.droop": "first_order",
-    },
-    {
-        "leakage.law": "blended", "friction.law": "lugre", "valve.lap": -2e-6, "valve.lap_leakage": 1e-14,
-        "return_1_edge.lap": 1e-6, "supply_2_edge.lap_leakage": 2e-14, "return_2_edge.flow_gain_ratio": 0.95,
-        "valve.null_offset": 1e-6, "valve.null_drift": -5e-7,
-        "load.constant_force": 300.0, "load.random_force": 500.0, "load.random_period": 0.1,
-    },
-    {
-        "control.law": "pid", "control.amplitude": 5e-3, "control.feedback": "measured",
-        "position_sensor.bias": 1e-4, "valve.largest_opening": 5e-5,
-        "valve.largest_speed": 2e-2, "valve.hysteresis": 0.05, "valve.lap": 1e-6,
-        "leakage.external_coefficient_1": 1e-13,
-    },
-    {
-        "leakage.onset": "intermittent", "leakage.onset_duration": 0.2, "actuator.end_stops": "elastic",
-        "actuator.end_stop_position": 0.015, "fluid.cavitation": "clamped", "input.shape": "multisine",
-        "input.harmonics": 5,
-    },
-)  # fmt: skip
-"""Every option of the model is on in a quarter of the actuators."""
-
-
 @cache
 def cases(options: str) -> tuple[list[RunParameters], list[float], Trajectory]:
     runs, coefficients = actuators()
@@ -185,6 +158,20 @@ CHOICES: dict[str, dict[str, Any]] = {
     "pid": {"control.law": "pid", "control.amplitude": 5e-3},
     "lugre": {"friction.law": "lugre"},
 }  # fmt: skip
+OTHERS: dict[str, dict[str, Any]] = {
+    "measured": {"control.feedback": "measured", "position_sensor.bias": 1e-4},
+    "intermittent": {"leakage.onset": "intermittent", "leakage.onset_duration": 0.2},
+    "multisine": {"input.shape": "multisine", "input.harmonics": 5},
+    "cavitating": {"fluid.cavitation": "clamped"},
+}
+OPTIONS = [
+    {key: value for name in names.split() for key, value in (CHOICES | OTHERS)[name].items()}
+    for names in (
+        "laminar ramp smooth air droop", "blended lugre overlap edges null load",
+        "pid measured saturated hysteresis slow external", "intermittent stops cavitating multisine",
+    )
+]  # fmt: skip
+"""Every option of the model is on in a quarter of the actuators."""
 CHOICES["all"] = {name: value for choice in CHOICES.values() for name, value in choice.items()}
 RUNS = [SHORT.with_values(values) for values in CHOICES.values()]
 COEFFICIENTS = [3e-9] * len(RUNS)

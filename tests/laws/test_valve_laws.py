@@ -192,7 +192,7 @@ def test_edges_leave_the_identity_of_other_runs_alone() -> None:
 
 
 NULL = 0.8e-6
-NULL_LAWS_GAIN = RunParameters().valve.spool_gain
+SPOOL_GAIN = RunParameters().valve.spool_gain
 CLOSED: dict[str, Any] = {"control.law": "pi", "control.amplitude": 5e-3}
 
 
@@ -242,14 +242,14 @@ def test_controller_asks_for_the_voltage_of_the_null() -> None:
     })  # fmt: skip
     batch = simulate_batch([run], [0.0])
     settled = batch.time > 7.0
-    expected = (NULL + drift * batch.time) / NULL_LAWS_GAIN
+    expected = (NULL + drift * batch.time) / SPOOL_GAIN
     np.testing.assert_allclose(batch.input_voltage[0, settled], expected[settled], rtol=2e-3)
 
 
 def test_working_point_of_the_hydraulic_mode_is_seen_from_the_null() -> None:
     """A null behind the resting spool opens the valve as a spool ahead of its null does."""
     opening = 30e-6
-    held = SHORT.with_values({"input.period": 2.0, "input.amplitude": opening / NULL_LAWS_GAIN})
+    held = SHORT.with_values({"input.period": 2.0, "input.amplitude": opening / SPOOL_GAIN})
     shifted = SHORT.with_values({"input.amplitude": 1e-12, "valve.null_offset": -opening})
     runs = [held, shifted]
     batch = simulate_batch(runs, [2e-9, 2e-9])
@@ -260,7 +260,6 @@ def test_working_point_of_the_hydraulic_mode_is_seen_from_the_null() -> None:
 WIDTH, AMPLITUDE = 0.2, 1.0
 SINE: dict[str, Any] = {"input.shape": "sine", "input.amplitude": AMPLITUDE}
 QUICK_SPOOL = {"valve.natural_frequency": 500.0, "valve.damping_ratio": 1.0}
-HYSTERESIS_LAWS_GAIN = RunParameters().valve.spool_gain
 
 
 def _loop(period: float, **valve: float) -> tuple[np.ndarray, np.ndarray]:
@@ -271,7 +270,7 @@ def _loop(period: float, **valve: float) -> tuple[np.ndarray, np.ndarray]:
     spools = Spools([Drive.of(run)], run.record)
     for first in (0, n_step):
         voltage, stages = spools.advance(first, n_step)
-        loop = voltage[:, 0].copy(), stages[:, 0, 0] / HYSTERESIS_LAWS_GAIN
+        loop = voltage[:, 0].copy(), stages[:, 0, 0] / SPOOL_GAIN
     return loop
 
 

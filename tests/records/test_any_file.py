@@ -9,7 +9,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import scipy.io
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -18,6 +17,7 @@ from hydrofdi.records import Channel
 from hydrofdi.records.measured.formats import opening
 from hydrofdi.records.measured.source import measured_source, plain_source
 from hydrofdi.units import parse_unit
+from tests.records.measuring import WRITERS
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64).filter(lambda x: abs(x) < 1e290)
 UNITS = {"Pa": ["Pa", "kPa", "MPa", "bar", "psi"], "m": ["m", "mm", "µm", "in"], "V": ["V", "mV"]}
@@ -75,12 +75,8 @@ def test_any_table_of_numbers_comes_back_in_si(table, delimiter, decimal, unit_p
     lines += [sign.join(units.values())] if unit_place == "row" else []
     rows = np.transpose(list(columns.values())).tolist()
     lines += [sign.join(repr(value).replace(".", decimal) for value in row) for row in rows]
-    given_units = {
-        channel: f", unit: {units[channel]}" if unit_place == "yaml" else "" for channel in columns
-    }
-    described = ", ".join(
-        f"{channel}: {{column: c{n}{given_units[channel]}}}" for n, channel in enumerate(columns)
-    )
+    ends_of = {channel: f", unit: {units[channel]}" if unit_place == "yaml" else "" for channel in columns}
+    described = ", ".join(f"{each}: {{column: c{n}{ends_of[each]}}}" for n, each in enumerate(columns))
     form = f'decimal: "{decimal}"' + (f', delimiter: "{name}"' if stated else "")
     description = f"sampling_frequency: 1 kHz\nformat: {{{form}}}\nchannels: {{{described}}}\n"
     (batch,) = read("\n".join(lines) + "\n" * ends, "run.txt", description)
@@ -152,19 +148,16 @@ def test_what_is_read_of_any_cells_is_what_they_say(rows, sign, header, decimal)
 def sound(kind):
     """A sound file of a kind, as bytes."""
     target, values = io.BytesIO(), np.arange(64.0)
-    if kind == "mat":
-        scipy.io.savemat(target, {"P1": values, "s": {"a": 1.0}})
-    elif kind == "h5":
+    if kind == "h5":
         with h5py.File(target, "w") as file:
             file["g/x"] = values
             file.create_dataset("P1", data=values, chunks=(16,), compression="gzip").attrs["units"] = "bar"
     elif kind == "npz":
         np.savez_compressed(target, P1=values)
-    elif kind == "parquet":
-        parquet, pyarrow = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("pyarrow")
-        parquet.write_table(pyarrow.table({"P1": values}), target)
-    else:
+    elif kind == "csv.gz":
         target.write(gzip.compress(("P1\n" + "\n".join(map(str, values)) + "\n").encode()))
+    else:
+        WRITERS[kind](target, {"P1": values} | {"s/a": 1.0} if kind == "mat" else {"P1": values})
     return target.getvalue()
 
 

@@ -85,9 +85,7 @@ def test_numbers_that_netcdf_packs_are_unpacked(tmp_path):
 
 @pytest.mark.parametrize("suffix", ["h5", "mat", "npz"])
 @pytest.mark.parametrize(
-    "values",
-    [BAR + 1j, np.array([1, 2**53 + 1, 3]), np.array([b"a", b"b", b"c"])],
-    ids=str,
+    "values", [BAR + 1j, np.array([1, 2**53 + 1, 3]), np.array([b"a", b"b", b"c"])], ids=str
 )
 def test_what_is_no_real_number_is_refused(tmp_path, suffix, values):
     values = np.array(["a", "b"]) if suffix == "mat" and values.dtype.kind == "S" else values

@@ -103,23 +103,24 @@ def _replayed(source: RecordSource, pace: Any, record: str, begin: float | None)
 
 
 def _chosen(source: RecordSource, record: str) -> Iterator[tuple[RecordBatch, int]]:
-    number = n_chosen = 0
+    number = 0
     reason = ""
     for batch in source.batches():
         reason = next((f"; {rejected.remark.message}" for rejected in batch.rejected), reason)
         for row, record_id in enumerate(batch.record_ids):
             number += 1
             if record in ("", record_id, str(number)):
-                n_chosen += 1
                 for channel in sorted(batch.relative):
                     raise DataError(
                         f"{source.name}: {channel} has no scale, and a stream is in SI; give its 'gain' and"
                         " 'unit' in the description of the files"
                     )
                 yield batch, row
+                if record:
+                    return
     if not number:
         raise DataError(f"{source.name}: contains no records{reason}")
-    if not n_chosen:
+    if record:
         raise DataError(f"{source.name}: has no record {record!r}; it has {number:,}, numbered from 1")
 
 

@@ -110,7 +110,7 @@ def test_one_leak_out_of_reach_is_a_row_and_the_others_go_on(hydrofdi, experimen
     more = experiment_file(LAPS % "[0, 50 um, 70 um]")
     assert hydrofdi("sweep", more, "--engine", "in-process").returncode == 1, "the possible leak is stored"
     report = hydrofdi("report", "results/laps")
-    assert (report.returncode, "unreachable_leakage, 2 runs" in report.stdout) == (0, True)
+    assert (report.returncode, "unreachable_leakage" in report.stdout) == (0, True)
 
 
 def test_a_sweep_without_any_possible_leak_names_each_condition_and_stores_nothing(

@@ -11,13 +11,21 @@ from indicators.signals import P1, P2, U, batch, measured, noise, square_wave
 def test_the_numbers_are_those_of_scipy():
     record = noise(1, 4000) + 1e6 * np.sin(np.arange(4000) / 30)
     values, _ = measured(batch({P1: record}), "pressure_statistics")
-    swing = record - record.mean()
-    for name, expected in {
-        "mean": record.mean(), "standard_deviation": record.std(), "increments": np.diff(record).std(),
-        "kurtosis": stats.kurtosis(record, fisher=False), "peak_to_peak": np.ptp(record),
-        "crest_factor": np.abs(swing).max() / record.std(),
-    }.items():  # fmt: skip
-        np.testing.assert_allclose(values[name], expected, rtol=1e-10, err_msg=name)
+    np.testing.assert_allclose(values["mean"], record.mean(), rtol=1e-13)
+    np.testing.assert_allclose(values["standard_deviation"], record.std(), rtol=1e-10)
+    np.testing.assert_allclose(values["increments"], np.diff(record).std(), rtol=1e-10)
+    np.testing.assert_allclose(values["kurtosis"], stats.kurtosis(record, fisher=False), rtol=1e-10)
+    np.testing.assert_allclose(values["peak_to_peak"], np.ptp(record), rtol=1e-13)
+
+
+def test_a_square_wave_a_sine_and_noise_have_the_kurtosis_and_crest_that_they_have():
+    phase = 2 * np.pi * np.arange(20_000) / 20_000
+    waves = np.stack([square_wave(20_000, 100), np.sin(7 * phase), noise(2, 20_000, size=1.0, mean=0.0)])
+    values, _ = measured(batch({P1: 1e5 + waves}), "pressure_statistics")
+    np.testing.assert_allclose(values["kurtosis"][:2], [1.0, 1.5], rtol=1e-6)
+    np.testing.assert_allclose(values["crest_factor"][:2], [1.0, np.sqrt(2.0)], rtol=1e-6)
+    np.testing.assert_allclose(values["kurtosis"][2], 3.0, atol=0.15)
+    np.testing.assert_allclose(values["increments"][2], np.sqrt(2.0), rtol=0.03)
 
 
 @pytest.mark.parametrize("level", [0.0, 8.1e6, 0.1])
@@ -51,6 +59,21 @@ def test_the_numbers_are_those_of_numpy():
     shown = full[N - 1 - 50 : N + 50]
     largest = shown[np.argmax(np.abs(shown))]
     np.testing.assert_allclose(values["peak"], np.sign(largest) * np.sqrt(abs(largest)), rtol=1e-9)
+
+
+def test_chambers_that_change_places_turn_the_lag():
+    first = noise(4, N)
+    second = np.roll(first, 7)
+    there, back = (
+        measured(batch({P1: a, P2: b}), "cross_correlation")[0] for a, b in ((first, second), (second, first))
+    )
+    np.testing.assert_allclose(there["lag"], -back["lag"])
+    np.testing.assert_allclose(there["peak"], back["peak"], rtol=1e-12)
+
+
+def test_white_noise_is_not_correlated():
+    values, _ = measured(batch({P1: noise(5, (50, N)), P2: noise(6, (50, N))}), "cross_correlation")
+    np.testing.assert_allclose(np.sqrt(np.mean(values["coefficient"] ** 2)), 1.0 / np.sqrt(N), rtol=0.4)
 
 
 @pytest.mark.parametrize("level", [0.0, 0.1, 8.1e6])
@@ -147,15 +170,25 @@ def test_settling_is_left_out_of_the_time_at_rest():
     assert measured(batch(channels), "pressure_decay", settling="2.5 s")[0]["duration"] == 1.5
 
 
+def test_a_rest_test_is_taken_as_a_whole():
+    channels = {P1: 5e6 - 1e5 * TIME, P2: 8e6 + 1e5 * TIME}
+    values, _ = measured(batch(channels), "pressure_decay", rest="whole", settling=0)
+    np.testing.assert_allclose(values["chamber_1"], -1e5, rtol=1e-9)
+    np.testing.assert_allclose(values["difference"], 2e5, rtol=1e-9)
+    assert values["duration"] == 10.0
+
+
 def test_a_leak_between_closed_chambers_shows_its_flow():
     """Two closed chambers of 280 cm³ and 551 MPa that leak by the orifice law: dP_1/dt = −β q/V."""
-    rate = 1e-11 * 551e6 / 280e-6
-    half = (np.sqrt(2e6) - rate * TIME) ** 2 / 2
-    values, _ = measured(batch({P1: 8e6 + half, P2: 8e6 - half}), "pressure_decay", rest="whole", settling=0)
-    middle = rate * np.sqrt(2 * half[DECAY_N // 2])
+    coefficient, compliance, pressures = 1e-11, 280e-6 / 551e6, [np.array([9e6, 7e6])]
+    for _ in range(DECAY_N - 1):
+        flow = coefficient * np.sqrt(pressures[-1][0] - pressures[-1][1])
+        pressures.append(pressures[-1] + np.array([-1.0, 1.0]) * flow / compliance / 500.0)
+    first, second = np.array(pressures).T
+    values, _ = measured(batch({P1: first, P2: second}), "pressure_decay", rest="whole", settling=0)
+    middle = coefficient * np.sqrt(first[DECAY_N // 2] - second[DECAY_N // 2]) / compliance
     np.testing.assert_allclose(values["chamber_1"], -middle, rtol=0.01)
     np.testing.assert_allclose(values["difference"], -2 * middle, rtol=0.01)
-    assert values["duration"] == 10.0
 
 
 def test_noise_scatters_the_rate_as_least_squares_say():

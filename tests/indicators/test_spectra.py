@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.fft import dct
 from scipy.signal import ShortTimeFFT, get_window, hilbert, welch
 
 from hydrofdi.errors import ConfigError
@@ -10,8 +9,9 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.catalogue.emd import empirical_modes
 from hydrofdi.indicators.catalogue.envelope import analytic_signal
 from hydrofdi.indicators.catalogue.vmd import variational_modes
+from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.transforms.spectrum import short_time_spectra
-from indicators.signals import P1, SAMPLING_FREQUENCY, U, batch, noise, records, ringing, square_wave, values
+from indicators.signals import SAMPLING_FREQUENCY, noise, records, ringing, values
 
 
 @pytest.mark.parametrize("segment", [1.0, 0.502, 0.514])
@@ -42,8 +42,17 @@ def test_a_tone_has_its_rms_in_its_octave():
     assert all(found[name] < 1.0 for name in ("b1", "b3", "b4", "b5", "b6"))
 
 
+def test_white_noise_has_the_share_of_the_width_of_a_band():
+    found = values("band_power", noise(3, (8, 20_000), size=4.0, mean=0.0))
+    for octave in range(1, 6):
+        rms = np.sqrt(np.mean(found[f"b{octave}"] ** 2))
+        assert rms == pytest.approx(4.0 * 2 ** (-octave / 2), rel=0.04)
+
+
 def test_a_band_that_falls_is_a_mistake():
-    with pytest.raises(ConfigError, match="bands"):
+    with pytest.raises(
+        ConfigError, match=r"a band must be \[lowest, highest\] frequency; found \[90.0, 40.0\] Hz"
+    ):
         make_indicators({"band_power": {"bands": [[90, 40]]}})
 
 
@@ -108,19 +117,28 @@ def test_the_decay_after_steps_is_found(rate):
 
 
 def test_the_decay_is_that_of_the_poles_of_the_ring_down():
-    rings = records(ringing(7, 6), drive_period=2.0)
-    poles = values("ring_down", rings, delay=30e-3, window=0.1)
+    batch = records(ringing(7, 6), drive_period=2.0)
+    poles = values("ring_down", batch, delay=30e-3, window=0.1)
     rate = 2 * np.pi * poles["frequency"] * poles["damping_ratio"]
-    np.testing.assert_allclose(values("envelope", rings)["decay_rate"], rate, rtol=0.06)
+    np.testing.assert_allclose(values("envelope", batch)["decay_rate"], rate, rtol=0.06)
 
 
 def test_steps_come_from_the_command_where_it_is_known():
-    pressure = decaying(10.0)
-    known = batch({P1: pressure, U: square_wave(5000, 500)})
-    by_command = values("envelope", known, steps="command")
+    pressure = decaying(10.0)[None]
+    command = np.where(np.arange(5000) % 1000 < 500, 2.0, -2.0)[None]
+    batch = RecordBatch(
+        {Channel.CHAMBER_1_PRESSURE: pressure, Channel.INPUT_VOLTAGE: command}, SAMPLING_FREQUENCY, ("a",)
+    )
+    by_command = values("envelope", batch, steps="command")
     by_period = values("envelope", records(pressure, drive_period=2.0))
     assert by_command["steps"] == 9
     assert by_command["decay_rate"] == pytest.approx(by_period["decay_rate"][0], rel=0.05)
+
+
+def test_the_amplitude_of_a_tone_in_the_band_is_its_own():
+    time = np.arange(5000) / SAMPLING_FREQUENCY
+    found = values("envelope", 8e6 + 3e5 * np.sin(2 * np.pi * 70.0 * time))
+    assert found["amplitude"] == pytest.approx(3e5, rel=1e-9)
 
 
 def test_white_noise_has_the_power_of_the_band():
@@ -161,12 +179,24 @@ def test_one_mode_without_a_weight_is_the_record_less_its_mean():
 def test_modes_are_where_no_change_of_them_lowers_the_cost():
     record = ringing(2, 1, 600)[0]
     spectrum_weight, frequency = 2000.0, np.arange(600) / 1200.0
+    from scipy.fft import dct
+
     spectrum = dct(record - record.mean(), norm="ortho")
     found = variational_modes(record, 2, spectrum_weight, 1e-16, 10_000)
     gains = 1.0 / (spectrum_weight * np.square(frequency - found.frequency[:, None]))
     others = spectrum / (1.0 + gains.sum(axis=0))  # what the modes leave of the spectrum at the optimum
     modes = np.where(np.isfinite(gains), gains, 0.0) * others
     np.testing.assert_allclose(np.sqrt(np.mean(modes**2, axis=1)), found.rms, rtol=1e-3)
+
+
+def test_modes_are_those_of_vmdpy():
+    library = pytest.importorskip("vmdpy")
+    record = ringing(7, 1, 1000)[0] / 1e6
+    modes, _, centres = library.VMD(record - record.mean(), 2000.0, 0.0, 3, 0, 1, 1e-14)
+    found = variational_modes(record, 3, 2000.0, 1e-12, 500)
+    order = np.argsort(centres[-1])
+    np.testing.assert_allclose(centres[-1][order], found.frequency, rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(np.sqrt(np.mean(modes[order] ** 2, axis=1)), found.rms, rtol=1e-2)
 
 
 def test_two_tones_are_two_modes():
@@ -213,3 +243,11 @@ def test_what_does_not_oscillate_has_no_modes(record):
 def test_a_single_oscillation_ends():
     found = values("emd", 8e6 + 1e6 * np.sin(np.linspace(0.0, 2.0 * np.pi, 400)), modes=10, siftings=100)
     assert all(np.isfinite(amplitude) for amplitude in found.values())
+
+
+def test_the_first_mode_is_about_that_of_pyemd():
+    library = pytest.importorskip("PyEMD")
+    record = ringing(7, 1, 2000)
+    theirs = library.EMD(FIXE=10)(record[0], max_imf=1)[:1]
+    ours = empirical_modes(record[0], 1, 10)
+    assert np.std(ours - theirs) < 0.02 * np.std(theirs)

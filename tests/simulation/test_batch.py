@@ -1,5 +1,6 @@
 """Batches of runs: lanes, spools, accuracy, and K_i for a flow."""
 
+import dataclasses
 import math
 import re
 from operator import attrgetter
@@ -12,17 +13,23 @@ from hydrofdi.compilation.compiling import dispatcher
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.equation import FAST_MATH
 from hydrofdi.physics.friction import choice_of_law
+from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.calibration import solve_leakage_coefficients
 from hydrofdi.simulation.drive import Drive, Spools, input_voltage
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates
+from hydrofdi.simulation.kernels.kernel import keep_state, state_of, take_sample
 from hydrofdi.simulation.kernels.lanes import (
+    LANES,
     LEAKAGE,
     PARAMETERS,
+    SAMPLED,
+    STATES,
     WIDTH,
     ModelOptions,
     pack_lanes,
 )
+from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.simulation import reference
 
@@ -51,9 +58,17 @@ def mixed(parameters):
     return runs, coefficients, alone
 
 
-@pytest.mark.parametrize("order", [range(5), range(16), range(33), np.random.default_rng(1).permutation(33)])
-def test_a_run_has_the_same_bits_in_a_batch_of_any_size_and_in_any_lane(mixed, order):
+@pytest.mark.parametrize("n_run", [5, 16, 33])
+def test_a_run_has_the_same_bits_in_a_batch_of_any_size(mixed, n_run):
     runs, coefficients, alone = mixed
+    batch = simulate_batch(runs[:n_run], coefficients[:n_run])
+    for row in range(n_run):
+        np.testing.assert_array_equal(signals(batch, row), alone[row])
+
+
+def test_a_run_has_the_same_bits_in_any_lane(mixed):
+    runs, coefficients, alone = mixed
+    order = np.random.default_rng(1).permutation(33)
     batch = simulate_batch([runs[k] for k in order], [coefficients[k] for k in order])
     for row, k in enumerate(order):
         np.testing.assert_array_equal(signals(batch, row), alone[k])
@@ -141,10 +156,13 @@ def alone():
     return np.concatenate([spool_motion([drive]) for drive in DRIVES])
 
 
-@pytest.mark.parametrize(
-    "order", [range(2), range(WIDTH), range(WIDTH + 5), np.random.default_rng(2).permutation(WIDTH + 5)]
-)
-def test_a_spool_has_the_same_bits_in_company_of_any_size_and_in_any_place(alone, order):
+@pytest.mark.parametrize("n_drive", [2, WIDTH, WIDTH + 5])
+def test_a_spool_has_the_same_bits_in_company_of_any_size(alone, n_drive):
+    np.testing.assert_array_equal(spool_motion(DRIVES[:n_drive]), alone[:n_drive])
+
+
+def test_a_spool_has_the_same_bits_in_any_place(alone):
+    order = np.random.default_rng(2).permutation(len(DRIVES))
     np.testing.assert_array_equal(spool_motion([DRIVES[k] for k in order]), alone[order])
 
 
@@ -156,12 +174,49 @@ def test_each_spool_follows_its_own_voltage(alone):
     assert len({motion.tobytes() for motion in alone}) == len(DRIVES)
 
 
+EVERYTHING = ModelOptions()._replace(supply_droop=True, bristles=True, closed_loop=True)
+
+
+def distinct_lanes():
+    """Lanes of which every field has a number of its own."""
+    lanes = np.zeros(1, LANES)
+    for half in ("left", "right"):
+        for number, field in enumerate(LANES[half].names, 1):
+            lanes[half][field] = number
+    return lanes["left"][0], dict(
+        zip(LANES["left"].names, range(1, 1 + len(LANES["left"].names)), strict=True)
+    )
+
+
 def test_a_lane_field_holds_the_parameter_that_it_names():
     run = RunParameters()
     lanes = pack_lanes([run], [1e-8])
     for field, path in PARAMETERS.items():
         np.testing.assert_array_equal(lanes["left"][field][0], attrgetter(path)(run))
     np.testing.assert_array_equal(lanes["left"][LEAKAGE][0], 1e-8)
+
+
+def test_states_are_read_and_kept_under_their_names():
+    half, numbers = distinct_lanes()
+    half = half.view(np.recarray)
+    state = state_of(half, 5)
+    assert state._asdict() == {name: numbers[name] for name in STATES}
+    keep_state(half, 7, State(*(-value for value in state)), EVERYTHING)
+    assert [half[name][7] for name in STATES] == [-numbers[name] for name in STATES]
+
+
+def test_sampled_rows_are_the_fields_that_they_are_named_after():
+    half, numbers = distinct_lanes()
+    sample = np.zeros((len(SAMPLED), 16))
+    take_sample(half.view(np.recarray), sample, 0, EVERYTHING)
+    expected = [numbers["spool_1" if name == "spool_position" else name] for name in SAMPLED]
+    np.testing.assert_array_equal(sample[:, 0], expected)
+
+
+def test_every_signal_of_the_file_is_one_of_the_trajectory():
+    signals = {variable.name for variable in names.stored_variables("all") if variable.is_signal}
+    fields = {field.name for field in dataclasses.fields(Trajectory)}
+    assert signals <= fields | {name for name in dir(Trajectory) if not name.startswith("_")}
 
 
 ACCURACY_NOMINAL = load_experiment().nominal_parameters
@@ -236,13 +291,18 @@ def test_the_solved_coefficient_leaks_what_was_asked_for(conditions):
     assert coefficients == sorted(coefficients)
 
 
-def test_a_solution_does_not_depend_on_its_neighbours_of_any_length(conditions, parameters):
-    others = [
-        parameters("leakage.internal_flow=1 L/min", "fluid.bulk_modulus=700 MPa"),
-        parameters("leakage.internal_flow=0.12 L/min", "record.duration=3 s"),
-    ]
-    asked = [*others, *reversed(conditions)]
-    assert solve_leakage_coefficients(asked) == [solve_leakage_coefficients([one])[0] for one in asked]
+def test_a_solution_does_not_depend_on_its_neighbours(conditions, parameters):
+    others = [parameters("leakage.internal_flow=1 L/min", "fluid.bulk_modulus=700 MPa")]
+    together = solve_leakage_coefficients([*others, *reversed(conditions)])[1:]
+    alone = [solve_leakage_coefficients([condition])[0] for condition in reversed(conditions)]
+    assert [solution.coefficient for solution in together] == [solution.coefficient for solution in alone]
+
+
+def test_records_of_different_lengths_are_solved_each_on_its_own(conditions, parameters):
+    long = parameters("leakage.internal_flow=0.12 L/min", "record.duration=3 s")
+    mixed = solve_leakage_coefficients([conditions[0], long])
+    assert mixed[0] == solve_leakage_coefficients([conditions[0]])[0]
+    assert mixed[1] == solve_leakage_coefficients([long])[0]
 
 
 @pytest.mark.parametrize("flow", ["500 L/min", "10 L/min"])

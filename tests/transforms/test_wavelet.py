@@ -25,6 +25,7 @@ from hydrofdi.transforms.undecimated import (
 )
 from hydrofdi.transforms.wavelet import (
     coefficient_rms,
+    detail_coefficients,
     detail_rms,
     level_bands,
     n_phase,
@@ -32,6 +33,23 @@ from hydrofdi.transforms.wavelet import (
 )
 
 RECORD = np.random.default_rng(7).normal(size=1024).cumsum()
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5), st.sampled_from(["db8", "db2", "haar", "coif1"]))
+def test_periodization_keeps_the_energy_of_the_record(seed, levels, name):
+    record = np.random.default_rng(seed).normal(size=1024)
+    rms = detail_rms(record, WaveletConfig(name=name, levels=levels, extension="periodization"))
+    counts = 1024 / 2.0 ** np.arange(1, levels + 1)
+    approximation = pywt.wavedec(record, name, mode="periodization", level=levels)[0]
+    energy = np.sum(counts * rms**2) + np.sum(approximation**2)
+    assert energy == pytest.approx(np.sum(record**2), rel=1e-10)
+
+
+def test_a_polynomial_below_the_vanishing_moments_has_no_details_inside_the_record():
+    wavelet = WaveletConfig(levels=1)
+    ramp = np.linspace(-1.0, 1.0, 1024) ** 3
+    _, details = detail_coefficients(ramp, wavelet, 1, np.arange(1024.0))
+    assert np.abs(details[8:-8]).max() < 1e-10 < np.abs(details).max()
 
 
 @pytest.mark.parametrize(("frequency", "level"), [(180.0, 1), (90.0, 2), (45.0, 3), (22.0, 4), (11.0, 5)])
@@ -43,8 +61,20 @@ def test_a_tone_shows_in_the_level_of_its_band(frequency, level):
     assert np.argmax(rms) == level - 1
 
 
+def test_bands_halve_from_level_to_level():
+    assert level_bands(500.0, 3) == [(125.0, 250.0), (62.5, 125.0), (31.25, 62.5)]
+
+
 def test_delta_is_positive_where_the_rms_fell():
     np.testing.assert_allclose(percentage_change(np.array([4.0, 4.0]), np.array([3.0, 5.0])), [25.0, -25.0])
+
+
+@given(st.floats(1e-3, 1e6), st.floats(1e-3, 1e6), st.floats(1e-3, 1e3))
+def test_delta_does_not_depend_on_the_unit(healthy, faulty, factor):
+    delta = percentage_change(np.array(healthy), np.array(faulty))
+    assert percentage_change(np.array(factor * healthy), np.array(factor * faulty)) == pytest.approx(
+        delta, rel=1e-9, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("extension", ["symmetric", "periodization", "smooth"])
@@ -62,8 +92,33 @@ def test_details_and_approximations_are_those_of_pywavelets(extension, n_time):
         np.testing.assert_array_equal(rms.approximation[:, level - 1], expected)
 
 
+def test_an_approximation_of_level_j_multiplies_a_constant_by_two_to_the_half_j():
+    rms = coefficient_rms(np.full(1024, 8.6e6), WaveletConfig())
+    np.testing.assert_allclose(rms.approximation, 8.6e6 * 2.0 ** (np.arange(1, 6) / 2.0), rtol=1e-9)
+
+
+ORTHOGONAL = st.sampled_from(["db8", "db2", "haar", "coif1", "sym4"])
+
+
 def _record(seed: int, n_time: int) -> np.ndarray:
     return np.random.default_rng(seed).normal(size=n_time).cumsum()
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(40, 700), st.integers(1, 5), ORTHOGONAL)
+def test_energy_is_partitioned_at_any_length(seed, n_time, levels, name):
+    record = _record(seed, n_time)
+    rms = undecimated_rms(record, WaveletConfig(name=name, levels=levels))
+    power = np.square(rms.detail) / 2.0 ** np.arange(1, levels + 1)
+    total = power.sum() + rms.approximation[-1] ** 2 / 2.0**levels
+    assert total == pytest.approx(np.mean(record**2), rel=1e-10)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(64, 700), st.integers(0, 700))
+def test_the_rms_does_not_depend_on_where_a_circle_starts(seed, n_time, shift):
+    record = _record(seed, n_time)
+    wavelet = WaveletConfig(levels=4)
+    turned = undecimated_rms(np.roll(record, shift), wavelet)
+    np.testing.assert_allclose(turned.detail, undecimated_rms(record, wavelet).detail, rtol=1e-9)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(64, 700), st.integers(1, 5))
@@ -82,6 +137,17 @@ def test_the_bits_of_a_record_do_not_depend_on_the_others():
         alone = undecimated_rms(records[first:last], WaveletConfig())
         np.testing.assert_array_equal(alone.detail, together.detail[first:last])
         np.testing.assert_array_equal(alone.approximation, together.approximation[first:last])
+
+
+@pytest.mark.parametrize("name", ["db8", "haar", "bior2.4"])
+def test_the_coefficients_are_those_of_the_stationary_transform_of_pywavelets(name):
+    record, levels = _record(3, 1024), 5
+    details, approximations = undecimated_coefficients(record, WaveletConfig(name=name, levels=levels))
+    for level, (approximation, detail) in enumerate(reversed(pywt.swt(record, name, level=levels))):
+        # PyWavelets centres each filter; the coefficients are the same, turned by half of its length.
+        delay = pywt.Wavelet(name).dec_len // 2 * (2 ** (level + 1) - 1)
+        np.testing.assert_allclose(np.roll(details[level], -delay), detail, atol=1e-9)
+        np.testing.assert_allclose(np.roll(approximations[level], -delay), approximation, atol=1e-9)
 
 
 @pytest.mark.parametrize("phase", [0, 1, 5, 31])
@@ -132,23 +198,37 @@ def test_without_boundary_coefficients_the_extension_has_no_effect(extension):
     assert not np.allclose(symmetric, detail_rms(record, WaveletConfig()), rtol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("n_time", "options"),
-    [
-        *((4501, {"extension": extension}) for extension in pywt.Modes.modes),
-        *((4501, {"extension": e, "boundary": "left_out"}) for e in ("symmetric", "smooth", "periodic")),
-        *((9000, {"name": name, "levels": 4}) for name in ("haar", "db2", "sym5", "db20", "bior3.1", "dmey")),
-        *((9000, {"levels": levels}) for levels in (1, 2, 6)),
-        *((n_time, {}) for n_time in (500, 3839, 3840, 3841, 3871, 4001)),
-    ],
-)
-def test_every_phase_is_the_transform_of_a_record_that_starts_there(n_time, options):
-    wavelet = WaveletConfig(**options)
+def assert_exact(n_time, wavelet):
     records = 8e6 + 1e5 * np.cumsum(np.random.default_rng(n_time).normal(size=(2, n_time)), axis=1)
     found = phase_rms(records, wavelet)
     assert found.shape == (2, n_phase(wavelet.levels), wavelet.levels)
     for phase in range(n_phase(wavelet.levels)):
         np.testing.assert_array_equal(found[:, phase], detail_rms(records[:, phase:], wavelet))
+
+
+@pytest.mark.parametrize("extension", pywt.Modes.modes)
+def test_with_each_extension(extension):
+    assert_exact(4501, WaveletConfig(extension=extension))
+
+
+@pytest.mark.parametrize("extension", ["symmetric", "smooth", "periodic"])
+def test_without_the_boundary(extension):
+    assert_exact(4501, WaveletConfig(extension=extension, boundary="left_out"))
+
+
+@pytest.mark.parametrize("name", ["haar", "db2", "sym5", "db20", "bior3.1", "dmey"])
+def test_with_each_length_of_filter(name):
+    assert_exact(9000, WaveletConfig(name=name, levels=4))
+
+
+@pytest.mark.parametrize("levels", [1, 2, 6])
+def test_with_any_number_of_levels(levels):
+    assert_exact(9000, WaveletConfig(levels=levels))
+
+
+@pytest.mark.parametrize("n_time", [500, 3839, 3840, 3841, 3871, 4001])
+def test_of_short_and_odd_records(n_time):
+    assert_exact(n_time, WaveletConfig())
 
 
 RUN = RunRequest().with_values({"record.duration": 10.0, "input.period": 1.0})
@@ -169,22 +249,32 @@ def _decaying(share: float, time_constant: float) -> np.ndarray:
     return (WAVE * (1.0 + share * np.exp(-TIME / time_constant)))[None]
 
 
+def test_a_periodic_record_is_settled_from_its_start() -> None:
+    (settling,) = how_records_settle([RUN], WAVE[None])
+    assert settling.start == 0
+    assert settling.change < 1e-12
+
+
 def test_a_start_that_dies_away_is_left_out_in_whole_periods() -> None:
-    ((none,), (early,)) = (how_records_settle([RUN], record) for record in (WAVE[None], _decaying(0.5, 0.5)))
-    assert none.start == 0
-    assert none.change < 1e-12
-    assert early.start in range(500, 8 * 500 + 1, 500)
-    assert early.change < SETTLED_CHANGE
+    (settling,) = how_records_settle([RUN], _decaying(0.5, 0.5))
+    assert settling.start is not None
+    assert settling.start % 500 == 0
+    assert 0 < settling.start <= 8 * 500
+    assert settling.change < SETTLED_CHANGE
 
 
-def test_a_record_that_never_settles_has_no_settled_part_and_a_single_period_says_nothing() -> None:
+def test_a_record_that_never_settles_has_no_settled_part() -> None:
     (settling,) = how_records_settle([RUN], _decaying(0.5, 50.0))
     assert settling.start is None
     assert settling.change > SETTLED_CHANGE
     features = _features(RUN, _decaying(0.5, 50.0), settling)
     assert np.isnan(features["settled_detail_rms"]).all()
     assert np.isfinite(features["mean_chamber_1_pressure"]).all()
-    (settling,) = how_records_settle([RUN.with_values({"record.duration": 1.0})], WAVE[None, :500])
+
+
+def test_a_single_period_says_nothing() -> None:
+    run = RUN.with_values({"record.duration": 1.0})
+    (settling,) = how_records_settle([run], WAVE[None, :500])
     assert np.isnan(settling.change)
     assert settling.start is None
 

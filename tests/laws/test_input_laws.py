@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from hydrofdi.api.check import computed_rows
-from hydrofdi.config import RunParameters, expand_runs, load_experiment
+from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment
+from hydrofdi.config.request import RunRequest
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
@@ -19,6 +20,12 @@ SHAPES = ("square", "steps", "sine", "sweep", "multisine")
 
 def _voltage(run: RecordConfig = RUN, **fields: object) -> np.ndarray:
     return input_voltage(InputConfig.model_validate(fields), run, np.arange(run.n_step))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_voltage_stays_within_its_amplitude(shape: str) -> None:
+    size = np.abs(_voltage(shape=shape, amplitude=1.5)).max()
+    assert 0.5 < size <= 1.5 * (1.0 + 1e-3)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -84,6 +91,26 @@ def test_solver_agrees_with_the_kernel_on_every_shape(shape: str) -> None:
 def test_impossible_input_or_record_is_refused(settings: list[str], key: str) -> None:
     with pytest.raises(ConfigError, match=key):
         load_experiment(settings=settings)
+
+
+def test_detail_rms_leaves_out_the_start_that_is_discarded() -> None:
+    run = RunRequest().with_values({"record.duration": 3.0, "input.period": 1.0})
+    late = run.with_values({"analysis.discard": 1.0})
+    whole, settled = (compute_columns([Job.of(RunSpec(request), "run", 2e-9)]) for request in (run, late))
+    np.testing.assert_array_equal(whole["chamber_1_pressure"], settled["chamber_1_pressure"])
+    expected = detail_rms(whole["chamber_1_pressure"][:, 500:], run.wavelet)
+    np.testing.assert_array_equal(settled["detail_rms"], expected)
+    assert np.any(whole["detail_rms"] != settled["detail_rms"])
+
+
+SHORT = RunRequest().with_values({"record.duration": 4.0, "input.period": 1.0})
+
+
+@pytest.mark.parametrize(("discard", "time"), [("1 period", 1.0), ("0.5 periods", 0.5), ("2.0 period", 2.0)])
+def test_discarded_periods_are_the_time_that_they_take(discard: str, time: float) -> None:
+    stated, timed = (SHORT.with_values({"analysis.discard": value}) for value in (discard, time))
+    columns = [compute_columns([Job.of(RunSpec(request), "run", 2e-9)]) for request in (stated, timed)]
+    np.testing.assert_array_equal(columns[0]["detail_rms"], columns[1]["detail_rms"])
 
 
 def test_discarded_periods_follow_the_period_of_each_run() -> None:

@@ -293,7 +293,7 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
         doubts={doubt.word: _doubt(doubt, held) for doubt in doubts_of(verdict)},
         remedy=REMEDIES.get(status, ""),
         changes=changes_since(directory, plan.experiment) if position in plan.missing else {},
-        is_baseline=compared != NO_RUN and plan.run_ids[compared] == run_id,
+        is_baseline=bool(compared != NO_RUN) and plan.run_ids[compared] == run_id,
         units=plan.experiment.units,
     )
 

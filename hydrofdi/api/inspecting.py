@@ -321,7 +321,8 @@ def inspect(
         (path, *more) = data if isinstance(data, list) else [data]
         if more or kind_of(path_of(path)) != "measured":
             raise ConfigError("write: is for one data file, or for a folder of them")
-        write_description(path_of(path), path_of(write), said.frequency)
+        if "…" in write_description(path_of(path), path_of(write), said.frequency):
+            raise ConfigError(f"{write}: is written; replace each … in it")
         data, said = write, Said()
     sources: list[Any] = sources_of(data, tuple(Channel), said)
     sources = [

@@ -227,7 +227,9 @@ def _explanation(run: Explanation) -> Iterator[Any]:
         for label, each in run.analysis.items()
     }
     if run.provenance:
-        told |= {name: run.provenance[name] for name in ("started", "git", "python", "seeds")}
+        told |= {name: run.provenance[name] for name in ("started", "python", "seeds")}
+        git = run.provenance["git"] or {}
+        told["commit"] = f"{git.get('commit') or ''}{', with changes' * bool(git.get('dirty'))}"
         told["command"] = " ".join(run.provenance["command"])
     yield from facts(told)
     if run.log:

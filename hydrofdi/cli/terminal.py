@@ -69,7 +69,7 @@ _MOST_VALUES = 6
 
 def facts(record: Mapping[str, Any], indent: str = "") -> Iterator[str]:
     """A line for each fact of a record, below each other; a record within it stands below its name."""
-    known = {name: found for name, found in record.items() if found is not None and found not in ("", [], {})}
+    known = {name: found for name, found in record.items() if found or (found == 0 and found is not False)}
     width = max(map(len, known), default=0) + 2
     for name, found in known.items():
         title = name if "." in name else name.replace("_", " ")

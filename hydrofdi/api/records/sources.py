@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -267,4 +268,6 @@ def _is_settings(head: bytes) -> bool:
         return False
     lines = (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
     begins_so = _KEY.match(next(lines, "")) is not None
-    return begins_so and (not is_whole or isinstance(parse_yaml(text, "").data, dict))
+    with suppress(ConfigError):
+        return begins_so and (not is_whole or isinstance(parse_yaml(text, "").data, dict))
+    return False

@@ -161,13 +161,19 @@ def _below_preamble(file: Path, table: Table | None) -> tuple[int, Table]:
 
 def _suggestion(pattern: str, skip: int, table: Table, sampling_frequency: float | None) -> str:
     channels: dict[Channel, str] = {}
-    for position in range(len(table.titles)):
-        if channel := channel_named(table.titles[position], table.unit(position), _CHANNELS):
+    left: list[str] = []
+    for position, title in enumerate(table.titles):
+        if channel := channel_named(title, table.unit(position), _CHANNELS):
             channels.setdefault(channel, _column(table, position, channel.unit))
+        else:
+            left.append(shortened(title))
     columns = channels or {Channel.CHAMBER_1_PRESSURE: "{column: '…', unit: …}"}
     form = ["decimal: ','"] * table.has_decimal_commas + [f"skip: {skip}"] * bool(skip)
     keys = [f"files: {pattern!r}", f"format: {{{', '.join(form)}}}"] if form else [f"files: {pattern!r}"]
     keys += [f"sampling_frequency: {sampling_frequency:g} Hz" if sampling_frequency else _sampling(table)]
+    keys += (
+        [f"# other columns: {', '.join(left[:MOST_SHOWN])}{', …' * (len(left) > MOST_SHOWN)}"] if left else []
+    )
     return "\n".join([*keys, "channels:", *(f"  {channel}: {text}" for channel, text in columns.items())])
 
 

@@ -322,8 +322,8 @@ def plain_source(path: Path | str, sampling_frequency: float | None = None) -> M
     return MeasuredSource(str(path), config, files, place if place.is_dir() else place.parent, unused)
 
 
-def write_description(path: Path, file: Path, sampling_frequency: float | None = None) -> None:
-    """Write what the headers of a measured file, or of a folder of them, state as a description to complete.
+def write_description(path: Path, file: Path, sampling_frequency: float | None = None) -> str:
+    """Write what the headers of a measured file, or of a folder of them, state as a description; its text.
 
     Parameters
     ----------
@@ -345,6 +345,7 @@ def write_description(path: Path, file: Path, sampling_frequency: float | None =
             out.write(text)
     except OSError as error:
         raise DataError(f"{file}: {error.strerror}") from None
+    return text
 
 
 def _files_at(path: Path) -> list[Path]:

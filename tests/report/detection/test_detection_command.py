@@ -229,3 +229,9 @@ def test_scores_that_need_other_sensors_are_left_out(study):
 def test_a_mistaken_sensor_is_named_with_the_one_that_may_be_meant(study):
     with pytest.raises(ConfigError, match="is unknown; did you mean 'spool_position'"):
         load_experiment(study, ["detection.sensors=[P1, spool_positon]"])
+
+
+def test_a_run_of_a_study_is_explained(swept):
+    done = run_hydrofdi("why", swept.directory, "5", "--json", cwd=swept.folder)
+    assert "measurement.seed" in json.loads(done.stdout)["differences"]
+    assert run_hydrofdi("why", swept.directory, "5", cwd=swept.folder).returncode == 0

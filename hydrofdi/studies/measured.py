@@ -83,7 +83,7 @@ def measured_study(
     return StudyDesign(records, tuple(_scores(columns, labelled)))
 
 
-WHICH = "which records are healthy? healthy=LABEL, or 'healthy: [LABEL]' in the description"
+WHICH = "which records are healthy? State it: --healthy LABEL, or 'healthy: [LABEL]' in the description"
 
 
 def require_labels(stated: Iterable[tuple[str, str]], found: Collection[str]) -> None:

@@ -17,7 +17,7 @@ from hydrofdi.report import changes, run_lengths
 from hydrofdi.report.composition import answers, document_of
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.wording import answers as answers_of
-from hydrofdi.report.detection.wording import severity_unit
+from hydrofdi.report.detection.wording import finds, severity_unit
 from hydrofdi.report.estimates import estimate_records, estimates_block
 from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.table import Block, Document, FigureKind
@@ -170,8 +170,9 @@ class DetectionReport:
 
     @property
     def _training(self) -> Block | None:
-        """The command that trains the winner."""
-        if self.data is None or not self.is_complete or winner(self.detections[0]) is None:
+        """The command that trains the winner, if it finds anything."""
+        best = winner(self.detections[0])
+        if self.data is None or not self.is_complete or best is None or not finds(best):
             return None
         folder = shlex.quote(str(self.data.path.parent))
         command = f"hydrofdi train {folder} --best --out detector.json"

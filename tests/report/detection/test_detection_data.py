@@ -29,6 +29,7 @@ from tests.report.detection.made_up import (
     judged,
     made_up_records,
     made_up_score,
+    made_up_scores,
     report_of,
 )
 from tests.report.rows import rows
@@ -303,6 +304,12 @@ def test_where_nothing_is_found_the_answer_says_why(chosen, key):
     sentence = answer_sentence(judged(**chosen))
     assert sentence.startswith("Nothing is found")
     assert key in sentence
+
+
+@pytest.mark.parametrize(("scores", "is_offered"), [(made_up_scores, True), (hopeless, False)])
+def test_training_is_offered_where_something_is_found(made_up, scores, is_offered):
+    report = replace(report_of(judged(scores=scores)), data=made_up)
+    assert (report._training is not None) == is_offered
 
 
 @pytest.mark.parametrize(

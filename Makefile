@@ -13,7 +13,7 @@ PYTEST = $(BIN)/pytest --numprocesses 2 --dist loadscope
 CHECKED = $(INSTALL) --require-hashes --constraint constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help install table3 test test-long test-all check bench bench-runner bench-monitor torture constraints docs site clean
+.PHONY: help install table3 test test-long test-all check bench bench-runner bench-monitor torture constraints docs release site clean
 
 help:  ## list the targets
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -63,6 +63,21 @@ docs: .venv/installed-runtime  ## generate the pages of YAML files and indicator
 site: .venv/installed-test  ## build the documentation into site/ (minutes; then seconds)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs site
 	@echo "built site/index.html"
+
+release: .venv/installed-runtime  ## build wheel and sdist into dist/ and try each in a bare environment
+	rm -rf dist .venv/release
+	$(BIN)/python -m hatchling build --directory dist
+	$(PYTHON) -m venv .venv/release
+	.venv/release/bin/python -m pip install --quiet --require-hashes --requirement .venv/pip.txt
+	.venv/release/bin/python -m pip install --quiet --require-hashes --constraint constraints.txt --requirement .venv/runtime.txt
+	@for built in $$PWD/dist/*.whl $$PWD/dist/*.tar.gz; do \
+		echo "trying $$built" && bin=$$PWD/.venv/release/bin && folder=$$(mktemp -d) && cd $$folder && \
+		$$bin/python -m pip install --quiet --no-index --no-deps --no-build-isolation --force-reinstall $$built && \
+		$$bin/hydrofdi --version && $$bin/hydrofdi sweep smoke && $$bin/hydrofdi report && \
+		$$bin/hydrofdi measure smoke --indicators dwt > /dev/null && $$bin/hydrofdi init mine && $$bin/hydrofdi plan mine > /dev/null || exit 1; \
+		cd - > /dev/null && rm -rf $$folder; \
+	done
+	@ls -l dist
 
 constraints: .venv/made  ## resolve all dependencies anew into constraints.txt
 	$(INSTALL) uv

@@ -1,3 +1,3 @@
 """The version of hydrofdi."""
 
-__version__ = "0.1.0"
+__version__ = "0.9.0"

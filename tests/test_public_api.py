@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 import hydrofdi
 from tests.commands import run_hydrofdi, run_process
@@ -20,6 +21,11 @@ def test_the_public_names_are_few_documented_and_there():
         assert name == "__version__" or getattr(hydrofdi, name).__doc__
 
 
+def test_the_citation_names_this_version():
+    citation = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
+    assert citation["version"] == hydrofdi.__version__
+
+
 def test_importing_the_package_loads_no_library():
     code = "import sys, hydrofdi; print(sorted({'numpy', 'numba', 'pydantic', 'h5py'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -27,8 +33,9 @@ def test_importing_the_package_loads_no_library():
 
 
 EXPECTED = {
-    ".ci", ".gitignore", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "Makefile", "README.md", "benchmarks",
-    "configs", "constraints.txt", "docs", "hydrofdi", "pyproject.toml", "results", "tests",
+    ".ci", ".gitignore", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE", "Makefile",
+    "README.md", "SECURITY.md", "benchmarks", "configs", "constraints.txt", "docs", "hydrofdi",
+    "pyproject.toml", "results", "tests",
 }  # fmt: skip
 
 

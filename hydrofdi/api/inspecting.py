@@ -13,7 +13,7 @@ import numpy as np
 from hydrofdi.api.arguments import Names, Texts, path_of, refusal
 from hydrofdi.api.measuring import Indicators, assumed_plants, indicators_of
 from hydrofdi.api.records.sources import Said, kind_of, sources_of
-from hydrofdi.errors import ConfigError, DataError, Issue, ReportError
+from hydrofdi.errors import ConfigError, DataError, ReportError
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Channel
@@ -99,11 +99,11 @@ class Finding:
     is_rejection: bool = False
     examples: list[tuple[str, str]] = field(default_factory=list)
 
-    def add(self, record_id: str, remark: Issue) -> None:
+    def add(self, record_id: str, text: str) -> None:
         """Count a record."""
         self.n_record += 1
         if len(self.examples) < _EXAMPLES:
-            self.examples.append((record_id, remark.message))
+            self.examples.append((record_id, text))
 
 
 @dataclass(repr=False)
@@ -171,11 +171,12 @@ class Inspection(Guessable):
             found.add(samples)
             found.units |= batch.units.get(channel, frozenset())
         for record_id, remarks in zip(batch.record_ids, batch.remarks, strict=True):
-            for remark in {remark.kind: remark for remark in reversed(remarks)}.values():
-                self.remarked.setdefault(remark.kind, Finding()).add(record_id, remark)
+            for kind in dict.fromkeys(remark.kind for remark in remarks):
+                texts = [remark.message for remark in remarks if remark.kind == kind]
+                self.remarked.setdefault(kind, Finding()).add(record_id, "; ".join(texts))
         for rejected in batch.rejected:
             finding = self.remarked.setdefault(rejected.remark.kind, Finding(is_rejection=True))
-            finding.add(rejected.record_id, rejected.remark)
+            finding.add(rejected.record_id, rejected.remark.message)
 
     def plot(self) -> Figure:
         """Figure of the chosen record, or of the first: signals, spectra, details.
@@ -343,8 +344,8 @@ def inspect(
     if indicators is not None:
         for measured in measure_sources(sources, indicators_of(indicators))[1]:
             if measured.doubts:
-                remark = Issue("; ".join(doubt.message for doubt in measured.doubts), kind="doubtful")
-                found.remarked.setdefault(remark.kind, Finding()).add(measured.record_id, remark)
+                text = "; ".join(doubt.message for doubt in measured.doubts)
+                found.remarked.setdefault("doubtful", Finding()).add(measured.record_id, text)
     usable = {
         name: each for name, each in make_indicators("all").items() if each.channels <= found.ranges.keys()
     }

@@ -159,8 +159,8 @@ def monitor(
 
     Writes a line of JSON to standard output for each window and for each event; a terminal shows a live view
     instead, unless --json is given. SIGTERM and Ctrl-C end it after the samples already read; with --state it
-    resumes from there. Exit code 0 at the end of the stream and after SIGTERM, 1 if the stream ends without
-    any sample that could be read, 130 after Ctrl-C.
+    resumes from there. Exit code 0 at the end of the stream and after SIGTERM, 1 if the stream ends and no
+    window was judged, 130 after Ctrl-C.
     """
 
     with interruption(lambda: None) as asked:
@@ -169,7 +169,7 @@ def monitor(
         trained = Detector.load(detector)
         view = _view(trained.file, source, json=json)
         ending = trained.monitor(source, on_line=view, stop=lambda: bool(asked), **settings)
-    return INTERRUPTED if signal.SIGINT in asked else int(ending.name == "UNREADABLE")
+    return INTERRUPTED if signal.SIGINT in asked else int(ending.name == "UNJUDGED")
 
 
 def _view(file: DetectorFile, source: str, *, json: bool) -> Any:

@@ -195,8 +195,8 @@ class MonitorConfig(SamplesConfig):
     @field_validator("format")
     @classmethod
     def _is_of_a_stream(cls, given: FormatConfig) -> FormatConfig:
-        if stated := sorted(given.model_fields_set & {"kind", "skip", "header", "units_row"}):
-            raise ValueError(f"{stated[0]!r} does not apply to a stream")
+        if given.kind not in (None, "text"):
+            raise ValueError(f"{given.kind!r} is no kind of a stream, which is text")
         try:
             ends = "\n".encode(given.encoding)
         except LookupError:

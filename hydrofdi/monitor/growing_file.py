@@ -314,7 +314,7 @@ class GrowingFile(StreamSource):
         data = file.read(BLOCK)
         if file.was_begun_anew() or (not data and file.status.st_size < file.offset):
             self._say("was cut; it is read from the start")
-            self._text.forget_unfinished()
+            self._text.begin_anew()
             file.begin_anew()
         elif data:
             return self._text.read(data)
@@ -324,7 +324,9 @@ class GrowingFile(StreamSource):
             self._file = FollowedFile(following(self._path, file))
             self._say("is a new file; the old one was read to its end")
             file.close()
-            return self._text.read(b"", is_end=True)
+            chunk = self._text.read(b"", is_end=True)
+            self._text.begin_anew()
+            return chunk
         elif not self._follow:
             self.is_over = True
             return None if self._leaves_unended else self._text.read(b"", is_end=True)

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from enum import StrEnum
 
 from hydrofdi.errors import StoreError
-from hydrofdi.monitor.lines import Event, EventKind, Line, Sink, is_said
+from hydrofdi.monitor.lines import Event, EventKind, Line, Sink, WindowLine, is_said
 from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.state import StateFile, Stored
@@ -22,7 +22,7 @@ class Ending(StrEnum):
     """Why a monitor ended."""
 
     OVER = "the stream is over"
-    UNREADABLE = "the stream is over, and has no sample that could be read"
+    UNJUDGED = "the stream is over, and no window was judged"
     STOPPED = "it received a request to stop"
     OUTPUT_CLOSED = "its output is no longer read"
 
@@ -88,8 +88,7 @@ class _Monitor:
         self._state_file, self._log = state_file, log
         self._state = watch.start()
         self._pending: list[Line] = []
-        self._is_unreadable, self._n_sample, self._n_lost = True, 0, 0
-        self._is_unstored = False
+        self._is_unjudged, self._is_unstored, self._n_lost = True, False, 0
 
     def run(self, stop: Callable[[], bool]) -> Ending:
         try:
@@ -98,7 +97,7 @@ class _Monitor:
                 if stop():
                     return self._end(Ending.STOPPED)
                 self._step(self._source.read(PATIENCE))
-            return self._end(Ending.UNREADABLE if self._is_unreadable else Ending.OVER)
+            return self._end(Ending.UNJUDGED if self._is_unjudged else Ending.OVER)
         except BrokenPipeError:
             return Ending.OUTPUT_CLOSED
 
@@ -110,7 +109,7 @@ class _Monitor:
         self._source.open({} if stored is None else stored.position)
         if stored is None:
             return Event(EventKind.STARTED, f"watches {self._source.name}")
-        self._state, self._is_unreadable = stored.state, not self._watch.has_begun(stored.state)
+        self._state, self._is_unjudged = stored.state, not self._watch.next_number(stored.state)
         if not stored.position:
             self._state = self._watch.resume(stored.state, may_repeat=self._source.may_repeat_all)
         text = f"watches {self._source.name} again, from window {self._watch.next_number(self._state)} on"
@@ -122,9 +121,9 @@ class _Monitor:
         self._n_lost += sum(event.count for event in happened if event.kind is EventKind.DROPPED)
         lines: list[Line] = [*happened]
         if chunk is not None and chunk.n_time:
-            self._n_sample += chunk.readable.n_time
-            self._is_unreadable = not self._n_sample
             self._state, more = self._watch.step(self._state, chunk)
+            alarms = [line.verdict.alarm for line in more if isinstance(line, WindowLine)]
+            self._is_unjudged = self._is_unjudged and alarms.count(None) == len(alarms)
             lines += more
         self._deliver(chunk, lines)
 

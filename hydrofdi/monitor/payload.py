@@ -101,11 +101,26 @@ class Lines:
         """
         raise NotImplementedError
 
+    def is_row(self, line: str) -> bool:
+        """Whether a line is a sample, or the header once more; it takes none."""
+        n_sample = 0 if self.clock is None else self.clock.n_sample
+        try:
+            return line in self.header or self.block([line]).n_time > 0
+        except ValueError:
+            return False
+        finally:
+            if self.clock is not None:
+                self.clock.n_sample = n_sample
+
     def line(self, line: str, error: ValueError) -> list[Chunk]:
         """A line that is something else: a sample that could not be read."""
+        return [self.lost(line, str(error))]
+
+    def lost(self, line: str, reason: str) -> Chunk:
+        """A sample that could not be read; those that follow keep their instants."""
         if self.clock is not None:
             self.clock.n_sample += 1
-        return [malformed("line", line.strip("\r "), str(error))]
+        return malformed("line", line.strip("\r "), reason)
 
 
 class PayloadReader(Lines):

@@ -10,17 +10,17 @@ from typing import Any
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.payload import Lines, PayloadReader, SampleClock, stream_columns
-from hydrofdi.monitor.sources import Position, joined, malformed
+from hydrofdi.monitor.sources import Position, joined
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.dates import is_dated, unix_seconds
-from hydrofdi.records.measured.columns import Column, is_unit, split_title
+from hydrofdi.records.measured.columns import Column
 from hydrofdi.records.measured.rows import RowReader
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.messages import counted
 
 
 class CsvLines(Lines):
-    """Reads a header, an optional row of units, and rows.
+    """Reads a header, a row of units if there is one, and rows.
 
     A line that is not a row is a comment, a repeated header, or malformed.
     """
@@ -30,10 +30,9 @@ class CsvLines(Lines):
     ) -> None:
         super().__init__(config, clock, needed, name)
         self._rows = RowReader(config.format, [])
-        self._units: list[str] | None = None
         self._channels: dict[Channel, Column] = {}
         self._time: Column | None = None
-        self._has_begun = False
+        self._has_begun = self._has_names = False
 
     def block(self, lines: Sequence[str]) -> Chunk:
         """Samples of rows."""
@@ -62,14 +61,12 @@ class CsvLines(Lines):
         if self._rows.is_empty(text):
             return []
         try:
-            if not self._rows.titles:
+            if not self._rows.titles or (self._channels and self._is_header(text)):
                 self._begin(text)
-                return []
+                if self._has_names:
+                    return []
             if not self._channels:
                 return self._first_after_header(text)
-            if self._is_header(text):
-                self._begin(text)
-                return []
         except ValueError as failure:
             if not self._has_begun:
                 is_worded = isinstance(failure, DataError)
@@ -81,26 +78,23 @@ class CsvLines(Lines):
 
     def _begin(self, text: str) -> None:
         """Take a line as the header."""
-        self._rows = RowReader(self.config.format, [text])
+        self._rows, self._channels, self.header = RowReader(self.config.format, [text]), {}, [text]
         titles = self._rows.header(text)
-        if any(self._rows.is_number(title) for title in titles if title):
+        self._has_names = self._rows.has_names(titles)
+        if not self._has_names and self.config.format.header is None:
             raise DataError(
                 f"{self.name}: begins with {text[:60]!r}, which is not a header; write the names"
-                " and units of the columns first, such as 'time [s],P1 [bar]'"
+                " and units of the columns first, such as 'time [s],P1 [bar]', or 'format: {header: false}'"
             )
-        self._rows.titles, self._units, self.header, self._channels = titles, None, [text], {}
+        self._rows.titles = titles if self._has_names else [str(n + 1) for n in range(len(titles))]
 
     def _first_after_header(self, text: str) -> list[Chunk]:
         titles, cells = self._rows.titles, self._rows.cells([text])[0]
-        found = [cell.strip(" []()\r") for cell in cells]
-        stated = [cell for cell in found if cell]
-        is_row_of_units = stated and all(is_unit(cell) and not self._rows.is_number(cell) for cell in stated)
-        if is_row_of_units and self._units is None:
-            self._units = (found + [""] * len(titles))[: len(titles)]
+        if self._has_names and not self._rows.units and self._rows.are_units(cells):
+            self._rows.units = cells
             self.header.append(text)
             return []
-        above = self._units or [""] * len(titles)
-        units = [unit or split_title(title)[1] for unit, title in zip(above, titles, strict=True)]
+        units = [self._rows.unit(n) for n in range(len(titles))]
         dated = [n for n in range(len(titles)) if n >= len(cells) or not self._rows.is_number(cells[n])]
         self._time, self._channels = stream_columns(
             titles, units, self.name, self.config, self.needed, dated, has_clock=self.clock is not None
@@ -156,9 +150,13 @@ class TextLines:
         )
         self._lines: Lines | None = None
         self._rest, self._is_skipping = b"", "is_skipping" in position
+        self._n_preamble = config.format.skip
+        self._n_skip = int(position.get("n_skip", 0 if "header" in position else self._n_preamble))
         if header := position.get("header"):
             self._lines = self._csv
             self._lines.chunks(list(header))
+            if self._clock is not None:
+                self._clock.n_sample = n_sample
 
     @property
     def n_unfinished(self) -> int:
@@ -175,11 +173,13 @@ class TextLines:
             known["n_sample"] = self._clock.n_sample
         if self._is_skipping:
             known["is_skipping"] = True
+        if self._n_preamble:
+            known["n_skip"] = self._n_skip
         return known
 
-    def forget_unfinished(self) -> None:
-        """Discard the unfinished last line."""
-        self._rest, self._is_skipping = b"", False
+    def begin_anew(self) -> None:
+        """What follows is the beginning of a file; an unfinished line is discarded."""
+        self._rest, self._is_skipping, self._n_skip = b"", False, self._n_preamble
 
     def read(self, data: bytes, *, is_end: bool = False) -> Chunk | None:
         """Samples of the lines that are now complete; None without one.
@@ -196,21 +196,28 @@ class TextLines:
             It begins with UTF-16 or binary data, or the first line is not a usable header.
         """
         self._require_text(data)
-        text = (self._rest + data).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        text = self._rest + data
+        half = b"\r" if text.endswith(b"\r") and not is_end else b""  # a line end may come in two pieces
+        text = text.removesuffix(half).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         whole, end, rest = text.rpartition(b"\n")
         if is_end:
             whole, end, rest = whole + end + rest, b"", b""
-        self._rest = rest
-        lines = whole.decode(self._encoding, errors="replace").split("\n") if whole else []
-        if self._is_skipping and (lines or end):
+        self._rest = rest + half
+        lines = whole.decode(self._encoding, errors="replace").split("\n") if whole or end else []
+        if self._is_skipping and lines:
             lines, self._is_skipping = lines[1:], False
+        if self._n_skip and lines:
+            is_first = self._n_skip == self._n_preamble
+            if is_first and self._lines is not None and self._lines.is_row(lines[0]):
+                self._n_skip = 0  # a further file, which has no preamble
+            lines, self._n_skip = lines[self._n_skip :], max(0, self._n_skip - len(lines))
         if len(rest) > self._largest:
             lines.append(rest.decode(self._encoding, errors="replace"))
             self._rest, self._is_skipping = b"", True
         chunks: list[Chunk] = []
         for fits, some in groupby(lines, self._fits):
             found, reason = list(some), f"is longer than {counted(self._largest, 'byte')}"
-            chunks += self._chunks(found) if fits else [malformed("line", line, reason) for line in found]
+            chunks += self._chunks(found) if fits else [self._csv.lost(line, reason) for line in found]
         return joined(chunks) if chunks else None
 
     def _require_text(self, data: bytes) -> None:

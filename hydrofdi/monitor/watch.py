@@ -148,10 +148,6 @@ class Watch:
         """Number of the next window."""
         return int(_parts(state)["judging"]["number"])
 
-    def has_begun(self, state: State) -> bool:
-        """Whether there was a sample."""
-        return bool(np.isfinite(_parts(state)["stream"]["last"]))
-
     def step(self, state: State, chunk: Chunk) -> tuple[State, list[Line]]:
         """The state after a chunk, and its lines; the old state does not change."""
         parts = _parts(state)

@@ -58,6 +58,7 @@ def test_a_description_is_written_from_the_headers(tmp_path):
     found = run_json("inspect", tmp_path / "rig.csv", "--write", tmp_path / "sub" / "mine.yaml")
     assert found["channels"].keys() == {"chamber_1_pressure", "piston_position"}
     assert run_json("inspect", tmp_path / "sub" / "mine.yaml") == found
+    assert "other columns" not in (tmp_path / "sub" / "mine.yaml").read_text()
     assert run("inspect", tmp_path / "rig.csv", "--write", tmp_path / "sub" / "mine.yaml", check=2).stderr
     run("inspect", tmp_path / "sub" / "mine.yaml", "--write", tmp_path / "other.yaml", check=2)
     (tmp_path / "foreign.csv").write_text("Zeit;DA;DB\n" + rows.replace(",", ";").replace(".", ","))
@@ -77,6 +78,11 @@ def test_defects_of_a_plain_file_are_named(tmp_path):
     text = run("inspect", tmp_path / "rig.csv", "--sampling-frequency", "200 Hz", check=0).stdout
     assert "200 Hz" in text
     assert "never changes" in text
+    (tmp_path / "rig.csv").write_text("p1 [bar],u [V]\n1,\n,2\n3,4\n")
+    found = run_json("inspect", tmp_path / "rig.csv", "--sampling-frequency", "200 Hz")["findings"]
+    (example,) = found["missing"]["examples"]
+    assert found["missing"]["records"] == 1
+    assert all(name in example["text"] for name in ("chamber_1_pressure", "input_voltage"))
 
 
 def test_several_files_are_inspected_together(tmp_path):

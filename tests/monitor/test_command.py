@@ -72,6 +72,19 @@ def test_a_leak_that_sets_in_raises_an_alarm_within_two_windows(machine):
     assert done.stderr.count("--state") == 1
 
 
+def test_the_description_that_inspect_wrote_serves_a_file_and_a_pipe(machine, tmp_path):
+    text = "press 4, hall 2\nserial: 7\n" + machine.stream.read_text()
+    (tmp_path / "run.csv").write_text(text)
+    run("inspect", "run.csv", "--write", "rig.yaml", cwd=tmp_path, check=0)
+    assert "skip: 2" in (tmp_path / "rig.yaml").read_text()
+    expected = windows(run("monitor", machine.detector, machine.stream, "--no-follow", check=0).stdout)
+    for source, given in (("run.csv", None), ("-", text)):
+        options = ("--no-follow", "--config", "rig.yaml")
+        done = run("monitor", machine.detector, source, *options, cwd=tmp_path, input=given, check=0)
+        assert windows(done.stdout) == expected
+        assert "malformed" not in events(done.stdout)
+
+
 def test_a_growing_file_gives_the_windows_of_the_whole_one_and_ends_on_sigterm(machine, tmp_path):
     growing, lines = tmp_path / "growing.csv", machine.lines
     with open(tmp_path / "out", "w+") as out, start(machine.detector, growing, stdout=out) as process:
@@ -154,8 +167,8 @@ main()
     assert events(done.stdout) == ["started", "stopped"]
 
 
-def test_a_stream_without_samples_is_exit_code_1(machine):
-    for text in ("", "time [s],P1 [bar]\n"):
+def test_a_stream_without_a_judged_window_is_exit_code_1(machine):
+    for text in ("", "time [s],P1 [bar]\n", "".join(machine.lines[:90])):
         assert events(run("monitor", machine.detector, "-", input=text, check=1).stdout)[-1] == "stopped"
 
 

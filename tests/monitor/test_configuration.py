@@ -99,7 +99,7 @@ def test_dates_without_a_zone_are_in_the_stated_one(zone, date, expected):
 
 @pytest.mark.parametrize(
     "text",
-    ["zone: Europe/Berln", "format: {encoding: cp12525}", "format: {encoding: utf-16}", "format: {skip: 1}"],
+    ["zone: Europe/Berln", "format: {encoding: cp125}", "format: {encoding: utf-16}", "format: {kind: mat}"],
 )
 def test_a_wrong_zone_or_encoding_is_refused_with_its_line(tmp_path, text):
     path = tmp_path / "monitor.yaml"

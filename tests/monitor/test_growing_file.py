@@ -224,12 +224,28 @@ OPERATIONS = st.lists(
 )
 
 
-@given(OPERATIONS)
-def test_nothing_is_lost_or_read_twice(operations):
+PREAMBLE = "logger 7;v1\n\n0,0\n"
+
+
+@pytest.mark.parametrize("later", ["3,30\n4,40\n5,50\n", HEADER + "3,30\n", PREAMBLE + HEADER + "3,30\n"])
+def test_a_preamble_is_passed_over_where_a_file_has_one(later, log):
+    append(log, PREAMBLE + HEADER + "1,10\n2,20\n")
+    follower = Follower(log, skip=3)
+    follower.read()
+    log.rename(log.with_name("old"))
+    append(log, later)
+    follower.read()
+    assert follower.times == [float(n + 1) for n in range(2 + later.count("0\n") - later.count("0,0\n"))]
+    assert EventKind.MALFORMED not in follower.kinds
+
+
+@pytest.mark.parametrize("preamble", ["", PREAMBLE])
+@given(operations=OPERATIONS)
+def test_nothing_is_lost_or_read_twice(preamble, operations):
     with tempfile.TemporaryDirectory() as folder:
         log, written, half = Path(folder) / "log.csv", 0, False
-        append(log, HEADER)
-        follower = Follower(log)
+        append(log, preamble + HEADER)
+        follower = Follower(log, skip=preamble.count("\n"))
         for number, operation in enumerate([*operations, "read"]):
             if operation in ("row", "half a row") and not half:
                 written += 1
@@ -241,7 +257,7 @@ def test_nothing_is_lost_or_read_twice(operations):
             elif operation == "rename" and not half:
                 os.utime(log, (1e9 + number, 1e9 + number))
                 log.rename(f"{log}.{number}")
-                append(log, HEADER)
+                append(log, preamble + HEADER)
             elif operation == "read":
                 follower.read()
             elif operation == "restart":

@@ -200,23 +200,23 @@ def test_malformed_lines_are_said_alike_whatever_the_blocks_and_the_kills(tmp_pa
     assert sum(counts) == 300 + 123 + 123 + 7
 
 
-def test_a_stream_without_a_readable_sample_ends_so(tmp_path):
+def test_a_stream_whose_samples_nobody_can_read_ends_unjudged(tmp_path):
     text = tmp_path / "run.csv"
     text.write_text("time [s],P1 [bar]\n" + "0.0;1\n" * 60_000)
     kept = Kept()
     ending = monitor(Watch(FILE), GrowingFile(text, follow=False), [kept])
-    assert ending is Ending.UNREADABLE
+    assert ending is Ending.UNJUDGED
     _, first, others, last = kept.lines
     assert first.text.startswith("malformed line '0.0;1': has 1 cells")
     assert (first.kind, first.count, others.kind, others.count) == ("malformed", 1, "malformed", 59_999)
     assert last.kind is EventKind.STOPPED
 
 
-def test_a_stream_that_ends_without_any_sample_is_unreadable_unless_it_had_some_before(tmp_path):
-    for _ in range(2):
-        assert run(tmp_path, Samples(part(MADE, 0, 0))) is Ending.UNREADABLE
-    assert run(tmp_path, Samples(part(MADE, 0, 700))) is Ending.OVER
-    assert run(tmp_path, Samples(part(MADE, 0, 700))) is Ending.OVER
+def test_a_stream_that_ends_without_a_judged_window_says_so_unless_it_had_some_before(tmp_path):
+    assert run(tmp_path / "stuck", Samples(part(MADE, 20_000, 22_000))) is Ending.UNJUDGED
+    for n_sample, ending in ((0, Ending.UNJUDGED), (700, Ending.UNJUDGED), (2300, Ending.OVER)):
+        assert run(tmp_path, Samples(part(MADE, 0, n_sample))) is ending
+    assert run(tmp_path, Samples(part(MADE, 0, 2300))) is Ending.OVER
 
 
 def test_a_source_may_forget_what_is_stored_alone(tmp_path):

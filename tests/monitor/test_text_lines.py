@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.payload import PayloadError, PayloadReader, SampleClock
+from hydrofdi.monitor.sources import joined
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
 from hydrofdi.records.measured.source import plain_source
@@ -38,12 +39,41 @@ FORMS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("form", FORMS)
+P1, P2, U = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.INPUT_VOLTAGE
+NUMBERED = {P1: ChannelConfig(column="2", unit="bar"), U: ChannelConfig(column="3", unit="V")}
+DESCRIBED = {
+    "preamble": (b"logger 7\r\n\r\n1,2,3\r\n" + CSV.replace(b"\n", b"\r\n"), {"skip": 3}),
+    "no header": (
+        CSV.partition(b"\n")[2],
+        {"header": False, "channels": NUMBERED, "time": {"column": "1", "unit": "ms"}},
+    ),
+    "a row of unknown units": (
+        b"time,P1,u\n*,*,*" + CSV[CSV.index(b"\n") :],
+        {"units_row": True, "channels": {P1: ChannelConfig(column="P1", unit="bar", gain=1), U: NUMBERED[U]},
+         "time": {"column": "time", "unit": "ms"}},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", [*FORMS, *DESCRIBED])
 @given(cuts=st.lists(st.integers(0, 150), max_size=8))
 def test_the_pieces_in_which_a_text_comes_do_not_matter(form, cuts):
-    chunk, unread = read_in_pieces(reader(), FORMS[form], cuts)
+    text, options = DESCRIBED.get(form) or (FORMS[form], {})
+    chunk, unread = read_in_pieces(reader(**options), text, cuts)
     assert samples(chunk) == EXPECTED
     assert unread == []
+
+
+@pytest.mark.parametrize("form", DESCRIBED)
+@given(cut=st.integers(0, 80))
+def test_a_described_text_goes_on_anywhere(form, cut):
+    text, options = DESCRIBED[form]
+    first = reader(**options)
+    chunks = [first.read(text[:cut])]
+    second = reader(json.loads(json.dumps(first.position)), **options)
+    rest = text[cut - first.n_unfinished if cut < len(text) else len(text) - first.n_unfinished :]
+    chunks += [second.read(rest), second.read(b"", is_end=True)]
+    assert samples(joined([chunk for chunk in chunks if chunk])) == EXPECTED
 
 
 def test_other_signs_are_configured():
@@ -111,7 +141,8 @@ def test_a_line_without_end_is_left_out_with_bounded_memory():
     "text",
     [
         b"1,2\n", b"hello\n1\n", b"time [s],P1\n1,2\n", b"time [s],P1 [counts]\n1,2\n", b"P1 [bar]\n1\n",
-        b'time [s],"P1\n1,2\n', CSV.decode().encode("utf-16"), CSV.decode().encode("utf-16-le"),
+        b'time [s],"P1\n1,2\n', b"time [s],P1 [bar]\ns,MPa\n1,2\n",
+        CSV.decode().encode("utf-16"), CSV.decode().encode("utf-16-le"),
     ],
 )  # fmt: skip
 def test_a_stream_that_does_not_say_what_it_is_is_refused(text):
@@ -124,6 +155,9 @@ def test_samples_without_time_are_counted_and_lost_lines_leave_a_gap():
     chunk, _ = read_in_pieces(lines, b"P1 [Pa]\n1\n2\nx\n4\n")
     assert chunk.time.tolist() == [0.0, 0.1, 3 / 10]
     assert lines.position == {"header": ["P1 [Pa]"], "n_sample": 4}
+    long = b"P1 [Pa]\n1\n" + b"2" * 2000 + b"\n3\n"
+    chunk, _ = read_in_pieces(reader(sampling_frequency=10, largest=1024), long)
+    assert samples(chunk) == {"time": [0.0, 0.2], "P1": [1.0, 3.0]}
     chunk, _ = read_in_pieces(reader(sampling_frequency=10), b"P1 [Pa]\tu [V]\n\t\n1\t2\n\t\n3\t4\n")
     assert samples(chunk)["P1"] == [None, 1.0, None, 3.0], "delimiters alone are a row of empty cells"
 
@@ -189,9 +223,6 @@ def test_dates_need_no_unit_and_are_found_by_the_names_of_files(form):
     chunk, unread = read_in_pieces(reader(**options), text.encode())
     assert samples(chunk) == {"time": [1770271200.0, 1770271200.5], "P1": [8e6, 8.1e6]}
     assert len(unread) == ("between" in form)
-
-
-P1, P2, U = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.INPUT_VOLTAGE
 
 
 def read(payload, clock=None, **options):

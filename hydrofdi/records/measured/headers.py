@@ -29,6 +29,7 @@ from hydrofdi.records.measured.description.sections import (
     TimeConfig,
 )
 from hydrofdi.records.measured.formats.opening import open_table
+from hydrofdi.records.measured.formats.text import TextTable
 from hydrofdi.records.measured.recording import RejectionError, Table, counts_samples
 from hydrofdi.units import parse_unit, similar_units
 
@@ -100,7 +101,7 @@ def _completed(
             times = [_time_in(table, file)]
             time = TimeConfig(column=column(times[0]))
     except DataError as error:
-        raise _advised(file, str(error).removeprefix(f"{file}: "), table) from None
+        raise _advised(file, str(error).removeprefix(f"{file}: ")) from None
     if config.sampling_frequency is not None:
         times = titles_of_time(table.titles, [table.unit(n) for n in range(len(names))])
         times = [position for position in times if known_unit(table.unit(position))]
@@ -126,9 +127,9 @@ def _time_in(table: Table, file: Path) -> int:
     return time.position
 
 
-def _advised(file: Path, what: str, table: Table) -> DataError:
+def _advised(file: Path, what: str) -> DataError:
     """The error that something is missing, with a description to paste."""
-    lines = indent(_suggestion(file.name, *_below_preamble(file, table), None), "    ")
+    lines = indent(_suggestion(file.name, *_below_preamble(file), None), "    ")
     return DataError(f"{file}: {what}; describe it in a YAML file:\n{lines}")
 
 
@@ -141,28 +142,35 @@ def suggested_description(file: Path, pattern: str, sampling_frequency: float | 
         The file cannot be read.
     """
     try:
-        skip, table = _below_preamble(file, None)
+        skip, table = _below_preamble(file)
     except RejectionError as rejection:
         raise DataError(f"{file}: {rejection}") from None
     return _suggestion(pattern, skip, table, sampling_frequency) + "\n"
 
 
-def _below_preamble(file: Path, table: Table | None) -> tuple[int, Table]:
-    """Number of lines above the header, and the table below them."""
-    for skip in range(_LONGEST_PREAMBLE if table is None or not table.has_numbers else 0):
-        with suppress(DataError), open_table(file, str(file), FormatConfig(skip=skip)) as other:
-            if other.has_numbers:
-                return skip, other
-    if table is None:
+def _below_preamble(file: Path) -> tuple[int, Table]:
+    """Number of lines above the header, which names channels or else stands above numbers, and the table."""
+    found: list[tuple[int, Table]] = []
+    for skip in range(_LONGEST_PREAMBLE):
+        with suppress(DataError), open_table(file, str(file), FormatConfig(skip=skip)) as table:
+            titles = enumerate(table.titles if table.has_numbers else ())
+            are_named = any(channel_named(title, table.unit(n), _CHANNELS) for n, title in titles)
+            if are_named or not isinstance(table, TextTable):
+                return skip, table
+            found += [(skip, table)] * table.has_numbers
+    if not found:
         with open_table(file, str(file), FormatConfig()) as table:
-            pass
-    return 0, table
+            return 0, table
+    return found[0]
 
 
 def _suggestion(pattern: str, skip: int, table: Table, sampling_frequency: float | None) -> str:
     channels: dict[Channel, str] = {}
     left: list[str] = []
+    time, sampling = _sampling(table)
     for position, title in enumerate(table.titles):
+        if position == time:
+            continue
         if channel := channel_named(title, table.unit(position), _CHANNELS):
             channels.setdefault(channel, _column(table, position, channel.unit))
         else:
@@ -170,24 +178,24 @@ def _suggestion(pattern: str, skip: int, table: Table, sampling_frequency: float
     columns = channels or {Channel.CHAMBER_1_PRESSURE: "{column: '…', unit: …}"}
     form = ["decimal: ','"] * table.has_decimal_commas + [f"skip: {skip}"] * bool(skip)
     keys = [f"files: {pattern!r}", f"format: {{{', '.join(form)}}}"] if form else [f"files: {pattern!r}"]
-    keys += [f"sampling_frequency: {sampling_frequency:g} Hz" if sampling_frequency else _sampling(table)]
+    keys += [f"sampling_frequency: {sampling_frequency:g} Hz" if sampling_frequency else sampling]
     keys += (
         [f"# other columns: {', '.join(left[:MOST_SHOWN])}{', …' * (len(left) > MOST_SHOWN)}"] if left else []
     )
     return "\n".join([*keys, "channels:", *(f"  {channel}: {text}" for channel, text in columns.items())])
 
 
-def _sampling(table: Table) -> str:
-    """The sampling to suggest: a column that may be the time by its name, its dates or its unit."""
+def _sampling(table: Table) -> tuple[int | None, str]:
+    """A column that may be the time by its name, its dates or its unit, and the sampling to suggest."""
     second = parse_unit("s").exponents
     units = [known_unit(table.unit(position)) for position in range(len(table.titles))]
     others = (n for n, unit in enumerate(units) if table.is_dated(n) or (unit and unit.exponents == second))
     time = next(iter([*named_time(table.titles, table.unit, table.is_dated), *others]), None)
     if time is None or _is_counter(table, time):
-        return "sampling_frequency: …"
+        return None, "sampling_frequency: …"
     if table.is_dated(time):
-        return f"time: {{column: {split_title(table.titles[time])[0]!r}}}"
-    return f"time: {_column(table, time, 's')}"
+        return time, f"time: {{column: {split_title(table.titles[time])[0]!r}}}"
+    return time, f"time: {_column(table, time, 's')}"
 
 
 def _column(table: Table, position: int, si_unit: str) -> str:

@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from hydrofdi.records.batch import Array
+from hydrofdi.records.measured.columns import is_unit, split_title
 from hydrofdi.records.measured.description.sections import FormatConfig
 
 Parsed = TypeVar("Parsed")
@@ -20,6 +21,8 @@ _UNIT_APART = re.compile(r"(?<=\S)\s+(?=[\[(])")
 """Blanks between a name and its unit."""
 _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
 """Texts in lower case that mean a missing value."""
+_AROUND = "[]() \r"
+"""What may stand around a unit."""
 _COMMA_INSIDE = re.compile(r"[-+]?[\d.]*,\d+([eE][-+]?\d+)?")
 
 
@@ -34,12 +37,12 @@ class RowReader:
 
     Attributes
     ----------
-    titles : list of str
-        Names of the columns, to be set after the header is read.
+    titles, units : list of str
+        Names of the columns, and cells of a row of units, to be set after the header is read.
     """
 
     def __init__(self, form: FormatConfig, first_lines: Sequence[str]) -> None:
-        self._form, self.titles = form, list[str]()
+        self._form, self.titles, self.units = form, list[str](), list[str]()
         self.is_guessed = form.delimiter is None
         self.delimiter = _NAMED.get(form.delimiter or "", form.delimiter) or _delimiter_of(first_lines, form)
 
@@ -57,6 +60,39 @@ class RowReader:
         while names and not names[-1]:
             names.pop()
         return names
+
+    def has_names(self, cells: Sequence[str]) -> bool:
+        """Whether cells are the names of columns, as the format states or else as they look.
+
+        Raises
+        ------
+        ValueError
+            They may be names or numbers.
+        """
+        numeric = [self.is_number(cell) for cell in cells if cell.strip()]
+        if self._form.header is None and any(numeric) and not all(numeric):
+            raise ValueError("is this a header or a row? Write 'format: {header: true}' or 'false'")
+        return not all(numeric) if self._form.header is None else self._form.header
+
+    def are_units(self, cells: Sequence[str]) -> bool:
+        """Whether cells below names are units, as the format states or else as they look."""
+        found = [cell.strip() for cell in cells if cell.strip()]
+        are_units = all(not self.is_number(cell) and is_unit(cell.strip(_AROUND)) for cell in found)
+        return bool(found) and are_units if self._form.units_row is None else self._form.units_row
+
+    def unit(self, position: int) -> str:
+        """Unit of a column in the row of units, or else in its name; empty if neither states one.
+
+        Raises
+        ------
+        ValueError
+            They contradict each other.
+        """
+        own = self.units[position].strip(_AROUND) if position < len(self.units) else ""
+        named = split_title(self.titles[position])[1]
+        if own and named and own != named:
+            raise ValueError(f"column {self.titles[position]!r} has the unit {own} below its name")
+        return own or named
 
     def cells(self, lines: Sequence[str]) -> list[list[str]]:
         """Cells of each line.

@@ -343,8 +343,10 @@ def write_description(path: Path, file: Path, sampling_frequency: float | None =
     try:
         with open(file, "x", encoding="utf-8") as out:
             out.write(text)
+    except FileExistsError:
+        raise DataError(f"{file}: already exists and was not changed; choose another name") from None
     except OSError as error:
-        raise DataError(f"{file}: {error.strerror}") from None
+        raise DataError(f"{file}: cannot be written: {error.strerror}") from None
     return text
 
 

@@ -17,7 +17,6 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records import dates
 from hydrofdi.records.batch import Array
-from hydrofdi.records.measured.columns import is_unit
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.recording import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.records.measured.rows import RowReader, runs
@@ -102,14 +101,18 @@ class TextTable(Table):
         kept = self._beginning()
         if not kept:
             raise DataError(f"{place}: contains no rows")
-        self._rows, self._units = RowReader(form, [line for _, line in kept[:2]]), [""]
+        self._rows = RowReader(form, [line for _, line in kept[:2]])
         kept = [each for each in kept if not self._rows.is_empty(each[1])]
         self._lines, texts = [number for number, _ in kept], [line for _, line in kept]
         cells = self._cells_of(texts)
-        self._n_head = self._n_head_of(cells) if self._has_header(cells[0]) else 0
+        try:
+            has_names = self._rows.has_names(cells[0])
+        except ValueError as error:
+            raise DataError(f"{self._place(0)}: {error}{_HINT}") from None
+        self._n_head = has_names + (has_names and len(cells) > 1 and self._rows.are_units(cells[1]))
         self.titles = self._rows.header(texts[0]) if self._n_head else self._numbered(texts, cells)
         self._rows.titles = self.titles
-        self._units = cells[1] if self._n_head > 1 else [""]
+        self._rows.units = cells[1] if self._n_head > 1 else []
         self._example = cells[self._n_head :]
         widths = Counter(map(len, self._example))
         usual = max(widths, key=lambda width: (widths[width], width), default=0)
@@ -134,12 +137,10 @@ class TextTable(Table):
 
     def unit(self, position: int) -> str:
         """Unit in the row of units, or in the header."""
-        own = self._units[position].strip("[]() ") if position < len(self._units) else ""
-        header = super().unit(position)
-        if own and header and own != header:
-            title = self.titles[position]
-            raise DataError(f"{self._place(1)}: column {title!r} has the unit {own} here")
-        return own or header
+        try:
+            return self._rows.unit(position)
+        except ValueError as error:
+            raise DataError(f"{self._place(1)}: {error}") from None
 
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_row,)."""
@@ -232,15 +233,6 @@ class TextTable(Table):
         cells = (row[position] for row in self._example if position < len(row))
         return dates.is_dated(next((cell for cell in cells if not self._rows.is_missing(cell)), ""))
 
-    def _has_header(self, cells: list[str]) -> bool:
-        if self._form.header is not None:
-            return self._form.header
-        numeric = [self._rows.is_number(cell) for cell in cells if cell.strip()]
-        if any(numeric) and not all(numeric):
-            choice = "Write 'format: {header: true}' or 'false'"
-            raise DataError(f"{self._place(0)}: is this a header or a row? {choice}{_HINT}")
-        return not all(numeric)
-
     def _numbered(self, texts: list[str], cells: list[list[str]]) -> list[str]:
         if self._rows.is_guessed and self._rows.delimiter == "," and not any("." in line for line in texts):
             raise DataError(
@@ -248,14 +240,6 @@ class TextTable(Table):
                 " 'format: {delimiter: \",\"}' or 'format: {decimal: \",\"}'"
             )
         return [str(number + 1) for number in range(max(map(len, cells)))]
-
-    def _n_head_of(self, cells: list[list[str]]) -> int:
-        """Number of lines of the header: with units or without."""
-        if self._form.units_row is not None or len(cells) < 2:
-            return 1 + (bool(self._form.units_row) and len(cells) > 1)
-        found = [cell.strip() for cell in cells[1] if cell.strip()]
-        is_units = (not self._rows.is_number(cell) and is_unit(cell.strip("[]()")) for cell in found)
-        return 1 + (bool(found) and all(is_units))
 
     def _check_first(self, cells: list[str]) -> None:
         n_cell, n_title, are_blank_divided = len(cells), len(self.titles), self._rows.delimiter == " "

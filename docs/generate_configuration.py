@@ -23,7 +23,7 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.loading import PARAMETER_MAPPINGS
 from hydrofdi.config.request import parameter_names, parameter_unit
-from hydrofdi.config.study.study import ChartConfig
+from hydrofdi.config.study.study import WatchedChart
 from hydrofdi.detectors.charts import ChartOptions
 from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.detectors.trained.file import DetectorFile
@@ -105,7 +105,7 @@ def _section(names: list[str], model: type[BaseModel], lead: str | None = None) 
         inner = _model(info)
         if inner not in (None, model):
             yield from _section([f"{name}.{field}" for name in names], inner)
-    if model is ChartConfig:
+    if model is WatchedChart:
         yield from _rules()
 
 
@@ -272,7 +272,7 @@ def _experiment_schema() -> dict[str, Any]:
                 mapping.pop("default", None)
     _allow_short_faults(schema["$defs"]["FaultsConfig"])
     _allow_short_options(schema["$defs"], "ScoreConfig", map(score_kind, score_names()))
-    _allow_short_options(schema["$defs"], "ChartConfig", map(chart_kind, chart_names()))
+    _allow_short_options(schema["$defs"], "WatchedChart", map(chart_kind, chart_names()))
     times = schema["$defs"]["OnlineConfig"]["properties"]["false_alarm_every"]
     times["anyOf"] = [times["items"], {key: times.pop(key) for key in ("type", "items", "minItems")}]
     for properties in (schema["properties"], schema["$defs"]["DetectionConfig"]["properties"]):

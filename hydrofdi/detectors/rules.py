@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.evaluation.threshold import THRESHOLDS, Threshold, ThresholdKind, records_needed
 from hydrofdi.settings.quantities import SI, Section
+
+
+class ChartConfig(Section):
+    """A control chart on scores: the rule."""
+
+    chart: Literal["cusum", "ewma", "glr"] = "cusum"
+    """The rule."""
+
+    options: dict[str, Any] = Field(default_factory=dict)
+    """Options of the rule, which may also be given next to the other keys."""
+
 
 _Confident = Annotated[float, SI("1", least=0.5, most=0.9999)]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.request import RunRequest
-from hydrofdi.config.study.study import ChartConfig, OnlineConfig
+from hydrofdi.config.study.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.charts import Chart
 from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.rules import Rules
@@ -230,7 +230,7 @@ _SOUND = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
 
 
 def judge_chart(
-    traces: Traces, label: str, asked: ChartConfig, online: OnlineConfig, rules: Rules
+    traces: Traces, label: str, asked: WatchedChart, online: OnlineConfig, rules: Rules
 ) -> Iterator[ChartJudgement]:
     """Evaluate a chart at each of its limits. Healthy fit records set the limits and are never tested.
 
@@ -239,7 +239,7 @@ def judge_chart(
     traces : Traces
         Traces of the watched output.
     label : str
-    asked : ChartConfig
+    asked : WatchedChart
     online : OnlineConfig
     rules : Rules
         Confidence level of intervals, and fraction of leaks for the late delay.

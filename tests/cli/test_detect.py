@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from hydrofdi.detectors.trained.configuration import ChartConfig
+from hydrofdi.detectors.trained.configuration import TimedChart
 from hydrofdi.detectors.trained.file import ChartLimit, detector_text, load_detector
 from hydrofdi.monitor.lines import WindowLine, line_record
 from hydrofdi.monitor.watch import Watch
@@ -159,7 +159,7 @@ def test_late_alarms_are_in_the_table_and_all_rows_in_csv(trained, tmp_path):
 
 def test_a_chart_decides_where_there_is_one_and_starts_anew_with_each_record(trained, tmp_path):
     file, charted = load_detector(trained), tmp_path / "charted.json"
-    chart = ChartConfig(chart="cusum", options={"direction": "rising"})
+    chart = TimedChart(chart="cusum", options={"direction": "rising"})
     config = file.config.model_copy(update={"chart": chart})
     limit = ChartLimit(limit=1e6, mean_time=None, interval=(1.0, None), hours=1.0)
     charted.write_text(

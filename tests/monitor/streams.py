@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.detectors.trained.configuration import ChartConfig
+from hydrofdi.detectors.trained.configuration import TimedChart
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.monitor.configuration import MonitorConfig
@@ -37,7 +37,7 @@ def made_detector(every=1.0, chart=None, **more):
     if chart is None:
         return file
     limit = ChartLimit(limit=8.0, mean_time=None, interval=(1.0, None), hours=1.0)
-    config = file.config.model_copy(update={"chart": ChartConfig(chart=chart)})
+    config = file.config.model_copy(update={"chart": TimedChart(chart=chart)})
     return file.model_copy(update={"chart": limit, "config": config})
 
 

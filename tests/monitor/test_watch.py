@@ -16,7 +16,7 @@ from hydrofdi.cli.live_view import LiveView
 from hydrofdi.config import load_experiment
 from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.run_lengths import delays
-from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig, WindowConfig
+from hydrofdi.detectors.trained.configuration import DetectorConfig, TimedChart, WindowConfig
 from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.indicators import make_indicators
 from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
@@ -294,7 +294,7 @@ def study(folder, seed):
 
 @pytest.fixture(scope="module")
 def study_detector(tmp_path_factory):
-    chart = ChartConfig(chart="cusum", options={"shift": 4}, false_alarm_every=300.0)
+    chart = TimedChart(chart="cusum", options={"shift": 4}, false_alarm_every=300.0)
     config = DetectorConfig(
         indicator="weak_rls", options=OPTIONS, window=WindowConfig(by="estimate"), chart=chart
     )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from hydrofdi.config.study.study import ChartConfig, OnlineConfig
+from hydrofdi.config.study.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.studies.charts import Traces, judge_chart
@@ -33,7 +33,7 @@ def traces(sizes=None, unit=2e-6, seed=0, **changes):
 
 def judged(of, every=EVERY, chart="ewma", **options):
     options = {"weight": 1} | options if chart == "ewma" else options
-    asked = ChartConfig(of="made.up", chart=chart, options=options)
+    asked = WatchedChart(of="made.up", chart=chart, options=options)
     online = OnlineConfig(false_alarm_every=every, charts={"own": asked})
     return list(judge_chart(of, "own", asked, online, Rules()))
 

@@ -135,7 +135,6 @@ MISTAKES = {
         ("{of: weak_rls.leakage, chart: cusum, shift: -2}", ".shift"),
         ("{of: weak_rls.leakge, chart: cusum}", ".of"),
         ("{chart: cusum}", ".of"),
-        ("{of: weak_rls.leakage}", ".chart"),
     ],
 }
 

@@ -8,16 +8,14 @@ from typing import Any
 from pydantic import ValidationError
 
 from hydrofdi.config.experiment import DWT, IndicatorChoice
-from hydrofdi.config.study.study import ChartConfig
-from hydrofdi.detectors.registry import chart_kind, chart_names
-from hydrofdi.detectors.scores.configuration import move_options, normalize_scores
+from hydrofdi.config.study.study import WatchedChart
+from hydrofdi.detectors.scores.configuration import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import chosen_options, label_mistake, make_chosen
 from hydrofdi.settings.messages import nearest
-from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.transforms.configuration import WaveletConfig
 
@@ -99,10 +97,7 @@ def _normalize_chart(
     source: Source, chart: dict[str, Any], path: Path, made: Mapping[str, Indicator[Any]]
 ) -> None:
     """Move the options of a chart under ``options``; check them and what is watched."""
-    rule = chart.get("chart")
-    if rule in chart_names() or not isinstance(rule, str):
-        model = chart_kind(rule).Options if rule in chart_names() else Section
-        move_options(source, chart, path, ChartConfig.model_fields, model)
+    normalize_chart(source, chart, path, WatchedChart)
     if not isinstance(watched := chart.get("of"), str):
         return
     traced = {

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
 from hydrofdi.config.sweeps.sweep import Axes, CorrelationConfig, Distribution, argument_values, require_drawn
-from hydrofdi.detectors.rules import Rules
+from hydrofdi.detectors.rules import ChartConfig, Rules
 from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.records import Channel
 from hydrofdi.settings.quantities import SI, Section
@@ -189,18 +189,12 @@ def study_values(study: StudyConfig) -> Iterator[tuple[str, Any]]:
             yield from ((name, each) for each in stated)
 
 
-class ChartConfig(Section):
+class WatchedChart(ChartConfig):
     """A control chart: the watched output and the rule."""
 
     of: str
     """The watched output: ``label.output`` of an indicator that follows records sample by sample and stores
     its trace (option ``trace_duration``), such as ``weak_rls.leakage``."""
-
-    chart: Literal["cusum", "ewma", "glr"]
-    """The rule."""
-
-    options: dict[str, Any] = Field(default_factory=dict)
-    """Options of the rule, which may also be given next to the other keys."""
 
 
 class OnlineConfig(Section):
@@ -214,7 +208,7 @@ class OnlineConfig(Section):
     """Mean times between false alarms for which limits are set on healthy fit records [s]; one, or several
     for a curve of the delay."""
 
-    charts: dict[str, ChartConfig] = Field(min_length=1)
+    charts: dict[str, WatchedChart] = Field(min_length=1)
     """Label → chart."""
 
 

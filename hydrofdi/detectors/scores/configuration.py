@@ -9,7 +9,8 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from hydrofdi.detectors.registry import score_kind, score_names
+from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, score_names
+from hydrofdi.detectors.rules import ChartConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.selection import label_mistake
@@ -108,6 +109,12 @@ def normalize_score(source: Source, score: Any, path: Path, made: Mapping[str, I
             if _CHOICE_OF_ONE.sub("", str(name)) not in (*made, *numbers):
                 message = f"no indicator gives {name!r}{nearest(str(name), [*made, *numbers])}"
                 source.mistakes.append(source.mistake((*path, key, place), message))
+
+
+def normalize_chart(source: Source, chart: Any, path: Path, model: type[ChartConfig]) -> None:
+    """Move the options of a chart under ``options``, and check them."""
+    if isinstance(chart, dict) and (rule := chart.get("chart", "cusum")) in chart_names():
+        move_options(source, chart, path, model.model_fields, chart_kind(rule).Options)
 
 
 def move_options(

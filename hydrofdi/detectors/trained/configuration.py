@@ -11,8 +11,13 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from hydrofdi.detectors.registry import chart_kind, make_chart, make_score, score_kind
-from hydrofdi.detectors.rules import Promise
-from hydrofdi.detectors.scores.configuration import ScoreConfig, combined_numbers, normalize_score
+from hydrofdi.detectors.rules import ChartConfig, Promise
+from hydrofdi.detectors.scores.configuration import (
+    ScoreConfig,
+    combined_numbers,
+    normalize_chart,
+    normalize_score,
+)
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators import Indicator, Output
@@ -75,14 +80,8 @@ class WindowConfig(Section):
         return TimeWindower(n_sample, n_every, channels, sampling_frequency)
 
 
-class ChartConfig(Section):
-    """A control chart on the scores."""
-
-    chart: str = "cusum"
-    """Name of the chart: ``cusum`` (default), ``ewma`` or ``glr``."""
-
-    options: dict[str, Any] = Field(default_factory=dict)
-    """Options of the chart."""
+class TimedChart(ChartConfig):
+    """A control chart on the scores of a detector."""
 
     false_alarm_every: Duration = 86400.0
     """Mean time between false alarms of the chart, such as 30 days; a day by default [s]."""
@@ -115,7 +114,7 @@ class DetectorConfig(Promise):
     accept: bool = False
     """Whether to train although estimates are physically impossible in most healthy windows."""
 
-    chart: ChartConfig | None = None
+    chart: TimedChart | None = None
     """Control chart on the scores, whose alarms are those of the detector. By default one with a false alarm
     a day if the healthy records last a day or more; null: only the threshold is used."""
 
@@ -320,6 +319,7 @@ def stated_detector(
         if option != dotted(path):
             given.origins[path] = option
     overlay(source, given)
+    normalize_chart(source, source.data.get("chart"), ("chart",), TimedChart)
     chosen = source.data.pop(_INDICATORS, None)
     if source.data.get("score") is not None:
         _combine(chosen, source)

@@ -14,9 +14,9 @@ from hydrofdi.detectors.run_lengths import FalseAlarms
 from hydrofdi.detectors.scores.contract import plain_data
 from hydrofdi.detectors.scores.features import cross_fitted_scores, healthy_scale, known_numbers
 from hydrofdi.detectors.trained.configuration import (
-    ChartConfig,
     DetectorConfig,
     Feature,
+    TimedChart,
     WindowConfig,
     direction_of,
     feature_of,
@@ -262,12 +262,12 @@ def _learn(
     )
 
 
-def _chart(config: DetectorConfig, found: HealthyScores, direction: Direction) -> ChartConfig | None:
+def _chart(config: DetectorConfig, found: HealthyScores, direction: Direction) -> TimedChart | None:
     """The chart that is asked for, with all options; the usual one if the records carry its promise.
 
     Its direction refers to scores that rise with leakage.
     """
-    chart, usual = config.chart, ChartConfig()
+    chart, usual = config.chart, TimedChart()
     if "chart" not in config.model_fields_set and found.hours * 3600.0 >= usual.false_alarm_every:
         chart = usual
     if chart is None:
@@ -285,7 +285,7 @@ def _window_in_full(window: WindowConfig, found: HealthyScores) -> WindowConfig:
 
 
 def _chart_limit(
-    found: HealthyScores, chart: ChartConfig, healthy: Scale, direction: Direction, confidence: float
+    found: HealthyScores, chart: TimedChart, healthy: Scale, direction: Direction, confidence: float
 ) -> ChartLimit:
     """Limit that healthy scores, in time order, reach once within the required time on average.
 

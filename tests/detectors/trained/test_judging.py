@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.detectors.registry import make_chart
-from hydrofdi.detectors.trained.configuration import ChartConfig, DetectorConfig, Feature, feature_of
+from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, TimedChart, feature_of
 from hydrofdi.detectors.trained.file import ChartLimit, Made
 from hydrofdi.detectors.trained.following import Estimator, Follower, ScoreChart
 from hydrofdi.detectors.trained.measuring import Judge, Verdict, channel_facts, learned_range, records_of
@@ -169,7 +169,7 @@ OPTIONS = {"direction": "rising"}
 def charted(direction="rising", limit=6.0, name="cusum"):
     bound = {"rising": (None, 1e9), "falling": (-1e9, None)}[direction]
     file = detector(limits=bound, scale=(10.0, 2.0), direction=direction)
-    chart = ChartConfig(chart=name, options=OPTIONS)
+    chart = TimedChart(chart=name, options=OPTIONS)
     limits = ChartLimit(limit=limit, mean_time=None, interval=(0.0, None), hours=1.0)
     config = file.config.model_copy(update={"chart": chart})
     return file.model_copy(update={"config": config, "chart": limits})

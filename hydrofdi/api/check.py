@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from itertools import combinations
+from itertools import combinations, count
 from numbers import Real
 from types import SimpleNamespace
 from typing import Any
@@ -21,9 +21,7 @@ from hydrofdi.api.warnings import experiment_warnings, period_count, place_in_ba
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
-from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.config.shown_values import shown_in, shown_values
-from hydrofdi.config.study.table import StudyTable
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
@@ -294,9 +292,9 @@ def _unmeasured(jobs: Sequence[Job], rows: Sequence[Mapping[str, Any]]) -> Itera
         if row["status"] == "ok"
         for label in job.analysis.indicators
     )
-    for (label, reason), count in reasons.items():
+    for (label, reason), n_run in reasons.items():
         if reason:
-            yield f"{label} has no numbers in {count} of {counted(len(rows), 'run')}: {reason}"
+            yield f"{label} has no numbers in {n_run} of {counted(len(rows), 'run')}: {reason}"
 
 
 def observability(job: Job) -> list[dict[str, Any]]:
@@ -479,9 +477,8 @@ class Selection:
 def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selection:
     """The runs of an experiment that differ in more than sensors and analysis, up to a number.
 
-    Where there are more, the first run of every EBM × leakage is chosen, then the first of every
-    value of what varies besides; of a study, the first run of every population, then the second, and so on.
-    In an ensemble, a leakage that cannot be reached is a run without K_i.
+    Where there are more, the first run of every EBM × leakage is chosen, or of every population of a study,
+    then the second, and so on. In an ensemble, a leakage that cannot be reached is a run without K_i.
 
     Raises
     ------
@@ -493,11 +490,11 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
         name for name in table.axes if name not in _USUAL and name.partition(".")[0] not in OBSERVATION
     )
     distinct = table.runs.first(*(name for name in RunParameters.model_fields if name not in SENSING))
-    if table.study is None:
-        ordered = _most_different(table.runs, labels, distinct)
-    else:
-        ordered = distinct[np.argsort(_places(table.study)[distinct], kind="stable")].tolist()
-    chosen = sorted(ordered[:most])
+    kinds: list[Any] = [*zip(*map(table.runs.values, _USUAL), strict=True)]
+    kinds = kinds if table.study is None else table.study.of_run.tolist()
+    turn = defaultdict[Any, Iterator[int]](count)
+    turns = [next(turn[kinds[position]]) for position in distinct.tolist()]
+    chosen = sorted(distinct[np.argsort(turns, kind="stable")][:most].tolist())
     runs = list(table.runs.at(chosen))
     required = "none" if experiment.has_scenarios else "any"
     coefficients = leakage_coefficients(runs, InProcessEngine(), {}, required=required)  # type: ignore[arg-type]
@@ -506,24 +503,6 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
     ]
     return Selection(jobs, labels, len(distinct) - len(chosen), table.runs.distinct)
-
-
-def _most_different(runs: Runs, labels: tuple[str, ...], distinct: NDArray[np.intp]) -> list[int]:
-    """Positions of the runs that differ in more than their sensors, in the order in which they are chosen."""
-    modes = runs.first("fluid", "leakage").tolist()
-    others: dict[Any, int] = {}
-    for position in runs.first(*{name.partition(".")[0] for name in labels}).tolist():
-        others.setdefault(tuple(runs[position].parameters.shown_value(name) for name in labels), position)
-    return list(dict.fromkeys([*modes, *others.values(), *distinct.tolist()]))
-
-
-def _places(study: StudyTable) -> NDArray[np.intp]:
-    """The place of each run in its population."""
-    places = np.empty(len(study.of_run), dtype=np.intp)
-    for population in range(len(study.populations)):
-        own = np.flatnonzero(study.of_run == population)
-        places[own] = np.arange(len(own))
-    return places
 
 
 def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:

@@ -58,7 +58,7 @@ HOMES = {
     "distributed": ("execution/",),
     "dask": ("execution/",),
     "sklearn": ("detectors/scores/",),
-    "threadpoolctl": ("detectors/scores/features.py",),
+    "threadpoolctl": ("detectors/scores/contract.py",),
     "paho": ("monitor/",),
     "asyncua": ("monitor/opcua.py",),
     "cryptography": ("monitor/opcua.py",),

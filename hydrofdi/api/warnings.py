@@ -19,7 +19,7 @@ from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.config.sweeps.sweep import quantiles
 from hydrofdi.detectors.run_lengths import time_needed
-from hydrofdi.detectors.scores.features import EXTRA, has_extra
+from hydrofdi.detectors.scores.contract import EXTRA, has_extra
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import plant_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator

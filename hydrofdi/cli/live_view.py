@@ -12,7 +12,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from hydrofdi.api.detectors.promise import promise_text
+from hydrofdi.api.detectors.detector import promise_text
 from hydrofdi.api.detectors.windows import Condition, Event, EventKind, Line, WindowLine
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.records.streams import Chunk

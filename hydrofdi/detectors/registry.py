@@ -96,5 +96,5 @@ class Registry(Generic[Made]):
 _SCORES: Registry[Score[Any]] = Registry("scores.catalogue", "score")
 score_names, score_kind, make_score = _SCORES.names, _SCORES.kind, _SCORES.make
 
-_CHARTS: Registry[Chart[Any]] = Registry("chart_catalogue", "chart")
+_CHARTS: Registry[Chart[Any]] = Registry("charts", "chart")
 chart_names, chart_kind, make_chart = _CHARTS.names, _CHARTS.kind, _CHARTS.make

@@ -16,7 +16,7 @@ from hydrofdi.detectors.charts import Chart
 from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, FalseAlarms, delays, time_needed
-from hydrofdi.detectors.scores.features import healthy_scale
+from hydrofdi.detectors.scores.contract import healthy_scale
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
 from hydrofdi.indicators.recursive import RecursiveIndicator

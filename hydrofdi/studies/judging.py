@@ -12,16 +12,17 @@ import numpy as np
 
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.pod.curve import (
+from hydrofdi.evaluation.pod import (
     AxisName,
+    DetectableSeverity,
     LackOfFit,
     PodCurve,
+    interpolated_level,
     lack_of_fit,
     probability_of_detection,
     quantile_of_chi_square,
     smallest_detectable,
 )
-from hydrofdi.evaluation.pod.tally import DetectableSeverity, interpolated_level
 from hydrofdi.evaluation.rates import Rate, alarm_rate, left_out_outcomes, simultaneous_confidence
 from hydrofdi.evaluation.roc import (
     FEWEST_GROUPS,

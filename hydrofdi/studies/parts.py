@@ -10,8 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.pod.curve import PodCurve
-from hydrofdi.evaluation.pod.tally import DetectableSeverity, Tally, last_shown
+from hydrofdi.evaluation.pod import DetectableSeverity, PodCurve, Tally, last_shown
 from hydrofdi.evaluation.rates import Rate, alarm_rate, confidence_text
 from hydrofdi.evaluation.scores import NOTHING, Array, Kind, Population
 from hydrofdi.evaluation.sensitivity import Reach, Response, Spread, relative_spread

@@ -15,8 +15,7 @@ from hydrofdi.config.study.study import DetectionConfig
 from hydrofdi.config.study.table import StudyTable
 from hydrofdi.detectors.registry import make_score, score_kind
 from hydrofdi.detectors.scores.configuration import CHANGE, ScoreConfig, belongs, combined_numbers
-from hydrofdi.detectors.scores.contract import Score
-from hydrofdi.detectors.scores.features import EXTRA, cross_fitted_scores, has_extra, known_numbers
+from hydrofdi.detectors.scores.contract import EXTRA, Score, cross_fitted_scores, has_extra, known_numbers
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.scores import Kind
 from hydrofdi.indicators import Indicator

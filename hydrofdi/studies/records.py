@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import ScoreConfig
-from hydrofdi.evaluation.pod.curve import LackOfFit, PodCurve
-from hydrofdi.evaluation.pod.tally import DetectableSeverity
+from hydrofdi.evaluation.pod import DetectableSeverity, LackOfFit, PodCurve
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.evaluation.roc import Area
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population

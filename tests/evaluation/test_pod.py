@@ -9,14 +9,16 @@ from scipy.optimize import minimize
 from scipy.special import ndtr, ndtri
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.pod.curve import (
+from hydrofdi.evaluation.pod import (
+    detected_level,
+    isotonic,
     lack_of_fit,
     log_likelihood,
     lower_bound,
     probability_of_detection,
     smallest_detectable,
+    tally,
 )
-from hydrofdi.evaluation.pod.tally import detected_level, isotonic, tally
 from hydrofdi.evaluation.sensitivity import Response, relative_spread, rising
 from tests.evaluation.repeats import holds_at_least, holds_in
 

@@ -9,7 +9,7 @@ from scipy.special import ndtr, ndtri
 
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import ScoreConfig
-from hydrofdi.evaluation.pod.tally import Tally, interpolated_level
+from hydrofdi.evaluation.pod import Tally, interpolated_level
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.studies.detecting import EvaluatedScore, are_shown, detect, gain

@@ -10,7 +10,7 @@ import hydrofdi
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
-from hydrofdi.evaluation.pod.tally import DetectableSeverity
+from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
 from tests.commands import run_hydrofdi

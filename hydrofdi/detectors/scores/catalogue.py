@@ -9,10 +9,15 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from hydrofdi.detectors.scores.contract import FROM_BOTH, FROM_HEALTHY, LEAST_RECORDS, Flags, Rule, Score
-from hydrofdi.detectors.scores.features import (
+from hydrofdi.detectors.scores.contract import (
     FAR,
+    FROM_BOTH,
+    FROM_HEALTHY,
+    LEAST_RECORDS,
+    Flags,
     LinearRule,
+    Rule,
+    Score,
     Standardisation,
     Whitening,
     require_shape,

@@ -11,8 +11,7 @@ import numpy as np
 
 from hydrofdi.detectors.registry import make_chart, make_score
 from hydrofdi.detectors.run_lengths import FalseAlarms
-from hydrofdi.detectors.scores.contract import plain_data
-from hydrofdi.detectors.scores.features import cross_fitted_scores, healthy_scale, known_numbers
+from hydrofdi.detectors.scores.contract import cross_fitted_scores, healthy_scale, known_numbers, plain_data
 from hydrofdi.detectors.trained.configuration import (
     DetectorConfig,
     Feature,

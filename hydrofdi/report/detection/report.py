@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.scores.features import has_extra
+from hydrofdi.detectors.scores.contract import has_extra
 from hydrofdi.report import changes, run_lengths
 from hydrofdi.report.composition import answers, document_of
 from hydrofdi.report.detection import answer, populations, record

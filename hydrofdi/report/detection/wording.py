@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from hydrofdi.evaluation.pod.tally import DetectableSeverity
+from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.records import Channel
 from hydrofdi.settings.readable import HOLE, two_digits

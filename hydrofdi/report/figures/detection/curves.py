@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from hydrofdi.errors import NotStatedError, ReportError
-from hydrofdi.evaluation.pod.curve import PodCurve, lower_bound
+from hydrofdi.evaluation.pod import PodCurve, lower_bound
 from hydrofdi.evaluation.roc import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit

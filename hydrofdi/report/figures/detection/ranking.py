@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from hydrofdi.errors import ReportError
-from hydrofdi.evaluation.pod.tally import DetectableSeverity
+from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.evaluation.scores import Population
 from hydrofdi.records import Channel
 from hydrofdi.report.detection.wording import (

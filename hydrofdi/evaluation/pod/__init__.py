@@ -1,1 +1,0 @@
-"""Probability of detection (POD) over the severity of a fault."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.scores import Array, Direction, measurable, share_between_0_and_1
@@ -234,14 +234,8 @@ def clustered_area(
     from scipy.special import expit, logit, stdtrit
 
     area = area_under_curve(healthy, faulty, confidence=confidence)
-    below, above = np.asarray(healthy, dtype=float), np.asarray(faulty, dtype=float)
-    is_below, is_above = ~np.isnan(below), ~np.isnan(above)
-    names = np.concatenate((np.asarray(healthy_groups)[is_below], np.asarray(faulty_groups)[is_above]))
-    _, places = np.unique(names, return_inverse=True)
-    n_group = int(places.max()) + 1
-    if n_group < MANY_GROUPS:
-        raise NotStatedError(f"the variance between groups needs {MANY_GROUPS} groups, not {n_group}")
-    components = placements(below[is_below], above[is_above])
+    below, above, places, n_group = _of_groups(healthy, faulty, healthy_groups, faulty_groups, MANY_GROUPS)
+    components = placements(below, above)
     departures = np.concatenate([(own - area.value) / own.size for own in components])
     sums = np.bincount(places, departures)
     deviation = math.sqrt(n_group / (n_group - 1) * float(np.sum(sums**2)))
@@ -285,16 +279,9 @@ def grouped_area(
         There are fewer than five groups, or no scores of one kind.
     """
     area = area_under_curve(healthy, faulty, confidence=confidence)
-    below, above = np.asarray(healthy, dtype=float), np.asarray(faulty, dtype=float)
-    is_below, is_above = ~np.isnan(below), ~np.isnan(above)
-    order = np.flatnonzero(is_above)[np.argsort(above[is_above])]
-    names = np.concatenate((np.asarray(healthy_groups)[is_below], np.asarray(faulty_groups)[order]))
-    below, above = below[is_below], above[order]
-    _, places = np.unique(names, return_inverse=True)
-    n_group = int(places.max()) + 1
-    if n_group < FEWEST_GROUPS:
-        raise NotStatedError(f"an interval over groups needs {FEWEST_GROUPS} groups, not {n_group}")
-    mine, theirs = places[: below.size], places[below.size :]
+    below, above, places, n_group = _of_groups(healthy, faulty, healthy_groups, faulty_groups, FEWEST_GROUPS)
+    order = np.argsort(above)
+    above, mine, theirs = above[order], places[: below.size], places[below.size :][order]
     sizes, others = np.bincount(mine, minlength=n_group), np.bincount(theirs, minlength=n_group)
     wins = np.zeros((n_group, n_group))
     for group in np.flatnonzero(sizes):
@@ -305,6 +292,20 @@ def grouped_area(
     drawn = np.einsum("bi,ij,bj->b", counts, wins, counts, optimize=True)[pairs > 0] / pairs[pairs > 0]
     low, high = _percentiles(drawn, n_group, confidence)
     return replace(area, low=low, high=high)
+
+
+def _of_groups(
+    healthy: ArrayLike, faulty: ArrayLike, of_healthy: Sequence[str], of_faulty: Sequence[str], fewest: int
+) -> tuple[Array, Array, NDArray[np.intp], int]:
+    """Scores that are not NaN, the group number of each, healthy ones first, and the number of groups."""
+    pairs = ((np.asarray(healthy, float), of_healthy), (np.asarray(faulty, float), of_faulty))
+    (below, mine), (above, theirs) = (
+        (own[~np.isnan(own)], np.asarray(names)[~np.isnan(own)]) for own, names in pairs
+    )
+    _, places = np.unique(np.concatenate((mine, theirs)), return_inverse=True)
+    if (n_group := int(places.max()) + 1) < fewest:
+        raise NotStatedError(f"an interval over groups needs {fewest} groups, not {n_group}")
+    return below, above, places, n_group
 
 
 def _percentiles(values: Array, n_group: int, confidence: float) -> tuple[float, float]:

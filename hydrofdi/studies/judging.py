@@ -15,7 +15,6 @@ from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod import (
     AxisName,
     DetectableSeverity,
-    LackOfFit,
     PodCurve,
     interpolated_level,
     lack_of_fit,
@@ -93,7 +92,7 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
     found: dict[str, Any] = {}
     if stated is not None and floor is not None and faulty:
         found = detectability(list(faulty.values()), stated, floor, rules, case.notes, n_tried)
-    case.remark_missing(fit, faulty)
+    case.remark_missing(faulty)
     case.remark_equal(fit)
     return Judgement(
         scored=scored,
@@ -174,9 +173,6 @@ class _Case:
         rates = {population: self.part([population]).rate(threshold, confidence) for population in tested}
         if not any(population.kind is Kind.HEALTHY for population in tested):
             rates = self._left_out(direction) | rates
-        for population, rate in rates.items():
-            if population.kind is Kind.HEALTHY and rate.total:
-                self._remark_excluded(population, rate)
         return rates
 
     def _left_out(self, direction: Direction) -> dict[Population, Rate]:
@@ -203,16 +199,6 @@ class _Case:
             reason = f"to test a healthy group, the others set the threshold: {refusal}"
             raise NotStatedError(reason, refusal.records_needed) from None
 
-    def _remark_excluded(self, population: Population, rate: Rate) -> None:
-        aim = self.rules.false_alarm_rate
-        is_limit = self.rules.threshold == "tolerance"
-        if rate.low > aim or (rate.high < aim and not is_limit):
-            self.notes.remarks.append(
-                f"false alarms of {population.name!r}: {rate.count} of {rate.total}, {rate.value:.2%}"
-                f" [{rate.low:.2%}, {rate.high:.2%}], which leaves out the {100.0 * aim:.3g} %"
-                f" that it is set for"
-            )
-
     def floor(self, false_alarms: Mapping[Population, Rate]) -> float | None:
         """False-alarm rate measured on healthy records; None if no healthy record was tested."""
         healthy = [rate for each, rate in false_alarms.items() if each.kind is Kind.HEALTHY and rate.total]
@@ -233,12 +219,8 @@ class _Case:
                 " independent records, and these may be one record"
             )
 
-    def remark_missing(self, fit: Part, faulty: Mapping[Population, Part]) -> None:
-        """Add remarks on records without a score: fit records are ignored, faulty ones count as missed."""
-        if fit.n_missing:
-            self.notes.remarks.append(
-                f"{fit.n_missing} of {fit.scores.size} healthy fit records have no score"
-            )
+    def remark_missing(self, faulty: Mapping[Population, Part]) -> None:
+        """Add a remark on faulty records without a score, which count as missed."""
         missing = [
             f"{own.n_missing} of {own.scores.size} at {population.name!r}"
             for population, own in faulty.items()
@@ -312,28 +294,12 @@ def detectability(
         used = curves if has_curve else _with_one_miss_more(curves[0], tested)
     smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes, n_tried)
     if not has_curve:
-        notes.remarks.append(f"{_why_no_curve(fit, is_described)}: {_where_from(smallest, rules)}")
+        why = "fewer than two tested levels lie on the slope of the curve of detection"
+        if not is_described:
+            why = f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g})"
+        notes.remarks.append(f"{why}: severities come from tested levels, or a curve with one more miss")
     bounding = tuple(_plausible(used, rules.confidence))
     return {"curve": curves[0], "lack_of_fit": fit, "smallest": smallest, "bounding": bounding}
-
-
-def _why_no_curve(fit: LackOfFit, is_described: bool) -> str:
-    return (
-        "fewer than two tested levels lie on the slope of the curve of detection"
-        if is_described
-        else f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g})"
-    )
-
-
-def _where_from(smallest: Mapping[str, DetectableSeverity], rules: Rules) -> str:
-    """Where the severities come from without a curve of the records as they are."""
-    of_curve = {name for name, found in smallest.items() if found.source == "curve"}
-    if "q90_95" not in of_curve:
-        return "results come from the tested levels"
-    bound = quantile_name(rules.probability, rules.confidence)
-    if "q90" in of_curve:
-        return f"{bound} and the estimates are those of the curve with one more miss"
-    return f"{bound} is that of the curve with one more miss, the estimates come from the tested levels"
 
 
 def _curves(tested: TestedLevels, outcomes: Array, floor: float) -> list[PodCurve]:

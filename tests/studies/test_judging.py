@@ -237,7 +237,6 @@ def test_alarms_in_place_of_detections_are_seen_on_healthy_records():
     shifted[records.rows(TEST)] += 1.0
     judgement = judge(records, replace(scored, values=shifted), RULES)
     assert not judgement.keeps_its_rate
-    assert any("leaves out the 1 %" in remark for remark in judgement.remarks)
     assert judge(records, scored, RULES).keeps_its_rate
     warm = scored.values.copy()
     warm[records.rows(STIFFER)] += 1.0
@@ -258,7 +257,6 @@ def test_records_without_a_score_are_no_alarms_and_those_with_a_fault_are_missed
     assert (judgement.levels[8].detected.total, judgement.levels[8].detected.not_measurable) == (100, 40)
     assert judgement.threshold.not_measurable == 10
     assert any("count as missed: 40 of 100 at '1'" in remark for remark in judgement.remarks)
-    assert "10 of 1000 healthy fit records have no score" in judgement.remarks
 
 
 def test_nothing_measurable_is_nothing_stated():

@@ -25,7 +25,7 @@ from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources,
 from hydrofdi.records import RecordSource
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
-from hydrofdi.report.table import Column, Table, finite, group_breaks
+from hydrofdi.report.table import Column, Table, finite, group_breaks, numbers
 from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.settings.readable import HOLE, number_text, percentage
 from hydrofdi.settings.validation import validated
@@ -185,24 +185,16 @@ class Evaluation(Guessable):
         if not has_alarms:
             pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]
         titles = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
-        ends = [_area_record(pair.area) for pair in pairs]
-        counts = [(None, None) if pair.rate is None else (pair.rate.count, pair.rate.total) for pair in pairs]
+        areas, rates = [_area_record(pair.area) for pair in pairs], [pair.rate for pair in pairs]
+        ends = {name: [area[name] for area in areas] for name in ("value", "low", "high")}
         return Table(
             (
                 Column("fit_group", [pair.fit_group for pair in pairs], title=titles[0], is_text=True),
                 Column("test_group", [pair.test_group for pair in pairs], title=titles[1], is_text=True),
-                Column(
-                    "auc",
-                    [each["value"] for each in ends],
-                    title="AUC",
-                    text=[_area_text(each) for each in ends],
-                ),
-                *(
-                    Column(f"auc_{end}", [each[end] for each in ends], is_shown=False)
-                    for end in ("low", "high")
-                ),
-                Column("alarms", [count for count, _ in counts], title="false alarms", is_shown=has_alarms),
-                Column("n", [total for _, total in counts], title="of", is_shown=has_alarms),
+                Column("auc", ends["value"], title="AUC", text=[*map(_area_text, areas)]),
+                *(Column(f"auc_{end}", ends[end], is_shown=False) for end in ("low", "high")),
+                Column("alarms", [r and r.count for r in rates], title="false alarms", is_shown=has_alarms),
+                Column("n", [r and r.total for r in rates], title="of", is_shown=has_alarms),
             ),
             title=f"Healthy groups against each other by {self.best}: none of them leaks",
             n_lead=2,
@@ -425,16 +417,13 @@ def _area_text(area: Mapping[str, Any]) -> str:
 
 def score_record(records: StudyRecords, judgement: Judgement, pairs: Sequence[HealthyPair]) -> dict[str, Any]:
     """What a score finds."""
-    scored, threshold = judgement.scored, judgement.threshold
-    found = finite(found_from(judgement))
+    scored, threshold, found = judgement.scored, judgement.threshold, finite(found_from(judgement))
     return {
         "indicator": scored.name,
         "channels": list(scored.channels),
         "unit": scored.unit,
         "direction": str(judgement.direction),
-        "threshold": None
-        if threshold is None
-        else {"low": finite(threshold.low), "high": finite(threshold.high), "n": threshold.n_healthy},
+        "threshold": threshold and numbers(threshold, "low", "high") | {"n": threshold.n_healthy},
         "false_alarms": [
             _rate_record(judgement, each, rate) for each, rate in judgement.false_alarms.items()
         ],
@@ -459,34 +448,27 @@ def score_record(records: StudyRecords, judgement: Judgement, pairs: Sequence[He
 
 
 def _area_record(area: Area) -> dict[str, Any]:
-    numbers = {"value": area.value, "low": area.low, "high": area.high}
-    return {name: finite(value) for name, value in numbers.items()} | {
-        "n_healthy": area.n_healthy,
-        "n": area.n_faulty,
-    }
+    return numbers(area, "value", "low", "high") | {"n_healthy": area.n_healthy, "n": area.n_faulty}
 
 
 def _rate_record(judgement: Judgement, population: Population, rate: Rate) -> dict[str, Any]:
     """Alarms of a population; a rate where there are enough records for one."""
     needed = judgement.counted.get(population)
-    stated = [None if needed else finite(value) for value in (rate.value, rate.low, rate.high)]
+    stated = {"rate": finite(rate.value), **numbers(rate, "low", "high")}
     return {
         "label": population.name,
         "alarms": rate.count,
         "n": rate.total,
         "not_measurable": rate.not_measurable,
-        **dict(zip(("rate", "low", "high"), stated, strict=True)),
+        **(dict.fromkeys(stated) if needed else stated),
         "records_needed": needed,
     }
 
 
 def _pair_record(pair: HealthyPair) -> dict[str, Any]:
-    alarms = None if pair.rate is None else pair.rate.count
-    return (
-        {"fit_group": pair.fit_group, "test_group": pair.test_group}
-        | _area_record(pair.area)
-        | {"alarms": alarms, "refusal": pair.refusal or None}
-    )
+    named = {"fit_group": pair.fit_group, "test_group": pair.test_group}
+    alarms = pair.rate and pair.rate.count
+    return named | _area_record(pair.area) | {"alarms": alarms, "refusal": pair.refusal or None}
 
 
 def healthy_spread(pairs: Sequence[HealthyPair]) -> float:

@@ -87,6 +87,14 @@ def test_what_is_saved_is_what_is_loaded(tmp_path):
         hydrofdi.train(HEALTHY, **WANTED, sampling_frequency=RATE, out=tmp_path / "notes.txt")
 
 
+def test_few_records_are_warned_of():
+    long = noisy(5 * 12).reshape(5, -1)
+    for n_record, is_warned in ((1, True), (2, True), (5, False)):
+        wanted = WANTED | {"window": "1 s", "sampling_frequency": RATE}
+        summary = hydrofdi.train(long[:n_record], **wanted).summary
+        assert any(line.startswith("Warning: ") for line in summary.split("\n")) is is_warned
+
+
 def test_settings_come_from_a_mapping_a_file_or_keywords(tmp_path):
     config = {"indicator": "dwt", **WANTED, "window": {"duration": "0.5 s"}}
     (tmp_path / "wanted.yaml").write_text(json.dumps(config))

@@ -10,6 +10,7 @@ import hydrofdi
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
+from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
@@ -108,6 +109,15 @@ def test_the_command_that_the_report_names_trains_the_winner(study, detection):
         refused = run_hydrofdi("train", *sources, "--best", "--out", "other.json", cwd=study)
         assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
         assert "best: expected the results folder" in refused.stderr
+
+
+def test_without_a_winner_the_healthy_records_that_are_needed_are_named(study, detection, monkeypatch):
+    none = replace(detection, judgements=())
+    monkeypatch.setattr("hydrofdi.api.detectors.training.judge_study", lambda _: (none,))
+    with pytest.raises(NotStatedError) as refusal:
+        hydrofdi.train(study / "results", best=True)
+    assert refusal.value.records_needed == detection.rules.records_for_false_alarms
+    assert f"test: {refusal.value.records_needed}" in str(refusal.value)
 
 
 def test_a_better_score_that_is_undecided_is_named(study, detection, monkeypatch, caplog):

@@ -18,6 +18,7 @@ from hydrofdi.api.measuring import assumption_text, constants_text
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.errors import ConfigError, StoreError
+from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import Guessable, counted
@@ -122,9 +123,12 @@ def _basis(file: DetectorFile, left: LeftOut, *, is_unlabelled: bool) -> Iterato
             )
     if is_unlabelled:
         yield "No record has a label: all are assumed to be healthy."
-    if basis.n_record == 1 or basis.n_group == 1:
-        one = "record" if basis.n_record == 1 else "group"
-        yield f"One {one}: nothing is known of other days or machines."
+    n, one = (basis.n_group, "group") if basis.n_group else (basis.n_record, "record")
+    if n < FEWEST_GROUPS:
+        yield (
+            f"Warning: {counted(n, one)} can say little of false alarms on other days or machines; train on"
+            f" {FEWEST_GROUPS} or more."
+        )
     if file.limits.interval_rests_on == "windows" and basis.n_window > max(basis.n_record, basis.n_group):
         yield "Windows of one record may depend on each other; then the true interval is wider."
 

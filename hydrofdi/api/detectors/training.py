@@ -25,6 +25,7 @@ from hydrofdi.detectors.trained.configuration import (
 from hydrofdi.detectors.trained.file import Made
 from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.report.detection.populations import n_computed_of
 from hydrofdi.settings.messages import counted
@@ -188,7 +189,14 @@ def _winner(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
     best = winner(detection, channels)
     if best is None:
         with_these = f" with {', '.join(each.symbol for each in channels)}" if channels else ""
-        raise NotStatedError(f"{stored.path}: no score{with_these} is known to keep its false-alarm rate")
+        rules = detection.rules
+        n_fit, n_test = rules.records_for_threshold(Direction.BOTH), rules.records_for_false_alarms
+        raise NotStatedError(
+            f"{stored.path}: no score{with_these} is known to keep its false-alarm rate; sweep again with"
+            f" study.healthy: {{fit: {n_fit}, test: {n_test}, shift: {n_test}}} or more, and let"
+            " study.population include the shifts that are normal",
+            n_test,
+        )
     better = [
         each.scored.name
         for each in detection.judgements

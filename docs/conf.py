@@ -18,6 +18,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "sphinx_design",
 ]
@@ -44,6 +45,7 @@ python_use_unqualified_type_names = True
 
 templates_path = ["_templates"]
 html_static_path = ["_static"]
+html_extra_path = ["../LICENSE"]
 
 html_theme = "pydata_sphinx_theme"
 html_title = "hydrofdi"
@@ -55,14 +57,14 @@ html_favicon = "_static/logo.svg"
 html_sidebars = {"index": [], "gallery": []}
 html_theme_options = {
     "logo": {
-        "text": f"hydrofdi {version}",
+        "text": "hydrofdi",
         "image_light": "_static/logo.svg",
         "image_dark": "_static/logo-dark.svg",
         "alt_text": "",
     },
     "show_toc_level": 2,
     "navigation_with_keys": False,
-    "navbar_end": ["theme-switcher"],
+    "navbar_end": ["about", "theme-switcher"],
     "footer_start": ["copyright"],
     "footer_end": [],
 }

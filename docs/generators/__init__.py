@@ -17,6 +17,7 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.add_lexer("csv", TextLexer)
     app.connect("builder-inited", write_pages)
     app.connect("source-read", links.lead_to_pages)
+    app.connect("source-read", gallery.show_thumbnails)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 

@@ -8,13 +8,39 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from docutils.nodes import make_id
 from sphinx.errors import ExtensionError
 
 import hydrofdi
 from hydrofdi.settings.ready import ready_folder
 
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+_FIGURE = re.compile(r"^###? ([^\n]+)\n(?:(?!^#).)*?^```\{figure\} (\S+)", re.DOTALL | re.MULTILINE)
+_CARD = """:::{{grid-item-card}} {title}
+:img-top: {picture}
+:img-alt:
+:link: "#{anchor}"
+:link-type: url
+:::
+"""
 _COMMANDS = re.compile(r"^```sh\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
+
+def show_thumbnails(app: Sphinx, name: str, content: list[str]) -> None:
+    """Show the first figure of each section above the first section: Sphinx passes each source."""
+    if name == "gallery":
+        cards = [
+            _CARD.format(title=title, picture=picture, anchor=make_id(title))
+            for title, picture in _FIGURE.findall(content[0])
+        ]
+        grid = "\n".join(
+            ["::::{grid} 2 3 4 5", ":class-container: thumbnails", ":gutter: 2", "", *cards, "::::"]
+        )
+        content[0] = content[0].replace("\n## ", f"\n{grid}\n\n## ", 1)
 
 
 def draw(docs: Path) -> None:

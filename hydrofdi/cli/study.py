@@ -277,7 +277,7 @@ def report(
             metavar="NAME",
             help="Draw this figure to --out FILE (.png, .svg, .pdf), or to NAME.svg. Any sweep: responses,"
             " sensitivity (a heat map of δ). A study of detection: answer, ranking, pod, roc, det,"
-            " false_alarms, densities, tornado, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
+            " false_alarms, densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
             " spectrum, mode_plane, phases, scenarios.",
         ),
     ] = None,

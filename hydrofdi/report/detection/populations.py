@@ -12,7 +12,7 @@ from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.shown_values import shown_value, shown_values
 from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.evaluation.scores import NOTHING, Kind
-from hydrofdi.evaluation.sensitivity import EquivalentFault, Reach, Spread
+from hydrofdi.evaluation.sensitivity import EquivalentFault, Spread
 from hydrofdi.records import Channel
 from hydrofdi.report.detection.wording import (
     SeverityUnit,
@@ -137,16 +137,14 @@ def n_computed_of(data: ExperimentData) -> int:
 
 
 _FIT = "Thresholds are set only on healthy fit records, results come from others."
-_REACH = {"imitated": "Looks like", "hidden": "Hides"}
 _WHY = (
     "All records here are healthy; what differs from record to record on one actuator has a row of its own."
-    " Alone: central 90 % range of the score while only this varies, relative to the range while all vary."
-    " Looks like: the severity that a healthy record in twenty looks like, or more. Hides: what it takes to"
-    " bring the score of another one in twenty back to its healthy median. In parentheses: intervals."
-    " Further nuisances are in JSON."
+    " Alone: central 90 % range of the score while only this varies, relative to the range while all vary,"
+    " with its interval. Looks like: the severity that a healthy record in twenty looks like, or more. Hides:"
+    " what it takes to bring the score of another one in twenty back to its healthy median. Further nuisances"
+    " and all intervals are in JSON."
 )
-TOGETHER = "all together"
-MOST, MOST_ROWS = 8, 6
+_MOST, _MOST_ROWS = 8, 6
 """Scores that are shown, and nuisances of each."""
 
 _GAP = "\N{NO-BREAK SPACE}"
@@ -159,61 +157,21 @@ def nuisances(detection: Detection, score: str) -> Nuisances | None:
     return nuisances_of(detection.records, scored, confidence=detection.rules.confidence)
 
 
-def shown_nuisances(detection: Detection) -> list[tuple[str, Nuisances]]:
-    """The nuisances of the best score with each set of sensors and of the wavelet rules."""
-    best = best_with_sensors(detection).values()
-    chosen = distinct(*best, *wavelet_rules(detection), *detection.judgements[:1])
-    names = [each.scored.name for each in chosen][:MOST]
-    return [(name, found) for name in names if (found := nuisances(detection, name)) is not None]
-
-
-def foremost_nuisances(found: Nuisances, most: int) -> list[tuple[str, Spread | None, Reach | None]]:
-    """All together, the nuisances that look like or hide the largest faults, and record to record."""
-
-    def size(nuisance: Nuisance) -> tuple[float, ...]:
-        alone, reach = nuisance.alone, nuisance.reach
-        ends = [end(fault) for fault in (reach.imitated, reach.hidden)] if reach else [-math.inf]
-        return max(ends), min(ends), alone.value if alone else -math.inf
-
-    ordered = sorted(found.each, key=size, reverse=True)
-    first = [*ordered[:most], *(each for each in ordered[most:] if each.parameter == NOTHING)]
-    together = [(TOGETHER, None, found.together)] if found.together else []
-    return together + [
-        ("record to record" if each.parameter == NOTHING else each.parameter, each.alone, each.reach)
-        for each in first
-    ]
-
-
-def end(fault: EquivalentFault) -> float:
-    """The severity; 0 below the tested ones, infinite above."""
-    return {"below": 0.0, "above": math.inf}.get(fault.place, fault.severity)
-
-
-def tested_range(detection: Detection) -> tuple[float, float] | None:
-    """The smallest and the largest nominal severity that is tested; None without any."""
-    levels = detection.records.chosen(Kind.FAULT, is_fit=False)
-    return (levels[0].severity, levels[-1].severity) if levels else None
-
-
 def why_block(detection: Detection) -> Block | None:
-    """Which nuisance moves which score; None if the study has no records for it."""
-    shown, unit = shown_nuisances(detection), severity_unit(detection)
+    """Which nuisance moves which score, the best with each set of sensors; None without records for it."""
+    best = best_with_sensors(detection).values()
+    chosen = distinct(*best, *wavelet_rules(detection), *detection.judgements[:1])[:_MOST]
+    found = {each.scored.name: nuisances(detection, each.scored.name) for each in chosen}
+    shown, unit = {name: each for name, each in found.items() if each}, severity_unit(detection)
     if not shown:
         return None
-    tested = tested_range(detection)
 
-    def end_text(severity: float) -> str:
-        if tested and (severity == 0.0 or math.isinf(severity)):
-            sign, nearest = ("<", tested[0]) if severity == 0.0 else (">", tested[1])
-            return f"{sign}{two_digits(unit.value(nearest))}"
-        return two_digits(unit.value(severity))
+    def size(nuisance: Nuisance) -> float:
+        return nuisance.alone.value if nuisance.alone else -math.inf
 
     def reach_text(fault: EquivalentFault | None) -> str:
-        """E.g. ``0.17 (0.07–0.32)``, ``<0.01``, ``0.7 (0.3–>1)``."""
-        if fault is None:
-            return HOLE
-        value, low, high = map(end_text, (end(fault), fault.low, fault.high))
-        return value if low == high else f"{value} ({low}–{high})".replace(" ", _GAP)
+        sign = {"below": "<", "above": ">"}.get(fault.place, "") if fault else ""
+        return sign + two_digits(unit.value(fault.severity)) if fault else HOLE
 
     def alone_text(spread: Spread | None) -> str:
         """A share in percent with its interval, e.g. ``26 (4 … 55)``."""
@@ -223,17 +181,22 @@ def why_block(detection: Detection) -> Block | None:
         return f"{value} ({low} … {high})".replace(" ", _GAP)
 
     rows = [
-        (name, label, alone_text(alone), *(reach_text(getattr(reach, key, None)) for key in _REACH))
-        for name, found in shown
-        for label, alone, reach in foremost_nuisances(found, MOST_ROWS)
+        (
+            name,
+            "record to record" if each.parameter == NOTHING else each.parameter,
+            alone_text(each.alone),
+            reach_text(each.reach and each.reach.imitated),
+            reach_text(each.reach and each.reach.hidden),
+        )
+        for name, own in shown.items()
+        for each in [*sorted(own.each[:-1], key=size, reverse=True)[:_MOST_ROWS], *own.each[-1:]]
     ]
-    heads = ("Score", "Nuisance", "Alone [%]", *(f"{title}{unit.bracket}" for title in _REACH.values()))
+    heads = ("Score", "Nuisance", "Alone [%]", f"Looks like{unit.bracket}", f"Hides{unit.bracket}")
     columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
     table = Table.of(columns, key="nuisances", n_lead=2, breaks=group_breaks([name for name, *_ in rows]))
-    figures = ("tornado",) if any(found.together for _, found in shown) else ()
-    refusals = dict.fromkeys(refusal for _, found in shown for refusal in found.refusals)
+    refusals = dict.fromkeys(refusal for each in shown.values() for refusal in each.refusals)
     said = (_WHY, *(f"Not stated for some: {refusal}." for refusal in refusals))
-    return Block("why", "Why: what moves healthy scores", said, (table,), figures)
+    return Block("why", "Why: what moves healthy scores", said, (table,))
 
 
 def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:

@@ -165,8 +165,7 @@ class DetectionReport:
     def _leak(self) -> float:
         """The smallest severity that is found, or the largest that is tested."""
         found = [each.smallest["q90_95"].severity for each in answers_of(self.detections[0])]
-        tested = populations.tested_range(self.detections[0])
-        return min(found) if found else tested[1] if tested else 0.0
+        return min(found, default=severity_unit(self.detections[0]).largest)
 
     @property
     def _training(self) -> Block | None:
@@ -181,7 +180,7 @@ class DetectionReport:
     @property
     def _signals(self) -> Block | None:
         """A healthy record against a leaking one; None where none can be simulated."""
-        if self.simulate is None or not (self._leak and self.is_complete):
+        if self.simulate is None or not (np.isfinite(self._leak) and self.is_complete):
             return None
         leak = severity_unit(self.detections[0]).text(self._leak)
         said = (

@@ -1,4 +1,4 @@
-"""The section "Why": which nuisance moves a score, in words, tables, a figure and JSON."""
+"""The section "Why": which nuisance moves a score, in a table and in JSON."""
 
 import json
 import re
@@ -6,11 +6,9 @@ import re
 import pytest
 
 from hydrofdi.detectors.rules import Rules
-from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.report.detection.populations import why_block
 from hydrofdi.report.detection.record import detection_records
-from hydrofdi.report.figures.detection.populations import draw_tornado
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored
 from tests.report.rows import rows
@@ -40,7 +38,7 @@ def cells(block, key):
 def test_the_nuisance_that_moves_the_score_most_is_named_and_comes_first(detection):
     block = why_block(detection)
     found = cells(block, "nuisances")
-    assert set(found) == {"all together", BULK, FRICTION, "record to record", IDLE}
+    assert set(found) == {BULK, FRICTION, "record to record", IDLE}
     assert re.fullmatch(r"\d+ \(\d+ … \d+\)", found[BULK][0])
     assert found[IDLE][1:] == ["<0.01", "<0.01"]
 
@@ -56,22 +54,10 @@ def test_every_number_of_the_table_is_in_the_plain_data(detection):
         assert found[name]["imitates"].keys() == {"place", "leakage_L_per_min", "low", "high"}
 
 
-def test_the_tornado_has_a_bar_on_both_sides_for_each_nuisance_and_all(detection):
-    (axis,) = draw_tornado(detection).axes
-    labels = [label.get_text() for label in axis.get_yticklabels()]
-    assert labels[0] == "all together"
-    assert set(labels[1:]) == {BULK, FRICTION, IDLE, "record to record"}
-    widths = [bar.get_width() for bar in axis.patches]
-    assert len(widths) == 2 * len(labels)
-    assert sorted(map(abs, widths))[-2:] == sorted(map(abs, widths[:2]))
-
-
-def test_without_leaks_there_are_shares_and_no_tornado():
-    block = why_block(moved(levels=()))
-    assert [sheet.key for sheet in block.tables] == ["nuisances"]
-    assert block.figures == ()
-    with pytest.raises(ReportError, match=r"study\.sensitivity\.alone"):
-        draw_tornado(moved(levels=()))
+def test_without_leaks_there_are_shares(detection):
+    (record,) = detection_records(moved(levels=()))
+    assert {each["imitates"] for each in record["nuisances"]} == {None}
+    assert cells(why_block(moved(levels=())), "nuisances")[BULK][1:] == ["–", "–"]
 
 
 def test_a_study_without_such_records_has_no_section():

@@ -6,10 +6,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from hydrofdi.evaluation.scores import Kind
 from hydrofdi.report.detection.wording import answers, severity_unit
 from hydrofdi.report.figures.detection.curves import draw_det, draw_pod, draw_roc
-from hydrofdi.report.figures.detection.populations import draw_densities, draw_false_alarms, draw_tornado
+from hydrofdi.report.figures.detection.populations import draw_densities, draw_false_alarms
 from hydrofdi.report.figures.detection.ranking import draw_answer, draw_delays, draw_ranking
 from hydrofdi.report.table import FigureKind
 from hydrofdi.studies.charts import RunLengths
@@ -32,11 +31,6 @@ _FIGURES: dict[str, tuple[Callable[[Detection], Any], str]] = {
         "Alarms of records whose seal is sound, with {confidence} intervals; open: too few records",
     ),
     "densities": (draw_densities, "Scores of each population; vertical lines: thresholds"),
-    "tornado": (
-        draw_tornado,
-        "The {quantity} that a healthy record in twenty looks like (right), and that another one hides (left)"
-        " through each nuisance alone; with {confidence} intervals",
-    ),
     "answer": (draw_answer, "The smallest {quantity} that is found with each set of sensors"),
 }
 _DELAYS = "Median delay from the onset of a leak to the alarm, over the time between false alarms"
@@ -50,12 +44,10 @@ def detection_figures(detection: Detection, charts: Sequence[RunLengths]) -> dic
         "confidence": f"{100.0 * asked.confidence:g} %",
         "share": f"{100.0 * asked.probability:g} %",
     }
-    left_out = set() if detection.records.chosen(Kind.ALONE, is_fit=False) else {"tornado"}
-    left_out |= set() if answers(detection) else {"answer"}
     figures = {
         name: FigureKind(caption.format(**said), partial(draw, detection))
         for name, (draw, caption) in _FIGURES.items()
-        if name not in left_out
+        if name != "answer" or answers(detection)
     }
     if charts:
         figures["delays"] = FigureKind(_DELAYS, partial(draw_delays, charts[0]))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from hydrofdi.papers.maddahi2015.views import asked_views
-from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.composition import Report
 from hydrofdi.report.table import ComposedReport
 from hydrofdi.store.experiment_data import ExperimentData
@@ -26,12 +24,9 @@ def make_report(data: ExperimentData) -> ComposedReport:
         return report_study(data, partial(nominal_signals, data))
     if experiment.paper:
         from hydrofdi.papers.maddahi2015.report import StudyReport
-        from hydrofdi.papers.maddahi2015.study import Study
 
-        study = Study(data)
-        return StudyReport(study, tuple(asked_views(study)))
-    analysis = Analysis(data)
-    return Report(analysis, tuple(asked_views(analysis)))
+        return StudyReport(data)
+    return Report(data)
 
 
 def nominal_signals(data: ExperimentData, coefficients: Sequence[float]) -> Columns:

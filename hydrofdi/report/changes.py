@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of, samples_per_period
-from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.axes import MOST_VALUES, Axis
 from hydrofdi.report.responses import QUANTILES, strongest_table
 from hydrofdi.report.runs import EXTERNAL, RunTable, normal_bulk_modulus, table_runs
@@ -31,31 +31,34 @@ from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
 
+if TYPE_CHECKING:
+    from hydrofdi.report.composition import Report
+
 MOST_DRAWN = 60
 """Most runs of a heat map of δ."""
 
 
-def varied_block(analysis: Analysis) -> Block:
+def varied_block(report: Report) -> Block:
     """Parameters with their values, or quantiles of them; runs; and the baseline in words."""
-    table = _values_table([found.axis for found in analysis.responses.axes])
-    return Block("varied", "What was varied", tuple(_baseline(analysis)), (table,))
+    table = _values_table([found.axis for found in report.responses.axes])
+    return Block("varied", "What was varied", tuple(_baseline(report)), (table,))
 
 
-def summary_block(analysis: Analysis) -> Block:
+def summary_block(report: Report) -> Block:
     """Counts of runs, and what moves most."""
-    n_swept = int(analysis.responses.runs.sum())
-    n_added = len(analysis.table) - n_swept
+    n_swept = int(report.responses.runs.sum())
+    n_added = len(report.table) - n_swept
     added = f", and {counted(n_added, 'healthy run')} for comparison" if n_added > 0 else ""
-    said = (f"{counted(n_swept, 'run')}{added}.", analysis.no_changes)
-    table = strongest_table(analysis.responses)
+    said = (f"{counted(n_swept, 'run')}{added}.", report.no_changes)
+    table = strongest_table(report.responses)
     return Block("strongest", "What moves most", tuple(filter(None, said)), (table,), is_answer=True)
 
 
-def _baseline(analysis: Analysis) -> Iterator[str]:
-    if analysis.no_changes:
-        yield analysis.no_changes
-    for name in analysis.baselines:
-        yield f"{name.capitalize()} baseline: {baseline_words(analysis.table, name)}."
+def _baseline(report: Report) -> Iterator[str]:
+    if report.no_changes:
+        yield report.no_changes
+    for name in report.baselines:
+        yield f"{name.capitalize()} baseline: {baseline_words(report.table, name)}."
 
 
 def _values_table(axes: list[Axis]) -> Table:
@@ -159,18 +162,16 @@ def baseline_words(table: RunTable, baseline: str) -> str:
     return ", ".join([*state, *(["otherwise the same parameters as the run"] if is_alike else [])])
 
 
-def changes_block(analysis: Analysis, title: str, key: str) -> Block:
+def changes_block(report: Report, title: str, key: str) -> Block:
     """The table of all runs for each baseline; the RMS alone if no run has another one as its baseline."""
-    table = analysis.table
-    if not analysis.baselines:
+    table = report.table
+    if not report.baselines:
         return Block(key, "RMS of the details", (band_sentence(table),), (rms_table(table),))
     legend = "Marked: largest positive δ of the row. δ > 0: the RMS fell."
     if not table.is_sealed.all():
         sealed = "have no internal leakage" if table.varies_external else "are controls"
         legend += f" Rows marked sealed {sealed}."
-    tables = tuple(
-        _delta_table(analysis, key, "", names.DETAIL_RMS, baseline) for baseline in analysis.baselines
-    )
+    tables = tuple(_delta_table(report, key, "", names.DETAIL_RMS, baseline) for baseline in report.baselines)
     figures = ("sensitivity",) if len(table) <= MOST_DRAWN else ()
     return Block(key, title, (legend, band_sentence(table)), tables, figures)
 
@@ -184,11 +185,11 @@ def rms_table(table: RunTable) -> Table:
     )
 
 
-def settled_block(analysis: Analysis) -> Block | None:
+def settled_block(report: Report) -> Block | None:
     """The same table of the settled records; None if no run has settled."""
-    if not (analysis.table.has_settled and analysis.baselines):
+    if not (report.table.has_settled and report.baselines):
         return None
-    is_periodic = samples_per_period(analysis.data.experiment.nominal_parameters) is not None
+    is_periodic = samples_per_period(report.data.experiment.nominal_parameters) is not None
     records = (
         "whole periods that agree with the last one, extended periodically"
         if is_periodic
@@ -198,14 +199,14 @@ def settled_block(analysis: Analysis) -> Block | None:
         f"From the undecimated transform of {records}: independent of the start sample and of an extension."
     )
     tables = tuple(
-        _delta_table(analysis, "settled", "Settled: ", names.SETTLED_DETAIL_RMS, each)
-        for each in analysis.baselines
+        _delta_table(report, "settled", "Settled: ", names.SETTLED_DETAIL_RMS, each)
+        for each in report.baselines
     )
     return Block("settled", "The same of settled records, all start phases together", (sentence,), tables)
 
 
-def _delta_table(analysis: Analysis, key: str, title: str, rms: str, baseline: str) -> Table:
-    table = analysis.table
+def _delta_table(report: Report, key: str, title: str, rms: str, baseline: str) -> Table:
+    table = report.table
     breaks = group_breaks(table.leakage_requests.tolist())
     return replace(
         _rows_table(table, *delta_columns(table.changes(baseline, rms))),

@@ -5,17 +5,19 @@ from __future__ import annotations
 import io
 import json
 from collections import Counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hydrofdi.config.request import parameter_unit
-from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.indicators import indicator_record, output_columns
 from hydrofdi.report.runs import Array, RunTable, best_levels, level_names
 from hydrofdi.report.table import ComposedReport, plain, row_records
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
+
+if TYPE_CHECKING:
+    from hydrofdi.report.composition import Report
 
 _DELTAS = {
     names.DETAIL_RMS: "delta",
@@ -28,16 +30,16 @@ _DELTAS = {
 _BASELINES = ("fixed", "matched")
 
 
-def general_record(analysis: Analysis, *, with_rows: bool = True) -> dict[str, Any]:
+def general_record(report: Report, *, with_rows: bool = True) -> dict[str, Any]:
     """Data of every experiment, with or without its rows; missing numbers are None."""
-    table = analysis.table
-    record: dict[str, Any] = {"experiment": analysis.data.experiment.name}
-    record["rows"] = _row_records(analysis) if with_rows else []
+    table = report.table
+    record: dict[str, Any] = {"experiment": report.data.experiment.name}
+    record["rows"] = _row_records(report) if with_rows else []
     record["verdicts"] = dict(Counter(table.verdicts))
-    if not analysis.has_baseline:
-        record["delta_not_known"] = analysis.no_changes
-    if analysis.indicators:
-        record["indicators"] = [indicator_record(each) for each in analysis.indicators]
+    if not report.has_baseline:
+        record["delta_not_known"] = report.no_changes
+    if report.indicators:
+        record["indicators"] = [indicator_record(each) for each in report.indicators]
     return record
 
 
@@ -72,8 +74,8 @@ def _level_columns(table: RunTable) -> dict[str, Array]:
     return columns
 
 
-def _row_records(analysis: Analysis) -> list[dict[str, Any]]:
-    table = analysis.table
+def _row_records(report: Report) -> list[dict[str, Any]]:
+    table = report.table
     columns = _run_columns(table) | _level_columns(table)
     for baseline in _BASELINES:
         columns[f"largest_positive_{baseline}"] = level_names(best_levels(table.changes(baseline)))
@@ -86,7 +88,7 @@ def _row_records(analysis: Analysis) -> list[dict[str, Any]]:
     }
     measured = {
         output.variable: output.values[table.positions]
-        for study in analysis.indicators
+        for study in report.indicators
         for output in study.outputs
     }
     if measured:
@@ -94,9 +96,9 @@ def _row_records(analysis: Analysis) -> list[dict[str, Any]]:
     return row_records(columns)
 
 
-def tidy_columns(analysis: Analysis) -> dict[str, list[Any]]:
+def tidy_columns(report: Report) -> dict[str, list[Any]]:
     """Header with unit → values, one per run and level; None if a number is missing."""
-    table = analysis.table
+    table = report.table
     columns = _run_columns(table)
     flows = columns.pop("mean_external_leakage_L_per_min")
     columns |= {f"mean_external_leakage_{c}_L_per_min": [pair[c - 1] for pair in flows] for c in (1, 2)}
@@ -108,7 +110,7 @@ def tidy_columns(analysis: Analysis) -> dict[str, list[Any]]:
         is_best = best_levels(table.changes(baseline))[:, None] == np.array(levels)
         by_level[f"largest_positive_{baseline}"] = is_best.astype(int)
     columns |= by_level
-    for study in analysis.indicators:
+    for study in report.indicators:
         columns |= output_columns(study, table.positions)
     columns |= {"status": table.texts(names.STATUS), "verdict": table.verdicts}
     return {

@@ -66,7 +66,7 @@ RUNNING = {"execution", "sensing", "compilation"}
         (("simulate", "experiment.yaml"), {"papers", *STUDIES}),
         (("status", "results/small"), {*STUDIES, *SAYING, *RUNNING}),
         (("why", "results/small", "1"), {"report", "papers", *STUDIES, *RUNNING}),
-        (("report",), {"papers.maddahi2015.study", "papers.maddahi2015.external", *STUDIES, *RUNNING}),
+        (("report",), {"papers.maddahi2015.report", *STUDIES, *RUNNING}),
     ],
 )  # fmt: skip
 def test_a_command_loads_only_its_own_rooms(small_sweep, arguments, absent):

@@ -19,7 +19,6 @@ from hydrofdi.papers.maddahi2015.claims import CLAIMS, claim_margins
 from hydrofdi.papers.maddahi2015.controls import alarm_verdicts, best_deltas
 from hydrofdi.papers.maddahi2015.grid import ModeGrid
 from hydrofdi.papers.maddahi2015.report import StudyReport, deviations
-from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.report.forms.page import render_markdown
 from hydrofdi.report.record import tidy_columns
@@ -32,12 +31,12 @@ LEAKAGES, BULK_MODULI = 3, 3
 
 
 def claims(data):
-    return {result.claim.id: result for result in Study(data).claims}
+    return {result.claim.id: result for result in StudyReport(data).claims}
 
 
 def cell(data, leakage, bulk_modulus):
     """Row of a mode; leakage 0 is sealed."""
-    return int(Study(data).grid.positions[0, leakage, bulk_modulus])
+    return int(StudyReport(data).grid.positions[0, leakage, bulk_modulus])
 
 
 def test_the_configuration_knows_just_the_claims_of_the_report():
@@ -62,11 +61,11 @@ def test_breaking_one_cell_turns_the_verdict(paper, break_cell, claim, leakage, 
     position = cell(paper, leakage, bulk_modulus)
     assert claims(paper)[claim].reproduced is True
     rms = paper.columns[names.DETAIL_RMS][position, level]
-    study = Study(break_cell(paper, position, level, factor * rms))
+    study = StudyReport(break_cell(paper, position, level, factor * rms))
     (broken,) = [result for result in study.claims if result.claim.id == claim]
     assert broken.reproduced is False
     assert broken.margin < 0.0
-    (failed,) = [check for check in study.checks(broken) if not check["holds"]]
+    (failed,) = [check for check in study.check_records(broken) if not check["holds"]]
     assert str(paper.columns[names.RUN_ID][position]) in failed["runs"]
 
 
@@ -153,7 +152,7 @@ def test_with_two_levels_there_is_nothing_to_check():
 
 
 def sealed_row(data, beta):
-    return int(Study(data).grid.positions[0, 0, beta])
+    return int(StudyReport(data).grid.positions[0, 0, beta])
 
 
 def test_the_rule_alarms_where_the_bulk_modulus_alone_lowers_d3(paper_analysis):
@@ -167,20 +166,20 @@ def test_the_rule_is_silent_where_d3_rises_and_the_sentence_says_so(paper, break
     data = paper
     for beta in (1, 2):
         data = break_cell(data, sealed_row(paper, beta), 2, 1e9)
-    analysis = Study(data)
+    analysis = StudyReport(data)
     assert alarm_verdicts(analysis.sealed.changes("fixed")) == [False, False]
 
 
 def test_the_rule_is_silent_where_d3_falls_but_another_level_falls_more(paper, break_cell):
     position = sealed_row(paper, 1)
-    analysis = Study(break_cell(paper, position, 0, 1.0))
+    analysis = StudyReport(break_cell(paper, position, 0, 1.0))
     delta = analysis.sealed.changes("fixed")
     assert delta[0, 2] > 0.0
     assert alarm_verdicts(delta)[0] is False
 
 
 def test_a_failed_control_is_open_and_no_silence(paper, break_cell):
-    analysis = Study(break_cell(paper, sealed_row(paper, 1), slice(None), math.nan))
+    analysis = StudyReport(break_cell(paper, sealed_row(paper, 1), slice(None), math.nan))
     assert alarm_verdicts(analysis.sealed.changes("fixed")) == [None, True]
 
 
@@ -192,17 +191,17 @@ def test_the_best_level_is_the_one_that_the_table_marks(paper_analysis):
 
 
 def test_the_best_level_follows_a_changed_cell(paper, break_cell):
-    position = int(Study(paper).grid.positions[0, 1, 1])
+    position = int(StudyReport(paper).grid.positions[0, 1, 1])
     rms = paper.columns[names.DETAIL_RMS][position, 4]
-    analysis = Study(break_cell(paper, position, 4, 0.5 * rms))
+    analysis = StudyReport(break_cell(paper, position, 4, 0.5 * rms))
     assert [k for k, d in zip(*best_deltas(analysis.leaky), strict=True) if abs(d - 50.0) < 1.0] == [4]
 
 
 def test_figure_2_shows_the_reference_in_closed_loop_alone(small_sweep, tmp_path):
     text = SMALL.replace("sweep:", "control: {law: pi}\nsweep:")
-    closed = Study(read_results(sweep_in(tmp_path, text).directory))
-    for analysis, n_line in ((Study(read_results(small_sweep.directory)), 1), (closed, 2)):
-        axes = draw_figure(StudyReport(analysis), "figure2").axes
+    closed = StudyReport(read_results(sweep_in(tmp_path, text).directory))
+    for analysis, n_line in ((StudyReport(read_results(small_sweep.directory)), 1), (closed, 2)):
+        axes = draw_figure(analysis, "figure2").axes
         assert [len(axis.lines) for axis in axes[2:4]] == [n_line] * 2
         assert all(len(axis.lines) == 1 for axis in (*axes[:2], *axes[4:]))
 
@@ -246,7 +245,7 @@ def test_the_numbers_are_those_that_the_repository_keeps(paper_analysis):
 
 def test_the_markdown_is_that_which_the_repository_keeps(paper_analysis):
     kept = words((KEPT / "table3.md").read_text(encoding="utf-8"))
-    fresh = words(render_markdown(StudyReport(paper_analysis).document()))
+    fresh = words(render_markdown(paper_analysis.document()))
     assert [word for word in fresh if not is_number(word)] == [word for word in kept if not is_number(word)]
     numbers = [float(word) for word in kept if is_number(word)]
     assert [float(word) for word in fresh if is_number(word)] == pytest.approx(numbers, rel=1e-4, abs=0.11)

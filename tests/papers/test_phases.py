@@ -14,7 +14,6 @@ from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.controls import alarm_verdicts
 from hydrofdi.papers.maddahi2015.report import StudyReport
-from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report import runs
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.store.experiment_data import ExperimentData
@@ -84,7 +83,7 @@ def test_a_phase_that_breaks_a_claim_is_counted(made_up):
     phases = np.repeat(rms[:, None], 32, axis=1)
     phases[2, 7, 1] *= 2.0  # d2 of the small leak at the normal EBM, at phase 7 alone
     data = replace(made_up, columns=made_up.columns | {names.PHASE_DETAIL_RMS: phases})
-    study = Study(data)
+    study = StudyReport(data)
     configured, settled = (each.claim("C1", study.looked_at) for each in study.standings)
     assert (configured.held, configured.of) == (31, 32)
     assert configured.values[7] < 0.0
@@ -94,13 +93,13 @@ def test_a_phase_that_breaks_a_claim_is_counted(made_up):
 def test_records_that_have_not_settled_have_no_settled_claims(made_up):
     nothing = np.full_like(made_up.columns[names.DETAIL_RMS], np.nan)
     data = replace(made_up, columns=made_up.columns | {names.SETTLED_DETAIL_RMS: nothing})
-    (configured,) = Study(data).standings
+    (configured,) = StudyReport(data).standings
     assert configured.title == "as configured"
-    assert not Study(data).table.has_settled
+    assert not StudyReport(data).table.has_settled
 
 
 def test_the_figure_shows_the_range_of_every_claim_over_the_phases(paper_analysis, made_up):
-    drawn = draw_figure(StudyReport(paper_analysis), "phases").axes
+    drawn = draw_figure(paper_analysis, "phases").axes
     ends = {
         tuple(path.vertices[:, 0])
         for axis in drawn
@@ -110,7 +109,7 @@ def test_the_figure_shows_the_range_of_every_claim_over_the_phases(paper_analysi
     outcomes = [*paper_analysis.claim_outcomes, *paper_analysis.alarm_outcomes]
     assert ends == {(min(each.values), max(each.values)) for each in outcomes}
     with pytest.raises(ReportError, match="only one start phase"):
-        draw_figure(StudyReport(Study(made_up)), "phases")
+        draw_figure(StudyReport(made_up), "phases")
 
 
 N_DRAWN = 100
@@ -155,19 +154,19 @@ def made(folder: Path, text: str) -> ExperimentData:
 
 
 def sentences(analysis, key):
-    return next(block for block in StudyReport(analysis).document().blocks if block.key == key).paragraphs
+    return next(block for block in analysis.document().blocks if block.key == key).paragraphs
 
 
 @pytest.mark.parametrize("text", [BOTH % 200, APART % LEAKAGE, APART % FRICTION])
 def test_runs_that_share_neither_leakage_nor_bulk_modulus_are_no_grid(tmp_path, text):
-    analysis = Study(made(tmp_path, text))
+    analysis = StudyReport(made(tmp_path, text))
     assert analysis.grid.positions.size == 1
     assert sentences(analysis, "claims") == (analysis.grid.lack,)
     assert [result.reproduced for result in analysis.claims] == [None] * len(CLAIMS)
 
 
 def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
-    analysis = Study(made(tmp_path, BOTH % 200))
+    analysis = StudyReport(made(tmp_path, BOTH % 200))
     table = analysis.table
     raised = table.of(table.is_sealed & (table[names.BULK_MODULUS] > 551e6))
     assert {*analysis.sealed.positions} == {*raised.positions}
@@ -178,7 +177,7 @@ def test_the_controls_look_at_every_run_where_there_is_no_grid(tmp_path):
 
 
 def test_chosen_values_that_meet_are_a_grid(tmp_path):
-    analysis = Study(made(tmp_path, CHOSEN))
+    analysis = StudyReport(made(tmp_path, CHOSEN))
     assert analysis.grid.lack == ""
     assert len(analysis.grid.modes()) == 6
 
@@ -188,7 +187,7 @@ def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp
     monkeypatch.setattr(runs, "percentage_change", lambda *a: passes.append(0) or percentage_change(*a))
     counts = []
     for n_run in (20, 200):
-        StudyReport(Study(made(tmp_path, BOTH % n_run))).document()
+        StudyReport(made(tmp_path, BOTH % n_run)).document()
         counts.append(len(passes))
         passes.clear()
     assert counts[0] == counts[1] > 0

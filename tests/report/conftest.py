@@ -8,7 +8,7 @@ import pytest
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.config import expand_runs, load_experiment
-from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
@@ -91,7 +91,7 @@ def paper(table3) -> ExperimentData:
 
 @pytest.fixture(scope="session")
 def paper_analysis(paper):
-    return Study(paper)
+    return StudyReport(paper)
 
 
 def with_rms(data: ExperimentData, position: int, level: int, rms: float) -> ExperimentData:

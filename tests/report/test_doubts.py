@@ -10,8 +10,8 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import ReportError
 from hydrofdi.papers import make_report
-from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.report.analysis import Analysis
+from hydrofdi.papers.maddahi2015.report import StudyReport
+from hydrofdi.report.composition import Report
 from hydrofdi.report.figures import draw_all, write_figure
 from hydrofdi.report.forms.page import write_all_forms
 from hydrofdi.report.record import render_json
@@ -108,7 +108,7 @@ def half_done(tmp_path, hydrofdi):
 
 def test_an_unfinished_experiment_reports_what_is_there_and_why_the_rest_is_not(half_done):
     report = make_report(read_results(half_done))
-    assert report.analysis.table.texts("status") == ["ok", "missing", "ok", "missing"]
+    assert report.table.texts("status") == ["ok", "missing", "ok", "missing"]
     (holes,) = [block for block in report.document().blocks if block.key == "holes"]
     assert holes.tables[0]["Runs"].tolist() == [2]
     assert "computes the missing runs" in holes.tables[0]["Remedy"][0]
@@ -124,7 +124,7 @@ def test_a_figure_whose_run_is_missing_says_so_and_the_others_are_drawn(half_don
 
 def test_without_experiment_file_the_shards_are_reported(half_done):
     def found():
-        table = Analysis(read_results(half_done)).table
+        table = Report(read_results(half_done)).table
         return table.of(table.is_ok)["detail_rms"].tolist()
 
     before = found()
@@ -136,7 +136,7 @@ def test_an_experiment_without_any_result_is_all_holes(half_done):
     (half_done / "half.h5").unlink()
     for shard in (half_done / "shards").iterdir():
         shard.unlink()
-    analysis = Study(read_results(half_done))
+    analysis = StudyReport(read_results(half_done))
     assert {*analysis.table.texts("status")} == {"missing"}
     assert {result.reproduced for result in analysis.claims} == {None}
 

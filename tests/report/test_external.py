@@ -12,10 +12,10 @@ import pytest
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
-from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.papers.maddahi2015.views import external_view
-from hydrofdi.report.analysis import Analysis
+from hydrofdi.papers.maddahi2015.report import StudyReport
+from hydrofdi.report.composition import Report
 from hydrofdi.report.runs import run_table
+from hydrofdi.report.views import external_view
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
 from tests.conftest import REPOSITORY, sweep_in, swept
@@ -66,7 +66,7 @@ def test_the_mean_external_flow_is_that_of_the_chamber_pressure(data, leaking):
 
 
 def test_a_leak_out_of_chamber_1_lowers_its_pressure_and_a4(data):
-    table = Analysis(data).table
+    table = Report(data).table
     pressure, delta = table[names.MEAN_CHAMBER_1_PRESSURE], table.changes("matched", names.APPROXIMATION_RMS)
     keys = zip(*table.external_coefficients.T, table.is_sealed, table[names.BULK_MODULUS], strict=True)
     rows = {key: (pressure[k], delta[k, 3]) for k, key in enumerate(keys)}
@@ -121,11 +121,13 @@ def test_an_experiment_that_varies_no_external_leakage_has_no_such_section(small
 
 
 def test_claims_and_controls_look_at_the_runs_without_external_leakage(data, small_sweep):
-    analysis = Study(data)
+    analysis = StudyReport(data)
     assert len(analysis.grid.scenarios) == 1
     assert analysis.sealed[names.BULK_MODULUS].tolist() == [827e6]
     assert len(analysis.leaky) == 2
-    checked = {run for each in analysis.claims for check in analysis.checks(each) for run in check["runs"]}
+    checked = {
+        run for each in analysis.claims for check in analysis.check_records(each) for run in check["runs"]
+    }
     table = analysis.table
     assert checked <= {*table.of((table.external_coefficients == 0.0).all(axis=1)).texts(names.RUN_ID)}
 

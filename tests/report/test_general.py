@@ -20,8 +20,7 @@ from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015.report import StudyReport
-from hydrofdi.papers.maddahi2015.study import Study
-from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.composition import Report
 from hydrofdi.report.figures import KINDS, draw_figure
 from hydrofdi.report.forms.page import render_markdown, render_page, write_all_forms
 from hydrofdi.report.indicators import healthy_spread, measured_indicator, relative_change
@@ -156,7 +155,7 @@ def headers(report):
 
 def test_a_sealed_sweep_is_compared_with_the_fixed_baseline_only(tmp_path):
     report = report_of(tmp_path, AGAINST_50)
-    assert report.analysis.baselines == ("fixed",)
+    assert report.baselines == ("fixed",)
     titles = [axis.get_title(loc="left") for axis in draw_figure(report, "sensitivity").axes]
     assert any("fixed" in title for title in titles)
     assert not any("matched" in title for title in titles)
@@ -164,7 +163,7 @@ def test_a_sealed_sweep_is_compared_with_the_fixed_baseline_only(tmp_path):
 
 def test_without_a_baseline_for_what_varies_there_is_no_table_of_zeros(tmp_path):
     report = report_of(tmp_path, SEALED)
-    assert report.analysis.baselines == ()
+    assert report.baselines == ()
     assert not [header for header in headers(report) if header.startswith("δ")]
     assert "sensitivity" not in report.document().figures
     assert report.usual_figure == "responses"
@@ -173,7 +172,7 @@ def test_without_a_baseline_for_what_varies_there_is_no_table_of_zeros(tmp_path)
 
 
 def test_rows_ascend_along_what_varies(tmp_path):
-    table = report_of(tmp_path, AGAINST_50).analysis.table
+    table = report_of(tmp_path, AGAINST_50).table
     assert table.values("friction.viscous") == [40.0, 50.0, 70.0]
 
 
@@ -272,14 +271,14 @@ def test_a_table_survives_csv_and_json(made_up, columns):
     columns[names.DETAIL_RMS] = np.tile(columns[names.DETAIL_RMS], (5, 1)).T
     with np.errstate(all="ignore"):
         report = make_report(replace(made_up, columns=made_up.columns | columns_of(columns)))
-        tidy, record = tidy_columns(report.analysis), report.record()
+        tidy, record = tidy_columns(report), report.record()
     read = list(csv.DictReader(io.StringIO(Table.of(tidy).to_csv())))
     for header, values in tidy.items():
         texts = [line[header] for line in read]
         for text, value in zip(texts, values, strict=True):
             assert text == "" if value is None else type(value)(text) == value
     assert json.loads(json.dumps(record, allow_nan=False)) == record
-    for run, line in zip(report.analysis.table[names.DETAIL_RMS].tolist(), record["rows"], strict=True):
+    for run, line in zip(report.table[names.DETAIL_RMS].tolist(), record["rows"], strict=True):
         assert line["detail_rms_Pa"] == [value if value == value else None for value in run]
 
 
@@ -289,13 +288,13 @@ def columns_of(lists):
 
 def test_parquet_holds_the_same_columns_as_csv(made_up):
     parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'parquet' is not installed")
-    analysis = Analysis(made_up)
+    analysis = Report(made_up)
     read = parquet.read_table(io.BytesIO(Table.of(tidy_columns(analysis)).to_parquet()))
     assert read.to_pydict() == tidy_columns(analysis)
 
 
 def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
-    report = StudyReport(Study(read_results(small_sweep.directory)))
+    report = StudyReport(read_results(small_sweep.directory))
     for name in ("first", "second"):
         list(write_all_forms(report, tmp_path / name))
     files = sorted(path.name for path in (tmp_path / "first").iterdir())
@@ -336,7 +335,7 @@ def with_ring(made_up):
         } | {f"{LABEL}.frequency": np.array(frequencies)}
         study = measured_indicator(LABEL, indicator, replace(data, columns=data.columns | columns))
         made = make_report(data)
-        vars(made.analysis)["indicators"] = (study,)
+        vars(made)["indicators"] = (study,)
         return made
 
     return report

@@ -11,7 +11,6 @@ from scipy.stats import binomtest
 
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.papers import make_report
-from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.report.forms.page import write_page
 from hydrofdi.report.intervals import clustered_share, wilson_interval
 from hydrofdi.report.table import Column, Table, quantity
@@ -21,7 +20,7 @@ from tests.browser import needs_chromium, open_page, requests_of_the_page, serio
 @pytest.fixture(scope="module")
 def page(paper_analysis, tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "table3.html"
-    write_page(StudyReport(paper_analysis), path)
+    write_page(paper_analysis, path)
     return path
 
 
@@ -53,7 +52,7 @@ def test_the_ids_of_the_page_are_unique_and_all_references_have_a_target(page):
 def test_all_figures_are_there_and_the_console_is_silent(opened, paper_analysis):
     dom, console, _ = opened
     shown = re.findall(r'<figure id="(\w+)" tabindex="0">\s*<svg', dom)
-    assert sorted(shown) == sorted(set(StudyReport(paper_analysis).figures()) - {"scenarios", "responses"})
+    assert sorted(shown) == sorted(set(paper_analysis.figures()) - {"scenarios", "responses"})
     assert console == []
 
 
@@ -75,7 +74,7 @@ def test_a_request_of_a_page_would_be_seen(tmp_path):
 @needs_chromium
 def test_the_tables_are_those_of_the_json(opened, paper_analysis):
     dom, _, _ = opened
-    record = StudyReport(paper_analysis).record()
+    record = paper_analysis.record()
     for baseline in ("fixed", "matched"):
         table = re.search(rf'<table id="table3-{baseline}">.*?</table>', dom, re.DOTALL)[0]
         body = table.partition("<tbody>")[2]

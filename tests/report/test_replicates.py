@@ -11,8 +11,8 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.papers import make_report
-from hydrofdi.papers.maddahi2015.views import study_replicates
 from hydrofdi.report.runs import run_table
+from hydrofdi.report.views import study_replicates
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in

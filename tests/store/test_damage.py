@@ -17,7 +17,7 @@ import xarray
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.errors import StoreError
-from hydrofdi.report.analysis import Analysis
+from hydrofdi.report.composition import Report
 from hydrofdi.report.runs import run_table
 from hydrofdi.store.folder.lock import experiment_lock
 from hydrofdi.store.index import read_index
@@ -316,7 +316,7 @@ def test_a_baseline_that_leaks_is_none_in_files_that_name_one(leaky_run, tmp_pat
     with h5py.File(path, "a") as file:
         assert file[names.FIXED_BASELINE][0] == names.NO_BASELINE
         file[names.FIXED_BASELINE][0] = file[names.MATCHED_BASELINE][0] = 0
-    assert not Analysis(read_results(path)).has_baseline
+    assert not Report(read_results(path)).has_baseline
 
 
 def test_a_healthy_run_by_itself_is_its_own_baseline(tmp_path):

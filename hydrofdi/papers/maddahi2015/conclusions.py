@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hydrofdi.papers.maddahi2015.claims import ClaimResult
 from hydrofdi.papers.maddahi2015.standings import Outcome, points
-from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.table import Block, Column, Table, group_breaks, plain
 from hydrofdi.report.wording import joined
 from hydrofdi.settings.readable import HOLE
+
+if TYPE_CHECKING:
+    from hydrofdi.papers.maddahi2015.report import StudyReport
 
 _SPREAD = ("mean", "least", "largest")
 _ONE_PHASE = (
@@ -23,7 +25,7 @@ _UNSETTLED = (
 )
 
 
-def claim_record(study: Study, result: ClaimResult) -> dict[str, Any]:
+def claim_record(study: StudyReport, result: ClaimResult) -> dict[str, Any]:
     """A claim with its checks, and how it stands over the start phases; an ensemble leaves out checks."""
     claim = result.claim
     configured, *settled = (standing.claim(claim.id, study.looked_at) for standing in study.standings)
@@ -34,7 +36,7 @@ def claim_record(study: Study, result: ClaimResult) -> dict[str, Any]:
         "reproduced": result.reproduced,
         "margin_percentage_points": result.margin,
         "each_may_move_percentage_points": result.allowance,
-        "checks": [*study.checks(result)] if study.scenarios is None else [],
+        "checks": [*study.check_records(result)] if study.scenarios is None else [],
         "phases": configured.phases("margin_percentage_points"),
     }
     for outcome in settled:
@@ -46,7 +48,7 @@ def claim_record(study: Study, result: ClaimResult) -> dict[str, Any]:
     return record
 
 
-def claims_block(study: Study) -> Block:
+def claims_block(study: StudyReport) -> Block:
     """All claims with their margins; one sentence if there is no grid."""
     title = "Claims: the paper's sentences as checks"
     if study.grid.lack:
@@ -54,7 +56,7 @@ def claims_block(study: Study) -> Block:
     return Block("claims", title, required(study), (_claims_table(study),))
 
 
-def required(study: Study) -> tuple[str, ...]:
+def required(study: StudyReport) -> tuple[str, ...]:
     """Whether the claims that the file lists hold, in all feasible scenarios of an ensemble."""
     if not study.guarded:
         return ()
@@ -63,7 +65,7 @@ def required(study: Study) -> tuple[str, ...]:
     return (f"The experiment file requires {joined([each.claim.id for each in study.guarded])}: {held}.",)
 
 
-def _claims_table(study: Study) -> Table:
+def _claims_table(study: StudyReport) -> Table:
     note = (
         "At the configured start phase. Margin: how far one δ behind a claim could move before its result"
         " turns; negative if it does not hold. If it is a difference of two δ, both may move, each by half of"
@@ -74,7 +76,7 @@ def _claims_table(study: Study) -> Table:
     return Table.of_records(plain(records), nested, title="Claims", key="claims", notes=(note,))
 
 
-def standing_blocks(study: Study) -> tuple[Block, Block]:
+def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
     """Which claims and sealed alarms survive every start phase, as configured and settled; their numbers."""
     n_phase, said = study.standings[0].n_phase, [_ONE_PHASE]
     named = [] if study.grid.lack else [(each.name, each) for each in study.claim_outcomes]

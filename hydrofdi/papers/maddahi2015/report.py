@@ -1,20 +1,23 @@
-"""The report of the paper's study: its sections, its data for programs, and its figures."""
+"""The report of the paper's study: what it says, computed once; its sections, data and figures."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015 import conclusions
-from hydrofdi.papers.maddahi2015.controls import controls_block, controls_record
+from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult
+from hydrofdi.papers.maddahi2015.controls import controls, controls_block, controls_record, sealed_outcomes
+from hydrofdi.papers.maddahi2015.grid import ModeGrid, arrange_modes
 from hydrofdi.papers.maddahi2015.scenario_tables import scenario_blocks
-from hydrofdi.papers.maddahi2015.scenarios import scenarios_record
-from hydrofdi.papers.maddahi2015.study import Study
+from hydrofdi.papers.maddahi2015.scenarios import ScenarioStudy, scenarios_record, study_scenarios
+from hydrofdi.papers.maddahi2015.standings import Outcome, Standing, standings
 from hydrofdi.report import changes
 from hydrofdi.report.composition import Report, answers
 from hydrofdi.report.indicators import indicators_block
@@ -22,6 +25,7 @@ from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.record import general_record
 from hydrofdi.report.runs import RunTable
 from hydrofdi.report.table import Block, FigureKind, Table, plain
+from hydrofdi.report.wording import mode_name
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
@@ -31,47 +35,120 @@ from hydrofdi.units import convert
 class StudyReport(Report):
     """The general report with the paper's tables, claims, controls and figures."""
 
-    analysis: Study
     lead = (
         "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with"
         " the EBM of the fluid. After Maddahi et al., CDSR 2015, paper 181; no number comes from the paper."
     )
 
+    @cached_property
+    def grid(self) -> ModeGrid:
+        """The leaky modes."""
+        return arrange_modes(self.data)
+
+    @cached_property
+    def standings(self) -> tuple[Standing, ...]:
+        """The ways to look at the records: as configured, and settled if any run is."""
+        return tuple(standings(self.grid, self.data))
+
+    @cached_property
+    def scenarios(self) -> ScenarioStudy | None:
+        """Claims and controls over the scenarios of an ensemble with a grid."""
+        is_ensemble = self.data.experiment.has_scenarios and not self.grid.lack
+        return study_scenarios(self.grid, self.data, self.standings) if is_ensemble else None
+
+    @cached_property
+    def _controls(self) -> tuple[RunTable, RunTable]:
+        return controls(self.table)
+
+    @property
+    def sealed(self) -> RunTable:
+        """The sealed runs that the d3 rule is tried on."""
+        return self._controls[0]
+
+    @property
+    def leaky(self) -> RunTable:
+        """The leaky runs."""
+        return self._controls[1]
+
+    @cached_property
+    def looked_at(self) -> Sequence[int]:
+        """Positions of the scenarios that claims have to hold in: the feasible ones, or all."""
+        if self.scenarios is None:
+            return range(len(self.grid.scenarios))
+        found: list[int] = np.flatnonzero(self.scenarios.feasible).tolist()
+        return found
+
+    @cached_property
+    def claims(self) -> tuple[ClaimResult, ...]:
+        """The result of every claim."""
+        return tuple(ClaimResult(claim, claim.checks(self.grid), self.looked_at) for claim in CLAIMS)
+
+    @property
+    def guarded(self) -> tuple[ClaimResult, ...]:
+        """The claims that the experiment file lists."""
+        listed = self.data.experiment.claims
+        return tuple(result for result in self.claims if result.claim.id in listed)
+
+    @cached_property
+    def claim_outcomes(self) -> list[Outcome]:
+        """How claims stand over the start phases, in each way to look at the records."""
+        return [each.claim(claim.id, self.looked_at) for each in self.standings for claim in CLAIMS]
+
+    @cached_property
+    def alarm_outcomes(self) -> list[Outcome]:
+        """How the alarms on the sealed actuator stand over the start phases."""
+        return [found for each in self.standings for found in sealed_outcomes(self.sealed, each)]
+
+    def check_records(self, result: ClaimResult) -> Iterator[dict[str, Any]]:
+        """Each check of a claim in each scenario; its runs are the healthy one, then the leaky ones."""
+        grid, run_ids = self.grid, self.data.columns[names.RUN_ID].astype(str)
+        for check in result.checks:
+            for scenario in result.scenarios:
+                leaky = [int(grid.positions[scenario, 1 + q, b]) for q, b in check.modes]
+                runs = [int(self.data.fixed_baseline[leaky[0]]), *leaky]
+                margin, labels = float(check.margin[scenario]), grid.scenarios[scenario]
+                yield {
+                    "runs": run_ids[runs].tolist(),
+                    "modes": [mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes],
+                    "holds": None if math.isnan(margin) else margin > 0.0,
+                    "margin_percentage_points": margin,
+                    "each_may_move_percentage_points": float(check.allowance[scenario]),
+                } | ({"labels": labels} if labels else {})
+
     @property
     def usual_figure(self) -> str:
         """The scenarios where the experiment has any, else δ."""
-        return "sensitivity" if self.analysis.scenarios is None else "scenarios"
+        return "sensitivity" if self.scenarios is None else "scenarios"
 
     def blocks(self) -> Iterator[Block | None]:
         """The sections of the report."""
-        study = self.analysis
-        yield changes.remarks_block(study.data)
-        if study.scenarios is not None:
+        yield changes.remarks_block(self.data)
+        if self.scenarios is not None:
             yield from answers(
-                Block("guarded", "Required claims, in all feasible scenarios", conclusions.required(study))
+                Block("guarded", "Required claims, in all feasible scenarios", conclusions.required(self))
             )
-            yield from changes.doubts_blocks(study.data)
-            answer, controls = scenario_blocks(study.scenarios)
+            yield from changes.doubts_blocks(self.data)
+            answer, controls = scenario_blocks(self.scenarios)
             yield from answers(answer)
             yield controls
-            yield indicators_block(study.indicators, study.table)
-            yield provenance_block(study.data)
+            yield indicators_block(self.indicators, self.table)
+            yield provenance_block(self.data)
             return
-        yield changes.holes_block(study.data)
-        yield from changes.doubts_blocks(study.data)
+        yield changes.holes_block(self.data)
+        yield from changes.doubts_blocks(self.data)
         yield from (replace(block, is_answer=False) for block, _ in self.views)
-        yield from table3_blocks(study)
-        yield changes.settled_block(study)
-        yield table2_block(study)
-        standing, phases = conclusions.standing_blocks(study) if study.has_baseline else (None, None)
-        yield conclusions.claims_block(study)
+        yield from table3_blocks(self)
+        yield changes.settled_block(self)
+        yield table2_block(self)
+        standing, phases = conclusions.standing_blocks(self) if self.has_baseline else (None, None)
+        yield conclusions.claims_block(self)
         yield from answers(standing)
         yield phases
-        yield controls_block(study.sealed, study.leaky) if study.has_baseline else None
-        yield reference_block(study)
-        yield indicators_block(study.indicators, study.table)
+        yield controls_block(self.sealed, self.leaky) if self.has_baseline else None
+        yield reference_block(self)
+        yield indicators_block(self.indicators, self.table)
         yield Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4"))
-        yield provenance_block(study.data)
+        yield provenance_block(self.data)
 
     def record(self) -> dict[str, Any]:
         """Plain data for JSON; numbers that do not exist are None.
@@ -79,23 +156,22 @@ class StudyReport(Report):
         The thousands of runs, checks and controls of an ensemble are left to the tidy forms; what they come
         to in each scenario stands under ``scenarios``.
         """
-        study = self.analysis
-        is_single = study.scenarios is None
-        record = general_record(study, with_rows=is_single)
+        is_single = self.scenarios is None
+        record = general_record(self, with_rows=is_single)
         for _, data in self.views:
             record |= data
         record |= {
-            "claims": [conclusions.claim_record(study, each) for each in study.claims],
-            "guarded_claims": list(study.data.experiment.claims),
-            "controls": controls_record(study.sealed, study.leaky, study.standings)
+            "claims": [conclusions.claim_record(self, each) for each in self.claims],
+            "guarded_claims": list(self.data.experiment.claims),
+            "controls": controls_record(self.sealed, self.leaky, self.standings)
             if is_single
             else {"sealed_alarms": [], "best_level_matched": []},
-            "reference": deviations(study.table, study.data.experiment.reference) if is_single else [],
+            "reference": deviations(self.table, self.data.experiment.reference) if is_single else [],
         }
-        if study.scenarios is not None:
-            record["scenarios"] = scenarios_record(study.scenarios)
-        if study.grid.lack:
-            record["claims_not_evaluated"] = study.grid.lack
+        if self.scenarios is not None:
+            record["scenarios"] = scenarios_record(self.scenarios)
+        if self.grid.lack:
+            record["claims_not_evaluated"] = self.grid.lack
         finished: dict[str, Any] = plain(record)
         return finished
 
@@ -103,7 +179,7 @@ class StudyReport(Report):
         """Name → figure."""
         from hydrofdi.papers.maddahi2015.figures.signals import study_figures
 
-        own = study_figures(self.analysis) if self.analysis.has_results else {}
+        own = study_figures(self) if self.has_results else {}
         return {**super().figures(), **own}
 
     def checks(self) -> dict[str, bool | None]:
@@ -112,7 +188,7 @@ class StudyReport(Report):
         return {
             f"{result.claim.id} {word[result.reproduced]}: {result.claim.sentence}"
             f" (margin {result.margin:.2f} points)": result.reproduced
-            for result in self.analysis.guarded
+            for result in self.guarded
         }
 
 
@@ -123,7 +199,7 @@ NONE_GIVEN = (
 )
 
 
-def table3_blocks(study: Study) -> tuple[Block, Block]:
+def table3_blocks(study: StudyReport) -> tuple[Block, Block]:
     """The table of all runs; the one against the fixed baseline is the answer."""
     block = changes.changes_block(study, "Table 3: change of the details with leakage and EBM", "table3")
     reason = study.no_changes
@@ -134,7 +210,7 @@ def table3_blocks(study: Study) -> tuple[Block, Block]:
     return answer, Block("table3-matched", rest, tuple(bands), tuple(others))
 
 
-def table2_block(study: Study) -> Block | None:
+def table2_block(study: StudyReport) -> Block | None:
     """Table 2 and its sealed control; None if more than leakage and EBM varies, or they form no grid."""
     table = study.table
     if table.label_names or study.grid.lack:
@@ -178,7 +254,7 @@ def _deviation(table: RunTable, cell: ReferenceCell, general: float) -> dict[str
     }
 
 
-def reference_block(study: Study) -> Block:
+def reference_block(study: StudyReport) -> Block:
     """Published values beside the computed ones, or the sentence that there are none."""
     reference, title = study.data.experiment.reference, "Published values"
     found = deviations(study.table, reference)

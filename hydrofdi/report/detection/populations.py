@@ -185,8 +185,8 @@ def why_block(detection: Detection) -> Block | None:
             name,
             "record to record" if each.parameter == NOTHING else each.parameter,
             alone_text(each.alone),
-            reach_text(each.reach and each.reach.imitated),
-            reach_text(each.reach and each.reach.hidden),
+            reach_text(each.reach.imitated if each.reach else None),
+            reach_text(each.reach.hidden if each.reach else None),
         )
         for name, own in shown.items()
         for each in [*sorted(own.each[:-1], key=size, reverse=True)[:_MOST_ROWS], *own.each[-1:]]

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import matplotlib
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import HydrofdiError, ReportError, StoreError
-from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.changes import MOST_DRAWN
 from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
@@ -19,19 +19,22 @@ from hydrofdi.report.table import ComposedReport, FigureKind
 from hydrofdi.settings.messages import similar
 from hydrofdi.store.files import whole_file
 
+if TYPE_CHECKING:
+    from hydrofdi.report.composition import Report
+
 _SENSITIVITY = "δ of each run and level against each baseline"
 _RESPONSES = "Each feature over each parameter that varies: median and range of the runs with each value"
 KINDS = ("png", "svg", "pdf")
 """File types of figures."""
 
 
-def general_figures(analysis: Analysis) -> dict[str, FigureKind]:
+def general_figures(report: Report) -> dict[str, FigureKind]:
     """The figures of any experiment."""
     figures = {}
-    if len(analysis.table) <= MOST_DRAWN:
-        figures["sensitivity"] = FigureKind(_SENSITIVITY, partial(draw_sensitivity, analysis))
-    if any(each.responses for each in analysis.responses.axes):
-        figures["responses"] = FigureKind(_RESPONSES, partial(draw_responses, analysis))
+    if len(report.table) <= MOST_DRAWN:
+        figures["sensitivity"] = FigureKind(_SENSITIVITY, partial(draw_sensitivity, report))
+    if any(each.responses for each in report.responses.axes):
+        figures["responses"] = FigureKind(_RESPONSES, partial(draw_responses, report))
     return figures
 
 

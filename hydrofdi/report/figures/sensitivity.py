@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from textwrap import fill
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
-from hydrofdi.report.analysis import Analysis
 from hydrofdi.report.changes import baseline_title
 from hydrofdi.report.figures.style import INK
 from hydrofdi.report.runs import Array, RunTable
 from hydrofdi.report.table import Column, group_breaks
 from hydrofdi.report.wording import delta_columns, lead_columns
+
+if TYPE_CHECKING:
+    from hydrofdi.report.composition import Report
 
 _COLORS, _MISSING = "PuOr_r", "#e4e4e8"
 """Scale of δ, and a run without numbers."""
@@ -31,7 +33,7 @@ _CELL, _LETTER, _FONT = 0.62, 0.066, 8
 _FRAMED = "Framed: largest positive δ of the row"
 
 
-def draw_sensitivity(analysis: Analysis) -> Figure:
+def draw_sensitivity(report: Report) -> Figure:
     """δ of all levels; the sealed control rows are on top.
 
     Raises
@@ -39,9 +41,9 @@ def draw_sensitivity(analysis: Analysis) -> Figure:
     ReportError
         δ is not known, or zero for every run by construction.
     """
-    table, baselines = analysis.table, analysis.baselines
+    table, baselines = report.table, report.baselines
     if not baselines:
-        raise ReportError(analysis.no_changes)
+        raise ReportError(report.no_changes)
     leakage, *others = lead_columns(table)
     shown = [leakage, *(each for each in others if len(set(_texts(each))) > 1)]
     widths = [2 + max(map(len, (*_texts(each), *_broken(each.heading).split("\n")))) for each in shown]

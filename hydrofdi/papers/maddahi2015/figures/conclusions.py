@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,8 +12,10 @@ from hydrofdi.papers.maddahi2015.claims import CLAIMS
 from hydrofdi.papers.maddahi2015.scenario_tables import value_text
 from hydrofdi.papers.maddahi2015.scenarios import CLAIM_SETS, ScenarioStudy
 from hydrofdi.papers.maddahi2015.standings import Outcome
-from hydrofdi.papers.maddahi2015.study import Study
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE
+
+if TYPE_CHECKING:
+    from hydrofdi.papers.maddahi2015.report import StudyReport
 
 _LOOKS = {
     "as configured": (BLUE, ORANGE, -0.16, "the configured phase"),
@@ -22,7 +24,7 @@ _LOOKS = {
 """Records → colours of the phases and of the number, height above the line, and what the number is."""
 
 
-def draw_phases(study: Study) -> Figure:
+def draw_phases(study: StudyReport) -> Figure:
     """Margins of the claims, and δd3 of the sealed actuator, at every start phase."""
     if study.standings[0].n_phase < 2:
         raise ReportError("only one start phase was measured; set wavelet: {phase: all}")
@@ -63,7 +65,7 @@ def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
     axis.set_ylim(len(names) - 0.5, -0.5)
 
 
-def draw_scenarios(study: Study) -> Figure:
+def draw_scenarios(study: StudyReport) -> Figure:
     """Share of the feasible scenarios that reproduce each claim, and C1–C4 by parameter value."""
     scenarios = study.scenarios
     if scenarios is None:

@@ -17,12 +17,9 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.evaluation.rates import Rate
-from hydrofdi.papers.maddahi2015.claims import D2
-from hydrofdi.papers.maddahi2015.standings import Mask
-from hydrofdi.report.analysis import Analysis
-from hydrofdi.report.composition import View
 from hydrofdi.report.intervals import clustered_share, span_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
 from hydrofdi.report.table import Block, Column, Table, finite, row_records
@@ -33,17 +30,18 @@ from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import percentage_change
 from hydrofdi.units import convert
 
-_LEVEL = 3
-"""Position of a4; the deepest level if there are fewer."""
+View = tuple[Block, dict[str, Any]]
+
+_D2, _LEVEL = 1, 3
+"""Positions of d2, and of a4; the deepest level if there are fewer."""
 
 
-def asked_views(analysis: Analysis) -> Iterator[View]:
+def asked_views(table: RunTable) -> Iterator[View]:
     """Sections and data of the varied external leakage, and of replicates."""
-    if analysis.has_details and analysis.has_results:
-        if analysis.table.varies_external:
-            yield external_view(analysis.table)
-        if analysis.data.has_replicates:
-            yield from replicates_views(analysis.table, analysis.data)
+    if table.varies_external:
+        yield external_view(table)
+    if table.data.has_replicates:
+        yield from replicates_views(table, table.data)
 
 
 def external_view(table: RunTable) -> View:
@@ -100,8 +98,8 @@ def _deltas(table: RunTable, level: int) -> dict[str, Array]:
     kinds = {
         f"a{level + 1}": (names.SETTLED_APPROXIMATION_RMS if settled else names.APPROXIMATION_RMS, level)
     }
-    if level >= D2:
-        kinds["d2"] = (names.SETTLED_DETAIL_RMS if settled else names.DETAIL_RMS, D2)
+    if level >= _D2:
+        kinds["d2"] = (names.SETTLED_DETAIL_RMS if settled else names.DETAIL_RMS, _D2)
     return {
         f"{sign}{name}": table.changes(baseline, rms)[:, at]
         for name, (rms, at) in kinds.items()
@@ -126,7 +124,7 @@ class ReplicatedRows(NamedTuple):
 
     rows: RunTable
     deltas: Array
-    outside: Mask
+    outside: NDArray[np.bool_]
 
 
 class ReplicateStudy(NamedTuple):

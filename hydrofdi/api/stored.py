@@ -16,7 +16,7 @@ from hydrofdi.config.run_table.runs import run_identities
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.settings.messages import counted
+from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import ExperimentData, ShardResults
 from hydrofdi.store.folder.provenance import read_failures, read_provenance
 from hydrofdi.store.index import ShardIndex, read_index
@@ -112,6 +112,9 @@ def read_results(place: Path | None = None) -> ExperimentData:
         Its file is damaged or of another version, or the folder of no sweep contains several files.
     """
     if place is not None and not place.is_dir():
+        if not place.exists():
+            meant = similar(place.name, [str(folder) for folder in sorted(RESULTS.glob("*/"))])
+            raise StoreError(f"{place}: no such file{meant}")
         return read_experiment(place)
     directory = newest_directory() if place is None else place
     if (directory / REQUEST_FILE).exists():

@@ -92,8 +92,7 @@ def _lines(column: Column) -> str:
     """A heading in lines, broken at blanks, dots and underscores; its unit in the last, room for a mark."""
     room = " " if column.strong and not column.is_text else ""
     name, bracket, unit = column.heading.partition(" [")
-    width = max([_HEADING, *map(len, re.split(r"(?<=[._ ])", name))])
-    lines = [*folded(name, width), *([f"[{unit}"] if bracket else [])]
+    lines = [*folded(name, _HEADING, cuts=False), *([f"[{unit}"] if bracket else [])]
     return "\n".join(f"{line}{room}" for line in lines)
 
 

@@ -32,6 +32,17 @@ _MOST_TEXT = 40
 """Characters of a text in a row of plain text."""
 
 
+_UNITS = {
+    "L_per_min": "L/min",
+    "percentage_points": "points",
+    "percent": "%",
+    "MPa": "MPa",
+    "h": "h",
+    "s": "s",
+}
+"""End of a key of JSON → unit."""
+
+
 @dataclass(frozen=True)
 class Column:
     """A column of a table.
@@ -179,7 +190,7 @@ class Table(Guessable):
         """A row for each record of JSON, a column for each key of any."""
         keys = [*dict.fromkeys(key for each in records for key in each if key not in leave_out)]
         made = cls.of({key: [each.get(key) for each in records] for key in keys}, **more)
-        named = (replace(each, title=each.name.replace("_", " "), text=_told) for each in made.content)
+        named = (replace(each, title=_heading(each.name), text=_told) for each in made.content)
         return replace(made, content=tuple(named))
 
     @property
@@ -336,6 +347,14 @@ class Table(Guessable):
 
     def _more(self) -> str:
         return f"the first {_SHOWN} of {len(self):,} rows" if len(self) > _SHOWN else ""
+
+
+def _heading(key: str) -> str:
+    """What people read for a key of JSON, such as ``Delay median [s]`` for ``delay_median_s``."""
+    ends = ((key.removesuffix(f"_{end}"), f" [{unit}]") for end, unit in _UNITS.items())
+    name, unit = next(((name, unit) for name, unit in ends if name != key), (key, ""))
+    words = name.replace("_", " ")
+    return (words[0].upper() if words[0].isascii() else words[0]) + words[1:] + unit
 
 
 def _told(value: Any) -> str:

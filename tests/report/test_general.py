@@ -61,6 +61,12 @@ def test_its_page_and_files_speak_of_none_either(friction, tmp_path):
     assert not list(tmp_path.glob("figure?.*"))
 
 
+def test_the_name_of_an_experiment_leads_to_its_folder(friction):
+    result = run_hydrofdi("report", friction.directory.name, cwd=friction.folder)
+    assert result.returncode == 2
+    assert f"did you mean 'results/{friction.directory.name}'" in result.stderr
+
+
 def test_it_has_nothing_to_check(friction):
     result = run_hydrofdi("report", friction.directory, "--check", cwd=friction.folder)
     assert result.returncode == 2

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
+from hydrofdi.cli.tables import print_parts
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.papers import make_report
 from hydrofdi.report.forms.page import write_page
@@ -169,6 +170,18 @@ def test_columns_are_arrays_and_the_table_lists_their_names(table):
     mixed = Table.of({"alarm": [True, None], "fault": ["", ""]})
     assert mixed["alarm"].tolist() == [True, None]
     assert [each.name for each in mixed.shown] == ["alarm"]
+
+
+def test_headings_of_records_are_names_with_units_and_no_word_is_broken(capsys):
+    table = Table.of_records([{"delay_median_s": 1.5, "stated_deviation_L_per_min": 0.1, "δd2_percent": 3}])
+    assert [each.heading for each in table.shown] == [
+        "Delay median [s]",
+        "Stated deviation [L/min]",
+        "δd2 [%]",
+    ]
+    print_parts([table, Table((Column("leakage.external_coefficient_1", [1.0]),))])
+    printed = capsys.readouterr().out.split()
+    assert {"deviation", "coefficient_1"} <= {*printed}
 
 
 def test_an_unknown_column_is_an_error_of_the_user(table):

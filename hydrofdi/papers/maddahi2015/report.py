@@ -15,8 +15,12 @@ from hydrofdi.papers.maddahi2015 import conclusions
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult
 from hydrofdi.papers.maddahi2015.controls import controls, controls_block, controls_record, sealed_outcomes
 from hydrofdi.papers.maddahi2015.grid import ModeGrid, arrange_modes
-from hydrofdi.papers.maddahi2015.scenario_tables import scenario_blocks
-from hydrofdi.papers.maddahi2015.scenarios import ScenarioStudy, scenarios_record, study_scenarios
+from hydrofdi.papers.maddahi2015.scenarios import (
+    ScenarioStudy,
+    scenario_blocks,
+    scenarios_record,
+    study_scenarios,
+)
 from hydrofdi.papers.maddahi2015.standings import Outcome, Standing, standings
 from hydrofdi.report import changes
 from hydrofdi.report.composition import Report, answers

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -14,6 +13,7 @@ from hydrofdi.evaluation.rates import Rate
 from hydrofdi.evaluation.scores import Population
 from hydrofdi.report.detection.populations import nuisance_records
 from hydrofdi.report.detection.wording import (
+    SeverityUnit,
     best_with_sensors,
     level_of,
     sensors,
@@ -110,11 +110,8 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         "remarks": [*judgement.remarks, *([scored.note] if scored.note else [])],
     }
     for name in _FOUND:
-        found = judgement.smallest.get(name)
-        value = None if found is None else found.value
-        record[f"{name}{unit.suffix}"] = None if value is None else unit.value(value)
-        record[f"{name}_place"] = found and found.place
-        record[f"{name}_from"] = found and found.source
+        keys = (f"{name}{unit.suffix}", f"{name}_place", f"{name}_from")
+        record |= zip(keys, _found(judgement, name, unit), strict=True)
     return record
 
 
@@ -170,29 +167,8 @@ _MOST = 6
 """Columns of detectors."""
 
 
-@dataclass(frozen=True)
-class Compared:
-    """A detector of a design against that of the first design.
-
-    Attributes
-    ----------
-    judgement : Judgement
-    gain : Gain or None
-        None in the first design, and where nothing is stated.
-    is_shown : bool
-        Whether the records show a difference, among all designs.
-    """
-
-    judgement: Judgement
-    gain: Gain | None
-    is_shown: bool
-
-    @property
-    def mark(self) -> str:
-        """↑ detects more than in the first design, ↓ less, = no difference shown."""
-        if self.gain is None:
-            return ""
-        return (" ↑" if self.gain.value > 0.0 else " ↓") if self.is_shown else " ="
+Compared = tuple[Judgement, Gain | None, bool]
+"""A detector of a design, its gain over that of the first design, and whether the records show it."""
 
 
 def designs_block(detections: Sequence[Detection]) -> Block | None:
@@ -216,10 +192,15 @@ def designs_block(detections: Sequence[Detection]) -> Block | None:
     columns = [Column("Design", [_label(detections, each) for each in detections], is_text=True)]
     for name in [*dict.fromkeys(name for row in compared for name in row)][:_MOST]:
         own = [row.get(name) for row in compared]
-        found = (each and unit.found(each.judgement.smallest.get("q90_95")) + each.mark for each in own)
+        found = (each and unit.found(each[0].smallest.get("q90_95")) + _mark(*each[1:]) for each in own)
         columns.append(Column(name, [text or HOLE for text in found]))
     table = Table(tuple(columns), title, "designs", (note,), (1,))
     return Block("designs", "Comparison of designs", (sentence,), (table,))
+
+
+def _mark(own: Gain | None, is_shown: bool) -> str:
+    """↑ detects more than in the first design, ↓ less, = no difference shown."""
+    return "" if own is None else " =" if not is_shown else " ↑" if own.value > 0.0 else " ↓"
 
 
 @lru_cache(maxsize=4)
@@ -232,7 +213,7 @@ def _compared(detections: tuple[Detection, ...]) -> tuple[Mapping[str, Compared]
         gains = [None, *(_gain(own[0], each, confidence) for each in own[1:])]
         for cells, detector, found, is_shown in zip(table, own, gains, are_shown(gains), strict=True):
             if detector is not None:
-                cells[name] = Compared(detector.judgement, found, is_shown)
+                cells[name] = (detector.judgement, found, is_shown)
     return tuple(table)
 
 
@@ -266,23 +247,27 @@ def design_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
     """The designs as plain data; empty for a single one."""
     if len(detections) < 2:
         return []
+    unit = severity_unit(detections[0])
     return [
         {
             "design": design_record(detection),
-            "detectors": [_detector_record(detection, name, each) for name, each in row.items()],
+            "detectors": [
+                {
+                    "column": name,
+                    "indicator": judgement.scored.name,
+                    "channels": list(judgement.scored.channels),
+                    f"q90_95{unit.suffix}": _found(judgement, "q90_95", unit)[0],
+                    "gain": own and numbers(own, "value", "low", "high", "p_value") | {"is_shown": is_shown},
+                }
+                for name, (judgement, own, is_shown) in row.items()
+            ],
         }
         for detection, row in zip(detections, _compared(tuple(detections)), strict=True)
     ]
 
 
-def _detector_record(detection: Detection, name: str, compared: Compared) -> dict[str, Any]:
-    """A detector, and the difference of its rates of detection over all tested severities."""
-    scored, unit, own = compared.judgement.scored, severity_unit(detection), compared.gain
-    found = compared.judgement.smallest.get("q90_95")
-    return {
-        "column": name,
-        "indicator": scored.name,
-        "channels": list(scored.channels),
-        f"q90_95{unit.suffix}": None if found is None or found.value is None else unit.value(found.value),
-        "gain": own and numbers(own, "value", "low", "high", "p_value") | {"is_shown": compared.is_shown},
-    }
+def _found(judgement: Judgement, name: str, unit: SeverityUnit) -> tuple[Any, ...]:
+    """A severity that is found, on which side of the tested ones it lies, and what it is from."""
+    found = judgement.smallest.get(name)
+    value = None if found is None or found.value is None else unit.value(found.value)
+    return value, found and found.place, found and found.source

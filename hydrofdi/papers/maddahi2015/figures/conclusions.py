@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.claims import CLAIMS
-from hydrofdi.papers.maddahi2015.scenario_tables import value_text
-from hydrofdi.papers.maddahi2015.scenarios import CLAIM_SETS, ScenarioStudy
+from hydrofdi.papers.maddahi2015.scenarios import CLAIM_SETS, ScenarioStudy, value_text
 from hydrofdi.papers.maddahi2015.standings import Outcome
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE
 

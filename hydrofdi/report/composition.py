@@ -139,7 +139,7 @@ class Report:
             *(block for block, _ in self.views),
             responses_block(self.responses),
             *(own if self.responses.axes else answers(*own)),
-            indicators_block(self.indicators, self.table),
+            indicators_block(self.indicators, has_replicates=self.data.has_replicates),
             changes.summary_block(self),
             provenance_block(self.data),
         )

@@ -16,9 +16,9 @@ from hydrofdi.config.shown_values import shown_options
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
 from hydrofdi.report.intervals import span_of
-from hydrofdi.report.runs import RunTable, table_runs
+from hydrofdi.report.runs import table_runs
 from hydrofdi.report.table import Block, Column, Table, group_breaks, plain
-from hydrofdi.report.wording import joined, lead_columns, span_text
+from hydrofdi.report.wording import joined, span_text
 from hydrofdi.settings.readable import HOLE, readable_unit
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
@@ -165,6 +165,11 @@ class MeasuredOutput:
         of = self.data.replicate_of if self.data.has_replicates else np.arange(self.data.n_run)
         return int(np.isfinite(self.means[np.isin(of, self.baselines)]).sum())
 
+    @property
+    def healthy_changes(self) -> Array:
+        """The smallest and the largest changes of the replicates of the fixed baselines."""
+        return np.concatenate([self.spread.low[self.baselines], self.spread.high[self.baselines]])
+
     def changes(self, baseline: NDArray[np.int64]) -> Changes:
         """Changes against the healthy run of each run, or the mean of its replicates if there are any."""
         against = np.where(baseline == names.NO_BASELINE, np.nan, self.healthy[baseline])
@@ -208,7 +213,7 @@ def measured_indicator(label: str, indicator: Indicator[Any], data: ExperimentDa
     return MeasuredIndicator(label, indicator, outputs, reasons)
 
 
-def indicators_block(studies: tuple[MeasuredIndicator, ...], table: RunTable) -> Block | None:
+def indicators_block(studies: tuple[MeasuredIndicator, ...], *, has_replicates: bool) -> Block | None:
     """What the indicators beside the details measure, and their values without a leak; None without any."""
     if not studies:
         return None
@@ -235,52 +240,23 @@ def indicators_block(studies: tuple[MeasuredIndicator, ...], table: RunTable) ->
     }
     holes = Table.of(unmeasured, title="Could not be measured", key="indicator-holes")
     outputs = [output for each in studies for output in each.outputs]
-    ranges = [_ranges_table(outputs, table)] if table.data.has_replicates else []
-    return Block("indicators", "Indicators", (), (what, _outputs_table(outputs), holes, *ranges))
+    return Block("indicators", "Indicators", (), (what, _outputs_table(outputs, has_replicates), holes))
 
 
-def _outputs_table(outputs: list[MeasuredOutput]) -> Table:
-    columns = (
+def _outputs_table(outputs: list[MeasuredOutput], has_replicates: bool) -> Table:
+    columns = [
         Column("Output", [each.title for each in outputs], is_text=True),
         Column("Meaning", [each.output.long_name for each in outputs], is_text=True),
         Column("Unit", [each.unit or HOLE for each in outputs], is_text=True),
         Column("Value", [_value(each, each.healthy[each.baselines]) for each in outputs]),
         Column("Healthy runs", [each.n_healthy for each in outputs]),
-    )
+    ]
+    if has_replicates:
+        columns.append(Column("Their changes", [_value(each, each.healthy_changes) for each in outputs]))
+    notes = ("Their changes: each replicate against the mean of the others.",) if has_replicates else ()
     title = "Outputs without a leak, under the conditions of the fixed baseline"
     breaks = group_breaks([each.label for each in outputs])
-    return Table(columns, title, "indicator-outputs", (), breaks)
-
-
-def _ranges_table(outputs: list[MeasuredOutput], table: RunTable) -> Table:
-    rows = [
-        (each, row, at)
-        for each in outputs
-        for row, at in enumerate(table.positions.tolist())
-        if each.spread.n[at]
-    ]
-    counts = [int(each.spread.n[at]) for each, _, at in rows]
-    columns = (
-        Column(
-            "Output",
-            [f"{each.title} [{each.unit}]" if each.unit else each.title for each, *_ in rows],
-            is_text=True,
-        ),
-        *lead_columns(table.of(np.array([row for _, row, _ in rows], dtype=int))),
-        Column("Replicates", counts),
-        Column("Mean", [_value(each, each.spread.mean[[at]]) for each, _, at in rows]),
-        Column(
-            "Range of changes",
-            [_value(each, [each.spread.low[at], each.spread.high[at]]) for each, _, at in rows],
-        ),
-    )
-    note = (
-        "Each replicate against the mean of the others, in the unit of the output. Another draw lies outside"
-        " the range of n replicates in at most about 2 of n+1 cases:"
-        f" 2 of {max(counts, default=0) + 1} here."
-    )
-    breaks = group_breaks([id(each) for each, *_ in rows])
-    return Table(columns, "Healthy range of each condition", "indicator-ranges", (note,), breaks)
+    return Table(tuple(columns), title, "indicator-outputs", notes, breaks)
 
 
 def _value(output: MeasuredOutput, values: Any) -> str:
@@ -307,7 +283,6 @@ def indicator_record(study: MeasuredIndicator) -> dict[str, Any]:
 
 def _output_record(measured: MeasuredOutput) -> dict[str, Any]:
     output, rows, data = measured.output, measured.baselines, measured.data
-    ends = [*measured.spread.low[rows], *measured.spread.high[rows]]
     return {
         "name": output.name,
         "unit": output.unit,
@@ -316,7 +291,7 @@ def _output_record(measured: MeasuredOutput) -> dict[str, Any]:
         "runs": int(np.isfinite(measured.means[table_runs(data)]).sum()),
         "healthy_runs": measured.n_healthy,
         "healthy": plain(span_of(measured.healthy[rows])),
-        "healthy_change": plain(span_of(ends)) if data.has_replicates else None,
+        "healthy_change": plain(span_of(measured.healthy_changes)) if data.has_replicates else None,
     }
 
 

@@ -16,7 +16,7 @@ from hypothesis.extra.numpy import arrays
 from hydrofdi.api.stored import read_results
 from hydrofdi.config.experiment import ClaimId
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, claim_margins
-from hydrofdi.papers.maddahi2015.controls import alarm_verdicts, best_deltas
+from hydrofdi.papers.maddahi2015.conclusions import alarm_verdicts, best_deltas
 from hydrofdi.papers.maddahi2015.grid import ModeGrid
 from hydrofdi.papers.maddahi2015.report import StudyReport, deviations
 from hydrofdi.report.figures import draw_figure

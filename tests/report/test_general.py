@@ -369,8 +369,8 @@ def test_changes_within_those_of_healthy_replicates_are_marked(with_ring, made_u
     (output, *_) = report.record()["indicators"][0]["outputs"]
     assert output["healthy"] == [60.0, 60.0]
     assert output["healthy_change"] == pytest.approx([59 - 181 / 3, 61 - 179 / 3])
-    sheet = next(sheet for sheet in block_of(report).tables if sheet.key == "indicator-ranges")
-    assert rows(sheet)[0][3:5] == ["4", "60"]
+    sheet = next(sheet for sheet in block_of(report).tables if sheet.key == "indicator-outputs")
+    assert rows(sheet)[0][3:] == ["60", "4", "-1.333\xa0…\xa01.333"]
     first, *_, leaking = (
         each for each in lines_of(report) if each["ring.frequency [Hz]"] in ("60.0", "59.4")
     )

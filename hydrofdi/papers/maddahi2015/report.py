@@ -12,8 +12,8 @@ import numpy as np
 
 from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015 import conclusions
-from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult
-from hydrofdi.papers.maddahi2015.controls import controls, controls_block, controls_record, sealed_outcomes
+from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Outcome, Standing, standings
+from hydrofdi.papers.maddahi2015.conclusions import controls, controls_block, controls_record, sealed_outcomes
 from hydrofdi.papers.maddahi2015.grid import ModeGrid, arrange_modes
 from hydrofdi.papers.maddahi2015.scenarios import (
     ScenarioStudy,
@@ -21,7 +21,6 @@ from hydrofdi.papers.maddahi2015.scenarios import (
     scenarios_record,
     study_scenarios,
 )
-from hydrofdi.papers.maddahi2015.standings import Outcome, Standing, standings
 from hydrofdi.report import changes
 from hydrofdi.report.composition import Report, answers
 from hydrofdi.report.indicators import indicators_block
@@ -135,7 +134,7 @@ class StudyReport(Report):
             answer, controls = scenario_blocks(self.scenarios)
             yield from answers(answer)
             yield controls
-            yield indicators_block(self.indicators, self.table)
+            yield indicators_block(self.indicators, has_replicates=self.data.has_replicates)
             yield provenance_block(self.data)
             return
         yield changes.holes_block(self.data)
@@ -150,7 +149,7 @@ class StudyReport(Report):
         yield phases
         yield controls_block(self.sealed, self.leaky) if self.has_baseline else None
         yield reference_block(self)
-        yield indicators_block(self.indicators, self.table)
+        yield indicators_block(self.indicators, has_replicates=self.data.has_replicates)
         yield Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4"))
         yield provenance_block(self.data)
 

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.evaluation.rates import Rate
-from hydrofdi.papers.maddahi2015.claims import CLAIMS, D2
+from hydrofdi.papers.maddahi2015.claims import CLAIMS, D2, Mask, Standing
 from hydrofdi.papers.maddahi2015.grid import ABSENT, ModeGrid
-from hydrofdi.papers.maddahi2015.standings import Mask, Standing
 from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.axes import MOST_VALUES, fifths
 from hydrofdi.report.intervals import clustered_share

@@ -21,13 +21,11 @@ from hydrofdi.report.detection.wording import (
     first_of_sensors,
     foremost,
     level_of,
-    of_sensors,
     percent,
     probability_in_words,
     rate_text,
     sensors,
     severity_unit,
-    symbol,
     symbols,
     tested,
     wavelet_rules,
@@ -53,7 +51,7 @@ def answer_block(
     table, rests = _answer_table(detection), " ".join(_rests_on(detection, without_noise))
     if not is_complete:
         return Block("answer", "Records so far", (rests,), (table,))
-    said = filter(None, (rests, _gain(detection), answer_sentence(detection)))
+    said = filter(None, (rests, answer_sentence(detection)))
     figures = ("answer",) if answers(detection) else ()
     return Block("answer", "What is found", tuple(said), (table,), figures)
 
@@ -110,26 +108,6 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
         yield f"With confidence for the best of {len(judgements)}: {unit.found(of_all)} {unit.name}."
     if without_noise:
         yield f"{joined(without_noise)} {'are' if len(without_noise) > 1 else 'is'} simulated without noise."
-
-
-def _gain(detection: Detection) -> str:
-    """What further sensors add to the fewest that find a fault."""
-    unit, best = severity_unit(detection), best_with_sensors(detection)
-    able = {own: each for own, each in best.items() if own and each.smallest["q90_95"].value is not None}
-    if not able:
-        return ""
-    fewest = min(able, key=len)
-    first, parts = able[fewest], []
-    for own, scores in of_sensors(detection).items():
-        if fewest < own:
-            more = joined([symbol(each) for each in scores[0].scored.channels if each not in fewest])
-            found = unit.found(able[own].smallest["q90_95"])
-            is_better = able[own] is not first and found != unit.found(first.smallest["q90_95"])
-            is_open = any(each.keeps_its_rate and "q90_95" not in each.smallest for each in scores)
-            worse = f"if {more} would help, too few records tell" if is_open else f"{more} would not help"
-            parts.append(f"with {more} {found}" if is_better else worse)
-    base = f"{joined(symbols(first))} alone {unit.found(first.smallest['q90_95'])} {unit.name}".rstrip()
-    return f"More sensors: {'; '.join([base, *parts])}." if parts else ""
 
 
 def answer_sentence(detection: Detection) -> str:

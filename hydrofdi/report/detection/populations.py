@@ -44,12 +44,11 @@ _SECTIONS = {
     Channel.PISTON_POSITION: "position_sensor",
     Channel.PISTON_VELOCITY: "velocity_sensor",
     Channel.SPOOL_POSITION: "spool_sensor",
-    Channel.INPUT_VOLTAGE: "voltage_sensor",
 }
 
 
 def populations_block(detection: Detection, experiment: ExperimentConfig | None) -> Block:
-    """The populations, and for a simulated study its sensors and what varies."""
+    """The populations, and for a simulated study what varies."""
     study = experiment.study if experiment else None
     tables = [_populations_table(detection, study)]
     if experiment and study:
@@ -57,7 +56,7 @@ def populations_block(detection: Detection, experiment: ExperimentConfig | None)
         varied = {name: shown_value(name, own) for name, own in drawn.items() if not name.endswith("seed")}
         title = "What varies in all fault-free populations"
         columns = {"Parameter": [*varied], "Values": [*varied.values()]}
-        tables += [_sensors_table(experiment, detection), Table.of(columns, title=title, key="varied")]
+        tables.append(Table.of(columns, title=title, key="varied"))
     return Block("populations", "The records", (_FIT,), tuple(tables))
 
 
@@ -89,45 +88,22 @@ def _populations_table(detection: Detection, study: StudyConfig | None) -> Table
     return Table.of(columns, title="Populations", key="populations", notes=(note,), breaks=breaks)
 
 
-def _sensors_table(experiment: ExperimentConfig, detection: Detection) -> Table:
-    sensors = sensors_of(experiment, detection).items()
-    columns = {"Sensor": [f"{channel.symbol} ({_SECTIONS[channel]})" for channel, _ in sensors]}
-    for place, (name, nothing) in enumerate({"Noise": "none", "Bias": "none", "Bits": "–"}.items()):
-        columns[name] = [texts[place] or nothing for _, texts in sensors]
-    return Table.of(columns, title="Sensors that the scores use", key="sensors")
-
-
-def sensors_of(experiment: ExperimentConfig, detection: Detection) -> dict[Channel, list[str]]:
-    """Noise, bias and bits of the sensors of all scores that are judged; empty texts for nothing."""
-    used = {channel for each in detection.judgements for channel in each.scored.channels}
-    drawn = experiment.study.population.over if experiment.study else {}
-    chosen = {**detection.records.design, **drawn}
-
-    def text(name: str) -> str:
-        value = chosen.get(name, experiment.value(name))
-        return shown_value(name, value) if value else ""
-
-    return {
-        channel: [
-            text(f"{section}.noise") or text(f"{section}.noise_density"),
-            text(f"{section}.bias"),
-            text(f"{section}.bits"),
-        ]
-        for channel, section in _SECTIONS.items()
-        if channel.value in used
-    }
-
-
 def without_noise(experiment: ExperimentConfig, detection: Detection) -> tuple[str, ...]:
     """Symbols of measured signals without noise that the best score with some set of sensors uses.
 
     The voltage is a command, which is known.
     """
     used = {channel for each in best_with_sensors(detection).values() for channel in each.scored.channels}
+    drawn = experiment.study.population.over if experiment.study else {}
+    chosen = {**detection.records.design, **drawn}
     return tuple(
         channel.symbol
-        for channel, (noise, *_) in sensors_of(experiment, detection).items()
-        if not noise and channel is not Channel.INPUT_VOLTAGE and channel.value in used
+        for channel, section in _SECTIONS.items()
+        if channel.value in used
+        and not any(
+            chosen.get(name, experiment.value(name))
+            for name in (f"{section}.noise", f"{section}.noise_density")
+        )
     )
 
 

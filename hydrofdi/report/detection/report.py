@@ -18,8 +18,8 @@ from hydrofdi.report.composition import answers, document_of
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.wording import answers as answers_of
 from hydrofdi.report.detection.wording import finds, severity_unit
-from hydrofdi.report.estimates import estimate_records, estimates_block
 from hydrofdi.report.provenance import provenance_block
+from hydrofdi.report.run_lengths import estimate_records, estimates_block
 from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS

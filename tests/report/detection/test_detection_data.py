@@ -414,12 +414,8 @@ def good(records):
 def test_more_sensors_never_find_less():
     detection = study(good, worse)
     assert {each.scored.name for each in best_with_sensors(detection).values()} == {"good"}
-    text, sheet = first_page(detection)
+    _, sheet = first_page(detection)
     assert [row[1] for row in rows(sheet)] == ["good"]
-    assert "P2 and u would not help" in text
-    best, other = detection.judgements
-    few = replace(detection, judgements=(best, replace(other, smallest={})))
-    assert "too few records tell" in first_page(few)[0]
 
 
 def test_remarks_that_are_equally_frequent_keep_their_order():

@@ -8,9 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
-from hydrofdi.papers.maddahi2015.claims import CLAIMS
+from hydrofdi.papers.maddahi2015.claims import CLAIMS, Outcome
 from hydrofdi.papers.maddahi2015.scenarios import CLAIM_SETS, ScenarioStudy, value_text
-from hydrofdi.papers.maddahi2015.standings import Outcome
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE
 
 if TYPE_CHECKING:

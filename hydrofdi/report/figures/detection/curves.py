@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.lines import Line2D
 
 from hydrofdi.errors import NotStatedError, ReportError
 from hydrofdi.evaluation.pod import PodCurve, lower_bound
@@ -15,10 +14,11 @@ from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit
 from hydrofdi.report.figures.detection.marks import (
     deviates,
+    legend_outside,
     normal_deviate_axis,
     panels,
+    score_panels,
     sensor_marks,
-    titled,
     with_threshold,
 )
 from hydrofdi.report.figures.style import INK, LINES, log_axis, ordered_color
@@ -43,7 +43,8 @@ def draw_roc(detection: Detection) -> Any:
     shown, levels = with_threshold(detection, _MOST_LINES), _levels(detection, 3)
     unit = severity_unit(detection)
     styles = _styles(detection, shown)
-    figure, axes = panels(len(levels), 3, width=3.0, height=3.0, sharex=True, sharey=True)
+    labels = {"x": "false alarms [%]", "y": "detections [%]"}
+    figure, axes = panels(len(levels), 3, width=3.0, height=3.0, sharex=True, sharey=True, **labels)
     for axis, level in zip(axes, levels, strict=True):
         for judgement, style in zip(shown, styles, strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
@@ -51,11 +52,7 @@ def draw_roc(detection: Detection) -> Any:
                 _draw_threshold(axis, judgement, level, style["color"])
         axis.set_title(unit.text(level.severity))
         _frame(axis, detection, rising=True)
-    figure.supxlabel("false alarms [%]", fontsize=9)
-    figure.supylabel("detections [%]", fontsize=9)
-    named = zip(shown, styles, strict=True)
-    handles = [Line2D([], [], label=_named(judgement), **style) for judgement, style in named]
-    figure.legend(handles=handles, loc="outside upper center", ncols=2)
+    legend_outside(figure, dict(zip(map(_named, shown), styles, strict=True)), 2)
     return figure
 
 
@@ -69,11 +66,11 @@ def draw_det(detection: Detection) -> Any:
     """
     shown, levels = with_threshold(detection, _MOST_PANELS), _levels(detection, _MOST_LEVELS)
     unit = severity_unit(detection)
-    figure, axes = panels(len(shown), 3, width=3.0, height=3.0, sharex=True, sharey=True)
-    handles = []
+    figure, axes = score_panels(shown, 3.0, sharex=True, x="false alarms [%]", y="misses [%]")
+    styles = {}
     for place, level in enumerate(levels):
         style = {"color": ordered_color(place, len(levels)), "linestyle": LINES[place % len(LINES)]}
-        handles.append(Line2D([], [], label=f"{unit.value(level.severity):.3g}", **style))
+        styles[f"{unit.value(level.severity):.3g}"] = style
         for axis, judgement in zip(axes, shown, strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
                 _draw_curve(axis, curve.false_alarm_rate, curve.miss_rate, style)
@@ -81,12 +78,8 @@ def draw_det(detection: Detection) -> Any:
         if not axis.lines:
             where: dict[str, Any] = {"x": 0.5, "y": 0.5, "ha": "center", "transform": axis.transAxes}
             axis.text(s=_why_no_line(judgement), fontsize=8, **where)
-        axis.set_title(titled(judgement), fontsize=8.5)
         _frame(axis, detection, rising=False)
-    figure.supxlabel("false alarms [%]", fontsize=9)
-    figure.supylabel("misses [%]", fontsize=9)
-    title = f"{unit.quantity}{unit.bracket}"
-    figure.legend(handles=handles, loc="outside upper center", ncols=8, title=title)
+    legend_outside(figure, styles, 8, f"{unit.quantity}{unit.bracket}")
     return figure
 
 
@@ -186,16 +179,14 @@ def draw_pod(detection: Detection) -> Any:
     if not shown:
         raise ReportError("no faulty record is tested")
     marks, unit = sensor_marks(detection, shown), severity_unit(detection)
-    figure, axes = panels(len(shown), 3, width=3.0, height=2.5, sharex=True, sharey=True)
+    labels = {"x": f"{unit.quantity}{unit.bracket}", "y": "records detected [%]"}
+    figure, axes = score_panels(shown, 2.5, sharex=True, **labels)
     for axis, judgement in zip(axes, shown, strict=True):
         _draw_one(axis, judgement, unit, marks[sensors(judgement)])
         axis.axhline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.7, linestyle=":")
         axis.axhline(100.0 * detection.rules.probability, color=INK, linewidth=0.5)
         log_axis(axis.xaxis)
-        axis.set_title(titled(judgement), fontsize=8.5)
     axes[0].set_ylim(-3.0, 103.0)
-    figure.supxlabel(f"{unit.quantity}{unit.bracket}", fontsize=9)
-    figure.supylabel("records detected [%]", fontsize=9)
     return figure
 
 

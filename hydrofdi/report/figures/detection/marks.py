@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from textwrap import wrap
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.scores import Array
@@ -91,7 +93,7 @@ def with_threshold(detection: Detection, most: int) -> tuple[Judgement, ...]:
     return shown
 
 
-def titled(judgement: Judgement, width: int = 30) -> str:
+def _titled(judgement: Judgement, width: int = 30) -> str:
     """Name and sensors over a panel; a long name is broken after its dot, then after underscores."""
     name, needs = judgement.scored.name, sensors(judgement)
     if len(name) > width:
@@ -101,8 +103,10 @@ def titled(judgement: Judgement, width: int = 30) -> str:
     return name if f"({needs})" in name else f"{name}\n({needs})"
 
 
-def panels(count: int, columns: int, *, width: float, height: float, **shared: Any) -> tuple[Any, list[Any]]:
-    """A figure with `count` panels in rows, and the panels.
+def panels(
+    count: int, columns: int, *, width: float, height: float, x: str = "", y: str = "", **shared: Any
+) -> tuple[Any, list[Any]]:
+    """A figure with `count` panels in rows, and the panels; `x` and `y` are labels of all of them.
 
     Parameters
     ----------
@@ -112,8 +116,6 @@ def panels(count: int, columns: int, *, width: float, height: float, **shared: A
     **shared : Any
         ``sharex`` and ``sharey``.
     """
-    from matplotlib.figure import Figure
-
     columns = min(count, columns)
     rows = -(-count // columns)
     figure = Figure(figsize=(max(width * columns, 9.0), height * rows + 0.4), layout="constrained")
@@ -122,4 +124,28 @@ def panels(count: int, columns: int, *, width: float, height: float, **shared: A
         axis.tick_params(labelsize=7.5)
     for axis in axes[count:]:
         axis.remove()
+    if x:
+        figure.supxlabel(x, fontsize=9)
+    if y:
+        figure.supylabel(y, fontsize=9)
     return figure, axes[:count]
+
+
+def score_panels(shown: Sequence[Judgement], height: float, **more: Any) -> tuple[Any, list[Any]]:
+    """A figure with a panel for each score."""
+    figure, axes = panels(len(shown), 3, width=3.0, height=height, sharey=True, **more)
+    for axis, judgement in zip(axes, shown, strict=True):
+        axis.set_title(_titled(judgement), fontsize=8.5)
+    return figure, axes
+
+
+def legend_outside(figure: Any, styles: Mapping[str, Mapping[str, Any]], ncols: int, title: str = "") -> None:
+    """A legend above all panels: label → style of a line."""
+    handles = [Line2D([], [], label=label, **style) for label, style in styles.items()]
+    figure.legend(handles=handles, loc="outside upper center", ncols=ncols, title=title or None)
+
+
+def row_axis(axis: Any, labels: Sequence[str], fontsize: float = 8) -> None:
+    """Rows with their names, the first one on top."""
+    axis.set_yticks(range(len(labels)), labels, fontsize=fontsize)
+    axis.set_ylim(len(labels) - 0.4, -0.6)

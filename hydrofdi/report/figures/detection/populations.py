@@ -10,10 +10,10 @@ from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.report.detection.wording import chosen_levels, foremost, sensors, tested
 from hydrofdi.report.figures.detection.marks import (
-    panels,
     root_percent_axis,
+    row_axis,
+    score_panels,
     sensor_marks,
-    titled,
     with_threshold,
 )
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, PAPER, PINK
@@ -44,10 +44,9 @@ def draw_densities(detection: Detection) -> Any:
         raise ReportError("no indicator could measure any record")
     populations = _populations(detection)
     height = 0.9 + 0.28 * len(populations)
-    figure, axes = panels(len(shown), 3, width=3.0, height=height, sharey=True)
+    figure, axes = score_panels(shown, height)
     for axis, judgement in zip(axes, shown, strict=True):
         _draw_one(axis, detection, judgement, populations)
-        axis.set_title(titled(judgement), fontsize=8.5)
     rows = range(len(populations))
     axes[0].set_yticks(rows, [_label(each) for each in populations], fontsize=8)
     axes[0].set_ylim(len(populations) - 0.8, -1.1)
@@ -146,7 +145,7 @@ def draw_false_alarms(detection: Detection) -> Any:
         raise ReportError("no record with a healthy seal is tested")
     marks = sensor_marks(detection, shown)
     height = 0.8 + 0.24 * len(populations)
-    figure, axes = panels(len(shown), 3, width=3.0, height=height, sharex=True, sharey=True)
+    figure, axes = score_panels(shown, height, sharex=True, x="records that raise an alarm [%]")
     rates = [rate for each in shown for one, rate in each.false_alarms.items() if one in populations]
     highest = max([2.0 * detection.rules.false_alarm_rate, *(rate.high for rate in rates if rate.total)])
     for axis, judgement in zip(axes, shown, strict=True):
@@ -154,10 +153,7 @@ def draw_false_alarms(detection: Detection) -> Any:
         for row, population in enumerate(populations):
             _draw_rate(axis, row, judgement, population, marks[sensors(judgement)])
         axis.axvline(100.0 * detection.rules.false_alarm_rate, color=INK, linewidth=0.9)
-        axis.set_title(titled(judgement), fontsize=8.5)
-    axes[0].set_yticks(range(len(populations)), [population.name for population in populations], fontsize=8)
-    axes[0].set_ylim(len(populations) - 0.4, -0.6)
-    figure.supxlabel("records that raise an alarm [%]", fontsize=9)
+    row_axis(axes[0], [population.name for population in populations])
     return figure
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from hydrofdi.errors import ReportError
 from hydrofdi.evaluation.pod import DetectableSeverity
@@ -28,7 +27,7 @@ from hydrofdi.report.detection.wording import (
     symbols,
     wavelet_rules,
 )
-from hydrofdi.report.figures.detection.marks import panels, sensor_marks
+from hydrofdi.report.figures.detection.marks import legend_outside, panels, row_axis, sensor_marks
 from hydrofdi.report.figures.style import BLUE, GREY, INK, MARKERS, PAPER, log_axis, series
 from hydrofdi.report.run_lengths import hours
 from hydrofdi.studies.charts import ChartJudgement, RunLengths
@@ -55,8 +54,7 @@ def draw_answer(detection: Detection) -> Any:
     axis.set_xscale("log")
     for row, judgement in enumerate(shown):
         _draw_found(axis, row, judgement, unit)
-    axis.set_yticks(range(len(shown)), [_answer_label(each) for each in shown], fontsize=10)
-    axis.set_ylim(len(shown) - 0.4, -0.6)
+    row_axis(axis, [_answer_label(each) for each in shown], 10)
     axis.grid(visible=False, axis="y")
     low, high = axis.get_xlim()
     axis.set_xlim(low / 1.3, high * 1.6)
@@ -138,11 +136,11 @@ def draw_ranking(detection: Detection) -> Any:
     for row, judgement in enumerate(shown):
         _draw_row(axis, row, judgement, unit, marks[sensors(judgement)])
     log_axis(axis.xaxis)
-    axis.set_yticks(range(len(shown)), [_label(each) for each in shown], fontsize=8)
-    axis.set_ylim(len(shown) - 0.4, -0.6)
+    row_axis(axis, [_label(each) for each in shown])
     share = f"{100.0 * detection.rules.probability:g} %"
     axis.set_xlabel(f"{unit.quantity} found with {share} probability{unit.bracket}")
-    _legend(figure, marks)
+    points = {name: {**mark, "linestyle": "none", "markersize": 5.5} for name, mark in marks.items()}
+    legend_outside(figure, points, min(len(points), 5), "sensors")
     figure.supxlabel(_note(detection, shown), x=0.01, ha="left", fontsize=8)
     if len(shown) < len(detection.judgements):
         axis.set_title(f"the foremost {len(shown)} of {len(detection.judgements):,} scores")
@@ -187,12 +185,6 @@ def _draw_row(axis: Any, row: int, judgement: Judgement, unit: SeverityUnit, mar
         axis.plot(largest, row, marker=r"$\rightarrow$", **arrow)
 
 
-def _legend(figure: Any, marks: dict[str, dict[str, Any]]) -> None:
-    style: dict[str, Any] = {"linestyle": "none", "markersize": 5.5}
-    handles = [Line2D([], [], label=name, **mark, **style) for name, mark in marks.items()]
-    figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 5), title="sensors")
-
-
 def draw_delays(lengths: RunLengths) -> Any:
     """A panel for each leak, a line for each chart.
 
@@ -207,7 +199,8 @@ def draw_delays(lengths: RunLengths) -> Any:
     labels = list(dict.fromkeys(chart.label for chart in lengths.charts))
     marks = [{"marker": MARKERS[place % len(MARKERS)], "markersize": 3.5} for place in range(len(labels))]
     styles = {label: series(k, len(labels)) | marks[k] for k, label in enumerate(labels)}
-    figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True)
+    names = {"x": "mean time between false alarms that is asked for [h]", "y": "median delay [s]"}
+    figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True, **names)
     unit, every = severity_unit(lengths), [hours(chart.false_alarm_every) for chart in lengths.charts]
     for axis, level in zip(axes, levels, strict=True):
         for label, style in styles.items():
@@ -216,10 +209,7 @@ def draw_delays(lengths: RunLengths) -> Any:
         axis.set_xlim(min(every) / 1.5, max(every) * 1.5)
         log_axis(axis.xaxis)
     axes[0].set_ylim(bottom=0.0)
-    figure.supxlabel("mean time between false alarms that is asked for [h]", fontsize=9)
-    figure.supylabel("median delay [s]", fontsize=9)
-    handles = [Line2D([], [], label=label, **style) for label, style in styles.items()]
-    figure.legend(handles=handles, loc="outside upper center", ncols=4)
+    legend_outside(figure, styles, 4)
     return figure
 
 

@@ -13,22 +13,19 @@ The first line is a name for people; everything else is the input's identity.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationInfo
 
+from hydrofdi.errors import DataError
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.validation import read_text
-from hydrofdi.units import parse_quantity, parse_si, parse_unit
-
-if TYPE_CHECKING:
-    from hydrofdi.records.measured.rows import RowReader
+from hydrofdi.units import parse_si, parse_unit
 
 MOST_ROWS = 100_000
 """Rows that a file may have."""
@@ -103,33 +100,46 @@ def parse_rows(text: str, place: str = "text") -> HeldRows:
         The text is not an input; the message says in which line.
     """
     # only an experiment with a file loads the reader of measured files
-    from hydrofdi.records.measured.columns import split_title
+    from hydrofdi.records.measured.columns import known_unit, short_name
     from hydrofdi.records.measured.description.sections import FormatConfig
-    from hydrofdi.records.measured.rows import RowReader, runs
+    from hydrofdi.records.measured.formats.text import TextTable
 
-    is_empty = RowReader(FormatConfig(delimiter="space"), []).is_empty
-    kept = [(number, line) for number, line in enumerate(text.splitlines(), 1) if not is_empty(line)]
-    places, lines = [f"{place}:{number}" for number, _ in kept], [line for _, line in kept]
-    first = int(bool(lines) and lines[0].lstrip(" '")[:1].isalpha())
-    if not 1 <= len(lines) - first <= MOST_ROWS:
-        raise ValueError(f"{place}: contains {counted(len(lines) - first, 'row')}; needs 1 to {MOST_ROWS}")
-    reader = RowReader(FormatConfig(), lines[:2])
-    reader.titles = reader.header(lines[0]) if first else ["time [s]", "voltage [V]"]
-    quantity, units = _header([*map(split_title, reader.titles)], places[0])
-    columns: list[list[NDArray[np.float64]]] = []
-    for row, found in runs(lines[first:], lambda rows: _columns(reader, rows, units)):
-        if isinstance(found, ValueError):
-            message = str(found).partition(";")[0]  # the rest tells of descriptions of measured files
-            raise ValueError(f"{places[first + row]}: {message}")
-        columns.append(found)
-    times, values = (
-        np.concatenate(parts) + 0.0 for parts in zip(*columns, strict=True)
-    )  # no zero is negative
-    falling = np.flatnonzero(np.diff(times, prepend=min(times[0], 0.0) - 1.0) <= 0.0)
-    if times[0] > 0.0 or falling.size:
-        row = 0 if times[0] > 0.0 else int(falling[0])
-        message = f"times rise strictly, from zero or less; found {times[row]:g} s"
-        raise ValueError(f"{places[first + row]}: {message}")
+    def require(is_met: bool, message: str, row: int = -1) -> None:
+        if not is_met:
+            raise ValueError(f"{place}:{table.line_of(row)}: {message}")
+
+    try:
+        table = TextTable(place, FormatConfig(decimal="."), lambda: iter([[*text.splitlines(), ""]]))
+        columns = [table.numbers(n) for n in range(len(table.titles))]
+        units = [table.unit(n) for n in range(len(table.titles))]
+    except DataError as error:
+        raise ValueError(str(error).partition(";")[0]) from None  # the rest tells of descriptions
+    n_row, n_column = columns[0].size, len(columns)
+    if not 1 <= n_row <= MOST_ROWS:
+        raise ValueError(f"{place}: contains {counted(n_row, 'row')}; needs 1 to {MOST_ROWS}")
+    widest = int(np.argmax(np.isfinite(columns[-1])))
+    require(n_column == 2, f"expected two columns, time and voltage; found {n_column}", widest)
+    is_cut = any(remark.kind == "truncated" for remark in table.remarks)
+    require(not is_cut, "expected two columns, time and voltage", n_row)
+    named = "position" if short_name(table.titles[1]) == "position" else "voltage"
+    units = [units[0] or "s", units[1] or _UNITS[named]]
+    dimensions = [found and found.exponents for found in map(known_unit, units)]
+    fitting = (name for name, own in _UNITS.items() if parse_unit(own).exponents == dimensions[1])
+    quantity = next(fitting, "")
+    require(dimensions[0] == parse_unit("s").exponents, f"the unit {units[0]!r} is not one of time")
+    require(bool(quantity), f"the second column is a voltage or a position, not in {units[1]!r}")
+    is_finite = np.isfinite(columns[0]) & np.isfinite(columns[1])
+    require(bool(is_finite.all()), "needs finite numbers", int(np.argmin(is_finite)))
+    for column, unit in enumerate(units):
+        if parse_unit(unit).factor != 1:
+            numbers = columns[column].tolist()
+            columns[column] = np.array([parse_si(f"{number!r} {unit}") for number in numbers])
+    times, values = columns[0] + 0.0, columns[1] + 0.0  # no zero is negative
+    is_rising = np.diff(times, prepend=min(times[0], 0.0) - 1.0) > 0.0
+    is_rising[0] &= times[0] <= 0.0
+    row = int(np.argmin(is_rising))
+    message = f"times rise strictly, from zero or less; found {times[row]:g} s"
+    require(bool(is_rising.all()), message, row)
     return HeldRows(quantity, times, values)
 
 
@@ -151,32 +161,3 @@ def without_contents(data: Any) -> Any:
         n_row = data.count("\n") - 2
         return f"{name} ({n_row} row{'s' if n_row > 1 else ''}, {digest(data)[7:15]})"
     return data
-
-
-def _header(titles: Sequence[tuple[str, str]], place: str) -> tuple[str, tuple[str, str]]:
-    """Quantity of the second column, and the units of both."""
-    (_, time), (name, unit), *_ = (*titles, ("", ""), ("", ""))
-    time, unit = time or "s", unit or ("m" if name.lower() == "position" else "V")
-    try:
-        parse_quantity(f"0 {time}", "s")
-        exponents = parse_unit(unit).exponents
-    except ValueError as error:
-        raise ValueError(f"{place}: {error}") from None
-    for quantity, own in _UNITS.items():
-        if exponents == parse_unit(own).exponents:
-            return quantity, (time, unit)
-    raise ValueError(f"{place}: the second column is a voltage or a position, not in {unit}")
-
-
-def _columns(reader: RowReader, rows: Sequence[str], units: Sequence[str]) -> list[NDArray[np.float64]]:
-    """Finite numbers of both columns in SI."""
-    if (width := reader.width(rows)) != len(units):
-        raise ValueError(f"expected two columns, time and voltage; found {width}")
-    columns = reader.numbers(rows, range(len(units)))
-    if not np.isfinite(columns).all():
-        raise ValueError("needs finite numbers")
-    for column, unit in enumerate(units):
-        if parse_unit(unit).factor != 1:
-            texts = reader.texts(rows, [column])[0]
-            columns[column] = np.array([parse_si(f"{text} {unit}") for text in texts])
-    return columns

@@ -43,7 +43,6 @@ class RowReader:
 
     def __init__(self, form: FormatConfig, first_lines: Sequence[str]) -> None:
         self._form, self.titles, self.units = form, list[str](), list[str]()
-        self.is_guessed = form.delimiter is None
         self.delimiter = _NAMED.get(form.delimiter or "", form.delimiter) or _delimiter_of(first_lines, form)
 
     def is_empty(self, line: str) -> bool:

@@ -12,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, cast
@@ -23,7 +24,7 @@ from hydrofdi.records import array_reader
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.columns import split_title
 from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats.text import TextTable
+from hydrofdi.records.measured.formats.text import TextTable, blocks_of
 from hydrofdi.records.measured.recording import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.settings.messages import counted, nearest
 
@@ -280,7 +281,7 @@ def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
             " 'format: {kind: text}' in the YAML that describes the file, docs/measured.md)"
         )
     if kind == "text":
-        yield TextTable(path, place, form)
+        yield TextTable(place, form, partial(blocks_of, path, place, form.encoding))
         return
     content = content_of(path)
     match kind:

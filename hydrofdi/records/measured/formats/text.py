@@ -7,9 +7,9 @@ import gzip
 import re
 from array import array
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from io import IncrementalNewlineDecoder
-from itertools import dropwhile
+from itertools import dropwhile, islice
 from pathlib import Path
 
 import numpy as np
@@ -83,7 +83,9 @@ def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
 
 
 class TextTable(Table):
-    """Columns of a delimited text. Only its beginning is read at first, the rest when columns are loaded.
+    """Columns of a delimited text; `blocks` gives all its lines, as `blocks_of`, each time it is called.
+
+    Only its beginning is read at first, the rest when columns are loaded.
 
     Rows may have fewer cells than there are names. Those with fewer than usual at the beginning of the file
     are cut off: none of their numbers is believed.
@@ -94,8 +96,8 @@ class TextTable(Table):
         The header is ambiguous, or rows have more cells than there are column names.
     """
 
-    def __init__(self, path: Path, place: str, form: FormatConfig) -> None:
-        self.place, self._path, self._form = place, path, form
+    def __init__(self, place: str, form: FormatConfig, blocks: Callable[[], Iterator[list[str]]]) -> None:
+        self.place, self._form, self._blocks = place, form, blocks
         self._columns: dict[int, array[float]] = {}
         self._n_row, self._broken = 0, list[int]()
         kept = self._beginning()
@@ -193,7 +195,7 @@ class TextTable(Table):
         lines: list[str] = []
         kept: list[tuple[int, str]] = []
         reader, skip = RowReader(self._form, []), self._form.skip
-        for block in blocks_of(self._path, self.place, self._form.encoding):
+        for block in self._blocks():
             lines += block
             kept = [(n, line) for n, line in enumerate(lines[skip:], skip + 1) if not reader.is_empty(line)]
             if len(kept) > 3:
@@ -214,7 +216,7 @@ class TextTable(Table):
         """Blocks of lines below the header, each with the number of its first line."""
         number = 1
         first = self._lines[self._n_head] if self._n_head < len(self._lines) else self._lines[-1] + 1
-        for lines in blocks_of(self._path, self.place, self._form.encoding):
+        for lines in self._blocks():
             start = max(0, first - number)
             if lines[start:]:
                 yield number + start, lines[start:]
@@ -228,13 +230,20 @@ class TextTable(Table):
                 if len(cells) >= max(1, self._usual):
                     yield line, cells
 
+    def line_of(self, row: int) -> int:
+        """Number of the line of a row, and of the first line for -1."""
+        if row < 0:
+            return self._lines[0]
+        return next(islice((line for line, _ in self._rows_of_cells()), row, None), self._lines[-1])
+
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
         cells = (row[position] for row in self._example if position < len(row))
         return dates.is_dated(next((cell for cell in cells if not self._rows.is_missing(cell)), ""))
 
     def _numbered(self, texts: list[str], cells: list[list[str]]) -> list[str]:
-        if self._rows.is_guessed and self._rows.delimiter == "," and not any("." in line for line in texts):
+        is_stated = bool({"delimiter", "decimal"} & self._form.model_fields_set)
+        if not is_stated and self._rows.delimiter == "," and not any("." in line for line in texts):
             raise DataError(
                 f"{self._place(0)}: do commas separate columns, or are they decimal signs? Write"
                 " 'format: {delimiter: \",\"}' or 'format: {decimal: \",\"}'"

@@ -115,27 +115,26 @@ def _mat(content: str | BytesIO) -> Opened:
 
 
 def main() -> None:
-    """Serve until standard input ends; each request has a time limit, which ends a library that hangs."""
+    """Serve until standard input ends: open, give an array, close; each within a time limit."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     opened: Opened = {}, {}, lambda: None
     while True:
         try:
-            seconds, action, *of = pickle.load(sys.stdin.buffer)
+            seconds, *request = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
         faulthandler.dump_traceback_later(seconds, exit=True)
         try:
             answer: Any = None
-            if action == "open":
-                kind, content = of
-                opened = (_hdf5 if kind == "HDF5" else _mat)(
-                    content if isinstance(content, str) else BytesIO(content)
-                )
+            if len(request) == 2:
+                kind, content = request
+                given = content if isinstance(content, str) else BytesIO(content)
+                opened = _hdf5(given) if kind == "HDF5" else _mat(given)
                 answer = {name: array.shape for name, array in opened[0].items()}, opened[1]
-            elif action == "array":
-                answer = _plain(opened[0][of[0]])
+            elif request:
+                answer = _plain(opened[0][request[0]])
             else:
                 opened[2]()
         except Exception as error:

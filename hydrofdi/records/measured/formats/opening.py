@@ -161,45 +161,40 @@ def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayT
     RejectionError
         The file cannot be read, or reading it crashes or takes too long.
     """
-    with damage_named(kind):
-        given = str(content.absolute()) if isinstance(content, Path) else content.getvalue()
-        size = content.stat().st_size if isinstance(content, Path) else len(given)
-    seconds = SECONDS + size / _BYTES_PER_SECOND
-    process = _idle.pop() if _idle else _new_reader()
-    if process.poll() is not None:  # it was killed while it waited
-        process = _new_reader()
+    process = _idle.pop() if _idle else None
+    if process is None or process.poll() is not None:  # it was killed while it waited
+        command, pipe = [sys.executable, "-P", array_reader.__file__], subprocess.PIPE
+        process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+    seconds = SECONDS
+    requests, answers = cast(IO[bytes], process.stdin), cast(IO[bytes], process.stdout)
 
     def ask(*request: Any) -> Any:
-        """The answer to a request; a process that gives none has ended."""
+        """The answer to a request; a process that gives none is ended."""
         try:
-            pickle.dump((seconds, *request), cast(IO[bytes], process.stdin))
-            cast(IO[bytes], process.stdin).flush()
-            answer = pickle.load(cast(IO[bytes], process.stdout))
+            pickle.dump((seconds, *request), requests)
+            requests.flush()
+            answer = pickle.load(answers)
         except BaseException as error:
             process.kill()
             process.communicate()
-            if not isinstance(error, EOFError | OSError | ValueError | pickle.UnpicklingError):
+            if not isinstance(error, Exception):
                 raise
-            text = f"reading it as {kind} crashed, or took longer than {seconds:.3g} s"
-            raise RejectionError("damaged", text) from None
+            answer = OSError(f"it crashed its library, or took longer than {seconds:.3g} s")
         if isinstance(answer, OSError):
             raise answer
         return answer
 
     try:
         with damage_named(kind):
-            shapes, units = ask("open", kind, given)
-        yield ArrayTable(place, kind, shapes, lambda name: ask("array", name), units)
+            given = str(content.absolute()) if isinstance(content, Path) else content.getvalue()
+            size = content.stat().st_size if isinstance(content, Path) else len(given)
+            seconds += size / _BYTES_PER_SECOND
+            shapes, units = ask(kind, given)
+        yield ArrayTable(place, kind, shapes, ask, units)
     finally:
-        with suppress(RejectionError, OSError):
-            ask("close")
+        with suppress(OSError):
+            ask()
             _idle.append(process)
-
-
-def _new_reader() -> subprocess.Popen[bytes]:
-    """A process that reads one file at a time; it ends with its parent, or if a request takes too long."""
-    command, pipe = [sys.executable, "-P", array_reader.__file__], subprocess.PIPE
-    return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
 
 
 @contextmanager

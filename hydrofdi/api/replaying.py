@@ -201,7 +201,8 @@ def _broker(to: str, config: Path | None, tell: Callable[[str], None]) -> Iterat
 
     def tell_events() -> None:
         while publisher.events:
-            tell(publisher.events.popleft().text)
+            if not (event := publisher.events.popleft()).is_silent:
+                tell(event.text)
 
     def send(chunk: Chunk) -> None:
         wait_until(_AHEAD - 1)

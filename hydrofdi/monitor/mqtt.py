@@ -337,9 +337,7 @@ class Publisher(MqttConnection):
     Attributes
     ----------
     events : deque of Event
-        Events of the connection.
-    refusals : deque of str
-        The reason for each message that the broker refused.
+        Events of the connection, and messages that the broker refused.
 
     Raises
     ------
@@ -351,7 +349,6 @@ class Publisher(MqttConnection):
         self, address: Address, config: MqttConfig, capacity: int, first_wait: float = 1.0, status: str = ""
     ) -> None:
         self.events: deque[Event] = deque(maxlen=1000)
-        self.refusals: deque[str] = deque()
         self._capacity, self._status = capacity, status
         self._payloads: deque[bytes] = deque()
         self._sent: deque[int] = deque()
@@ -400,10 +397,16 @@ class Publisher(MqttConnection):
                 place = self._sent.index(number)
                 del self._sent[place], self._payloads[place]
                 if code.is_failure:
-                    self.refusals.append(code.getName().lower())
+                    self.say(self.dropped(f"the broker refuses messages: {code.getName().lower()}"))
         while self._is_online and len(self._sent) < min(len(self._payloads), _SENT_AT_ONCE):
             payload = self._payloads[len(self._sent)]
             self._sent.append(client.publish(self.address.path, payload, qos=1).mid)
+
+    def dropped(self, reason: str, count: int = 1) -> Event:
+        """An event for lost messages; it is only counted if the connection lost some for the same reason."""
+        is_silent = reason in self.said
+        self.said.add(reason)
+        return Event(EventKind.DROPPED, f"{self.address}: {reason}", None, count, is_silent)
 
     def _answered(self, client: Client, _: Any, number: int, code: Any, properties: Any) -> None:
         self._answers.append((number, code))
@@ -455,21 +458,12 @@ class MqttSink(Publisher):
         ]
         n_lost = sum(not self.send(line_text(line, self._unit).rstrip().encode()) for line in wanted)
         events = [self.events.popleft() for _ in range(len(self.events))]
-        refusals = [self.refusals.popleft() for _ in range(len(self.refusals))]
         if n_lost:
             reason = "lines are lost: the broker is too slow, or was unreachable for too long"
-            events.append(self._dropped(reason, n_lost))
-        if refusals:
-            events.append(self._dropped(f"the broker refuses messages: {refusals[-1]}", len(refusals)))
+            events.append(self.dropped(reason, n_lost))
         return events
 
     def close(self) -> None:
         """Send what is left, within three seconds."""
         self.wait_until(0, 3.0)
         super().close()
-
-    def _dropped(self, reason: str, count: int) -> Event:
-        """An event for lost lines, which is only counted if the connection lost some for the same reason."""
-        is_silent = reason in self.said
-        self.said.add(reason)
-        return Event(EventKind.DROPPED, f"{self.address}: {reason}", None, count, is_silent)

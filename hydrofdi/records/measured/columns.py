@@ -323,7 +323,8 @@ def unit_by_name(column: str) -> str:
 
 def _agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
     """Unit of a column after gain and offset, from its configuration and the unit that the source states."""
-    if config.unit and (config.gain is not None or _may_agree(config.unit, header)):
+    readings = _readings(config.unit, header)
+    if config.unit and (config.gain is not None or not readings or _meaning(config.unit) in readings):
         return config.unit
     if config.unit:
         raise DataError(
@@ -341,8 +342,8 @@ def _agreed_unit(config: ChannelConfig, header: str, where: str) -> str:
 
 def unknown_header_unit(config: ChannelConfig, header: str) -> tuple[Issue, ...]:
     """A remark if the header's unit is not known, so that only the description states the scale."""
-    is_checked = not header or is_unit(header) or len(_readings(config.unit, header)) == 1
-    if is_checked or not config.unit or config.gain is not None or " " in header:
+    is_checked = not header or " " in header or len(_readings(config.unit, header)) == 1
+    if is_checked or not config.unit or config.gain is not None:
         return ()
     text = f"column {config.column!r}: the header says {header!r}, the description {config.unit!r}"
     return (Issue(text, kind="unknown_unit"),)
@@ -383,18 +384,12 @@ def unit_mistake(unit: str, si_unit: str) -> str:
     return f"unknown unit {unit!r}; {hint}"
 
 
-def _may_agree(unit: str, header: str) -> bool:
-    """Whether a header's unit is that of the description, or hydrofdi cannot tell."""
+def _meaning(unit: str) -> Unit | str | None:
+    return "counts" if is_counts(unit) else known_unit(unit)
+
+
+def _readings(unit: str, header: str) -> set[Unit | str | None]:
+    """What a header's unit may mean, if it is not known: units like it, of the dimension of `unit`."""
     if is_unit(header):
-        return is_counts(unit) == is_counts(header) and (
-            is_counts(unit) or known_unit(unit) == known_unit(header)
-        )
-    readings = _readings(unit, header)
-    return not readings or known_unit(unit) in readings
-
-
-def _readings(unit: str, header: str) -> set[Unit]:
-    """Units of the dimension of `unit` that an unknown header may mean."""
-    if known_unit(unit) is None:
-        return set()
-    return {parse_unit(similar) for similar in similar_units(header, unit)}
+        return {_meaning(header)}
+    return {parse_unit(each) for each in similar_units(header, unit)} if known_unit(unit) else set()

@@ -26,10 +26,9 @@ from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.monitor.lines import Line, Output, Sink, WindowLine
-from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import monitor
 from hydrofdi.monitor.sources import Position, StreamSource
-from hydrofdi.monitor.state import StateFile
+from hydrofdi.monitor.state import StateFile, WindowLog
 from hydrofdi.monitor.watch import Watch, windower_of
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk

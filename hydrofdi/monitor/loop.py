@@ -8,9 +8,8 @@ from enum import StrEnum
 
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Event, EventKind, Line, Sink, WindowLine, is_said
-from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.sources import StreamSource
-from hydrofdi.monitor.state import StateFile, Stored
+from hydrofdi.monitor.state import StateFile, Stored, WindowLog
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.streams import Chunk
 

@@ -10,10 +10,9 @@ from hydrofdi.detectors.trained.configuration import TimedChart
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import monitor
 from hydrofdi.monitor.sources import StreamSource, joined
-from hydrofdi.monitor.state import StateFile
+from hydrofdi.monitor.state import StateFile, WindowLog
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel

@@ -18,9 +18,8 @@ from hydrofdi.errors import StoreError, interruption
 from hydrofdi.monitor import growing_file
 from hydrofdi.monitor.growing_file import GrowingFile
 from hydrofdi.monitor.lines import Event, EventKind, Output, WindowLine
-from hydrofdi.monitor.log import WindowLog
 from hydrofdi.monitor.loop import Ending, monitor
-from hydrofdi.monitor.state import StateFile, Stored
+from hydrofdi.monitor.state import StateFile, Stored, WindowLog
 from hydrofdi.monitor.watch import Watch
 from tests.monitor.streams import (
     P1,

@@ -424,10 +424,9 @@ class Detector(Guessable):
         """
         from hydrofdi.monitor.configuration import load_monitor_config
         from hydrofdi.monitor.lines import Output
-        from hydrofdi.monitor.log import WindowLog
         from hydrofdi.monitor.loop import monitor
         from hydrofdi.monitor.sources import open_sinks, open_stream
-        from hydrofdi.monitor.state import StateFile
+        from hydrofdi.monitor.state import StateFile, WindowLog
 
         file, unit = self.file, self.file.unit
         if self.path is None and "://" in str(source):

@@ -145,12 +145,6 @@ def test_every_form_trains_the_same_detector(form):
     assert found.file.limits != hydrofdi.train(HEALTHY, "dwt", **WANTED).file.limits
 
 
-def test_what_measure_takes_train_takes():
-    for form in ({"dwt": OPTIONS}, ["dwt"], "dwt"):
-        assert "dwt.d2" in hydrofdi.measure(HEALTHY, form, **SAID).units
-        assert hydrofdi.train(HEALTHY, form, **WANTED).file.config.indicator == "dwt"
-
-
 def test_measure_takes_options_beside_the_name():
     beside = hydrofdi.measure(HEALTHY, "dwt", options={"levels": 3}, sampling_frequency="1 kHz")
     within = hydrofdi.measure(HEALTHY, {"dwt": {"levels": 3}}, sampling_frequency="1 kHz")

@@ -220,33 +220,5 @@ def test_another_figure_has_a_name_and_a_wrong_name_is_refused():
     assert found.plot("roc").axes
     with pytest.raises(ReportError, match=r"no figure .density.*densities"):
         found.plot("density")
-
-
-def far_apart():
-    """The rate needs 99 healthy records to set limits, and 80 set them: only two scores have limits."""
-    random = np.random.default_rng(0)
-    records = 8e6 + np.vstack([
-        1e4 * random.standard_normal((160, 1000)), 2e4 * random.standard_normal((40, 1000))
-    ])  # fmt: skip
-    return hydrofdi.evaluate(
-        records, "dwt", label=["a"] * 160 + ["b"] * 40, healthy="a", false_alarm_rate="2 %",
-        sampling_frequency="500 Hz",
-    )  # fmt: skip
-
-
-def test_the_best_scores_are_drawn_first_and_whole():
-    found = far_apart()
-    figure = found.plot()
-    assert next(text for text in texts(figure) if text).startswith(found.best)
-    for axis in figure.axes:
-        name = next(text for text in texts_of(axis) if text).split("\n")[0]
-        judgement = next(each for each in found.detection.judgements if each.scored.name == name)
-        shown = axis.get_xlim()[1] / (1e-6 if "MPa" in axis.get_xlabel() else 1e-3)
-        assert judgement.scored.values.max() < shown
-        assert not any("→" in text.get_text() for text in axis.texts)
-
-
-def test_an_evaluation_in_which_nothing_is_measured_has_empty_tables():
-    found = far_apart()
     empty = replace(found, detection=replace(found.detection, judgements=()), healthy_pairs={})
     assert (len(empty.table), len(empty.pairs), empty.best) == (0, 0, "")

@@ -13,7 +13,7 @@ from hydrofdi.evaluation.pod import Tally, interpolated_level
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.studies.detecting import EvaluatedScore, are_shown, detect, gain
-from hydrofdi.studies.judging import detectability, judge
+from hydrofdi.studies.judging import detectability
 from hydrofdi.studies.parts import Notes, Part
 from hydrofdi.studies.reading import made_scores
 from hydrofdi.studies.records import Judgement, Scored, StudyRecords
@@ -201,18 +201,6 @@ def test_the_bound_covers_steep_curves_between_levels(spread):
         truth = np.exp(half + spread * step * ndtri(0.89 / 0.99))
         covered += bound.value is None or bound.value >= truth
     assert holds_at_least(covered, 60, 0.93)
-
-
-def test_faulty_records_without_a_score_are_missed():
-    records = usual()
-    scored = rising(records, slope=9.0)
-    values, lost = scored.values.copy(), records.rows(LEVELS[-1])[:30]
-    values[lost] = np.nan
-    judgement = judge(records, replace(scored, values=values), Rules())
-    level = judgement.levels[-1].detected
-    assert (level.count, level.total, level.not_measurable) == (70, 100, 30)
-    assert judgement.smallest["q90_95"].value is None
-    assert any("30 of 100 at '1'" in remark for remark in judgement.remarks)
 
 
 def rows(n_repeat, n_record=40, n_group=None):

@@ -191,7 +191,7 @@ def calibrate(
     *,
     flows: str | float | Sequence[str | float] = (),
     **settings: Any,
-) -> list[LeakageTarget]:
+) -> Table:
     """The leakage coefficients of mean leakage flows, under the conditions of the baseline.
 
     Parameters
@@ -203,6 +203,13 @@ def calibrate(
     **settings
         As in `hydrofdi.simulate`.
 
+    Returns
+    -------
+    Table
+        A row for each flow: ``flow``, mean of abs(q_il) [m³/s]; ``coefficient``, K_i of the orifice law
+        [m^3.5/kg^0.5]; ``laminar_coefficient``, flow over the mean of abs(P_1 − P_2) [m³/(s·Pa)];
+        ``piston_share``, flow over the mean of A abs(v_p) [-].
+
     Raises
     ------
     ConfigError
@@ -212,7 +219,7 @@ def calibrate(
     --------
     >>> import hydrofdi
     >>> (target,) = hydrofdi.calibrate(flows=["0.12 L/min"], duration="2 s")
-    >>> f"{target.coefficient:.1e} m³/s/√Pa"
+    >>> f"{target['coefficient']:.1e} m³/s/√Pa"
     '...e-10 m³/s/√Pa'
     """
     if isinstance(flows, str | Real) or not isinstance(flows, Iterable):
@@ -227,15 +234,19 @@ def calibrate(
     runs = table.runs[: table.n_swept]
     coefficients = leakage_coefficients(runs, InProcessEngine(), {})
     jobs = [Job(str(k), run.calibration or run.parameters, coefficients[k]) for k, run in enumerate(runs)]
-    targets = []
+    targets: list[tuple[float, ...]] = []
     for job, row in zip(jobs, computed_rows(jobs), strict=True):
         mean = float(row["mean_internal_leakage_flow"])
         difference = np.mean(np.abs(row["chamber_1_pressure"] - row["chamber_2_pressure"]))
         piston = job.parameters.actuator.piston_area * np.mean(np.abs(row["piston_velocity"]))
-        targets.append(
-            LeakageTarget(mean, job.leakage_coefficient, float(mean / difference), float(mean / piston))
-        )
-    return targets
+        targets.append((mean, job.leakage_coefficient, float(mean / difference), float(mean / piston)))
+    flow, coefficient, laminar, share = zip(*targets, strict=True)
+    return Table((
+        quantity("flow", flow, "m^3/s", "mean leakage"),
+        Column("coefficient", coefficient, title="K_i (orifice) [m³/s/√Pa]", text="{:.6g}".format),
+        Column("laminar_coefficient", laminar, title="laminar [m³/(s·Pa)]"),
+        Column("piston_share", share, title="of piston flow [%]", text=_percent),
+    ))  # fmt: skip
 
 
 def _mode_of_run(
@@ -436,17 +447,6 @@ def convergence_table(found: Mapping[str, Any]) -> Table:
     )
 
 
-def targets_table(targets: Sequence[LeakageTarget]) -> Table:
-    """Leakage flows with their coefficients."""
-    columns = {name: [getattr(each, name) for each in targets] for name in LeakageTarget.__annotations__}
-    return Table((
-        quantity("flow", columns["flow"], "m^3/s", "mean leakage"),
-        Column("coefficient", columns["coefficient"], title="K_i (orifice) [m³/s/√Pa]", text="{:.6g}".format),
-        Column("laminar_coefficient", columns["laminar_coefficient"], title="laminar [m³/(s·Pa)]"),
-        Column("piston_share", columns["piston_share"], title="of piston flow [%]", text=_percent),
-    ))  # fmt: skip
-
-
 MOST_RUNS, MOST_HALVINGS = 60, 6
 
 _USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
@@ -542,25 +542,3 @@ def converge(jobs: Sequence[Job], tolerance: float) -> dict[str, Any]:
     tried = zip(steps, changes, strict=True)
     good_enough = next((step for step, change in tried if max(change) <= tolerance), None)
     return {"tolerance": tolerance, "steps": steps, "changes": changes, "good_enough": good_enough}
-
-
-@dataclass(frozen=True)
-class LeakageTarget:
-    """A mean leakage flow and the coefficients that cause it.
-
-    Attributes
-    ----------
-    flow : float
-        Mean of abs(q_il) [m³/s].
-    coefficient : float
-        K_i of the orifice law [m^3.5/kg^0.5].
-    laminar_coefficient : float
-        Mean of abs(q_il) over the mean of abs(P_1 − P_2) [m³/(s·Pa)].
-    piston_share : float
-        Mean of abs(q_il) over the mean of A abs(v_p) [-].
-    """
-
-    flow: float
-    coefficient: float
-    laminar_coefficient: float
-    piston_share: float

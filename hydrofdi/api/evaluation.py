@@ -22,7 +22,6 @@ from hydrofdi.evaluation.roc import Area
 from hydrofdi.evaluation.scores import Kind, Population
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
-from hydrofdi.records import RecordSource
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.table import Column, Table, finite, group_breaks, numbers
@@ -31,7 +30,7 @@ from hydrofdi.settings.readable import HOLE, number_text, percentage
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Source
 from hydrofdi.studies.detecting import detect
-from hydrofdi.studies.measured import Labels, measured_study, require_labels
+from hydrofdi.studies.measured import measured_study, require_labels
 from hydrofdi.studies.parts import part, records_without_number
 from hydrofdi.studies.reading import made_scores
 from hydrofdi.studies.reading import usual_scores as usual_of
@@ -336,9 +335,12 @@ def evaluate(
         )
     columns, measured = measure_sources(sources, chosen)
     left = Left()
-    labels = _labels(sources, names_of("healthy", healthy, "labels of healthy records"))
-    study = measured_study(columns, left.count(measured), labels)
-    require_labels(((f"severity.{label}", label) for label in labels.severity), left.labels)
+    labels = [label for source in sources for label in labels_of_healthy(source)]
+    labels += names_of("healthy", healthy, "labels of healthy records")
+    described = [source.config for source in sources if isinstance(source, MeasuredSource)]
+    severity = {label: value for config in described for label, value in config.severity.items()}
+    study = measured_study(columns, left.count(measured), dict.fromkeys(labels), severity)
+    require_labels(((f"severity.{label}", label) for label in severity), left.labels)
     usual = usual_of(study.records, study.scores, tested_teach=True) if usual_scores else {}
     made = made_scores(study.records, study.scores, usual | dict(scores), tested_teach=True)
     detection = detect(study.records, [*study.scores, *made], rules)
@@ -348,13 +350,6 @@ def evaluate(
     pairs = {each.scored.name: _pairs(detection, each) for each in detection.judgements}
     ranked = ranked_by_control(detection.judgements, pairs)
     return Evaluation(replace(detection, judgements=ranked), pairs, left)
-
-
-def _labels(sources: Sequence[RecordSource], healthy: Sequence[str]) -> Labels:
-    described = [source.config for source in sources if isinstance(source, MeasuredSource)]
-    named = [label for source in sources for label in labels_of_healthy(source)]
-    severity = {label: value for config in described for label, value in config.severity.items()}
-    return Labels(tuple(dict.fromkeys([*named, *healthy])), severity)
 
 
 def _pairs(detection: Detection, judgement: Judgement) -> tuple[HealthyPair, ...]:

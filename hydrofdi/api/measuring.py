@@ -216,11 +216,8 @@ def indicators_of(given: Indicators) -> dict[str, Any]:
 
 def assumed_constants(sources: Sequence[RecordSource], options: Section) -> tuple[str, ...]:
     """Constants of the plant that nobody gave; none if all records are simulated."""
-    return constants_not_given(options) if any(map(_is_measured, sources)) else ()
-
-
-def _is_measured(source: RecordSource) -> bool:
-    return isinstance(source, MeasuredSource) and not getattr(source, "is_simulated", False)
+    own = (each for each in sources if isinstance(each, MeasuredSource))
+    return () if all(getattr(each, "is_simulated", False) for each in own) else constants_not_given(options)
 
 
 def assumed_plants(

@@ -173,15 +173,11 @@ def calibrate(config: Config = None, settings: Settings = None, json: Json = Fal
 
     They are valid under the conditions of the baseline.
     """
-    from dataclasses import asdict
-
     from hydrofdi.api.check import calibrate as solve
-    from hydrofdi.api.check import targets_table
     from hydrofdi.config import load_experiment
 
     targets = solve(load_experiment(config, settings or ()), **more)
-    record = {"targets": [asdict(target) for target in targets]}
-    answer(record, lambda _: [targets_table(targets)], json=json)
+    answer({"targets": [*targets]}, lambda _: [targets], json=json)
     return 0
 
 

@@ -301,7 +301,9 @@ class Delays:
         """
         share_between_0_and_1("the share of leaks", share)
         ordered = np.sort(self.values)
-        return Delay(_at_rank(ordered, share), *_order_statistics(ordered, share, confidence), confidence)
+        rank = max(math.ceil(share * ordered.size - 1e-9), 1)
+        value = float(ordered[rank - 1]) if ordered.size else math.nan
+        return Delay(value, *_order_statistics(ordered, share, confidence), confidence)
 
 
 def delays(
@@ -331,10 +333,6 @@ def delays(
     unscored = int((~(is_later & ~np.isnan(scores)).any(axis=1)).sum())
     early = np.sum(is_alarm & ~is_later, axis=1)
     return Delays(first - sets_in[:, 0], early, unscored)
-
-
-def _at_rank(ordered: Array, share: float) -> float:
-    return float(ordered[max(math.ceil(share * ordered.size - 1e-9), 1) - 1]) if ordered.size else math.nan
 
 
 def _order_statistics(ordered: Array, share: float, confidence: float) -> tuple[float, float]:

@@ -290,7 +290,7 @@ def detectability(
     is_described = not fit.p_value < SIGNIFICANCE
     has_curve = is_described and tested.lie_on_the_rise(curves[0])
     used: Sequence[PodCurve] = ()
-    if not tested.is_grouped and is_described:
+    if is_described and all(level.groups is None for level in known):
         used = curves if has_curve else _with_one_miss_more(curves[0], tested)
     smallest = _smallest(curves[0] if has_curve else None, used, tested, rules, notes, n_tried)
     if not has_curve:

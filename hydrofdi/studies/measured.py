@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,24 +17,11 @@ SEED = 0
 """Seed of the random split of healthy records without groups."""
 
 
-@dataclass(frozen=True)
-class Labels:
-    """Meaning of the labels of records.
-
-    Attributes
-    ----------
-    healthy : tuple of str
-        Labels of healthy records; all others are faulty.
-    severity : mapping of str to float
-        Label → severity of the fault [m³/s], if known.
-    """
-
-    healthy: tuple[str, ...]
-    severity: Mapping[str, float] = field(default_factory=dict)
-
-
 def measured_study(
-    columns: Sequence[Column], measured: Iterable[RecordMeasures], labels: Labels
+    columns: Sequence[Column],
+    measured: Iterable[RecordMeasures],
+    healthy: Collection[str],
+    severity: Mapping[str, float],
 ) -> StudyDesign:
     """Build a study of healthy and faulty records from their labels.
 
@@ -47,7 +33,10 @@ def measured_study(
     columns : sequence of Column
     measured : iterable of RecordMeasures
         Measured records; rejected records and records without a label are omitted.
-    labels : Labels
+    healthy : collection of str
+        Labels of healthy records; all others are faulty.
+    severity : mapping of str to float
+        Label → severity of the fault [m³/s], if known.
 
     Raises
     ------
@@ -58,16 +47,16 @@ def measured_study(
     found = dict.fromkeys(record.label for record in labelled)
     if not found:
         raise ConfigError("no record has a label; set 'label:' in the description")
-    if not labels.healthy:
+    if not healthy:
         raise ConfigError(f"{WHICH}; found {', '.join(map(repr, sorted(found)[:10]))}")
-    require_labels((("healthy", label) for label in labels.healthy), found)
-    is_healthy = np.array([record.label in labels.healthy for record in labelled])
+    require_labels((("healthy", label) for label in healthy), found)
+    is_healthy = np.array([record.label in healthy for record in labelled])
     groups = _groups(labelled)
     has_groups = groups is not None and len({groups[row] for row in np.flatnonzero(is_healthy)}) > 1
     faults = {
-        label: Population(label, Kind.FAULT, severity=labels.severity.get(label, 0.0))
+        label: Population(label, Kind.FAULT, severity=severity.get(label, 0.0))
         for label in found
-        if label not in labels.healthy
+        if label not in healthy
     }
     fit = Population("healthy" if has_groups else "healthy (fit)", Kind.HEALTHY, is_fit=True)
     tested = () if has_groups else (Population("healthy", Kind.HEALTHY),)
@@ -77,9 +66,10 @@ def measured_study(
     if not has_groups:
         rows = np.random.default_rng(SEED).permutation(np.flatnonzero(is_healthy))
         of_record[rows[: rows.size // 2]] = 1
-    severity = np.array([_severity(record.label, labels) for record in labelled])
+    known = {**severity, **dict.fromkeys(healthy, 0.0)}
+    severities = np.array([known.get(record.label, np.nan) for record in labelled])
     remarks = [*([] if has_groups else [_split_remark(groups)]), *_confounded(groups, is_healthy)]
-    records = StudyRecords(populations, of_record, severity, groups=groups, remarks=tuple(remarks))
+    records = StudyRecords(populations, of_record, severities, groups=groups, remarks=tuple(remarks))
     return StudyDesign(records, tuple(_scores(columns, labelled)))
 
 
@@ -137,10 +127,6 @@ def _confounded(groups: Sequence[str] | None, is_healthy: NDArray[np.bool_]) -> 
             "no group has both healthy and faulty records: they may differ only by unit or day;"
             " compare areas with those of healthy groups against each other"
         )
-
-
-def _severity(label: str, labels: Labels) -> float:
-    return 0.0 if label in labels.healthy else labels.severity.get(label, np.nan)
 
 
 def _scores(columns: Sequence[Column], records: Sequence[RecordMeasures]) -> Iterator[Scored]:

@@ -104,11 +104,6 @@ class TestedLevels:
         largest = [level.severity.max() for level in self.levels]
         return Tally(np.maximum.accumulate(largest), hits, total)
 
-    @property
-    def is_grouped(self) -> bool:
-        """Whether records may depend on each other."""
-        return any(level.groups is not None for level in self.levels)
-
     def lie_on_the_rise(self, curve: PodCurve) -> bool:
         """Whether at least two levels lie on the slope of the curve.
 

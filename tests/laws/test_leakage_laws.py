@@ -129,5 +129,5 @@ def test_intermittent_leak_is_open_for_its_share_of_the_time() -> None:
 def test_leakage_flow_is_solved_under_the_law_that_was_chosen(law: str) -> None:
     experiment = load_experiment(settings=["record.duration=2 s", "input.period=1 s", f"leakage.law={law}"])
     (target,) = calibrate(experiment, flows=[1e-5])
-    trajectory = simulate_batch([SHORT.with_values({"leakage.law": law})], [target.coefficient])
+    trajectory = simulate_batch([SHORT.with_values({"leakage.law": law})], [target["coefficient"]])
     assert trajectory.mean_internal_leakage_flow[0] == pytest.approx(1e-5, rel=1e-6)

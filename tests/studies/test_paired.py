@@ -14,7 +14,7 @@ from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.record_measures import Column, RecordMeasures
 from hydrofdi.records import Channel
 from hydrofdi.studies.judging import judge
-from hydrofdi.studies.measured import Labels, measured_study
+from hydrofdi.studies.measured import measured_study
 from hydrofdi.studies.reading import changes_since_before, read_study
 from hydrofdi.studies.records import Scored, StudyRecords
 
@@ -211,7 +211,7 @@ def test_scores_are_the_numbers_that_any_record_has_and_that_speak_of_the_actuat
         record(4.0, ""),
         record(5.0, "worn", rejected=True),
     ]
-    study = measured_study(COLUMNS, measured, Labels(("sound",)))
+    study = measured_study(COLUMNS, measured, ["sound"], {})
     assert {score.name: score.values.tolist() for score in study.scores} == {
         "ring.decay": [1.0, 2.0, 3.0],
         "ring.parts[0]": [1.0, 2.0, 3.0],
@@ -222,9 +222,9 @@ def test_scores_are_the_numbers_that_any_record_has_and_that_speak_of_the_actuat
 
 
 def test_halves_without_groups_and_groups_as_they_are():
-    labels = Labels(("sound",), {"worn": 5e-6})
+    labels = (["sound"], {"worn": 5e-6})
     alone = measured_study(
-        COLUMNS, [*(record(float(n), "sound") for n in range(20)), record(99.0, "worn")], labels
+        COLUMNS, [*(record(float(n), "sound") for n in range(20)), record(99.0, "worn")], *labels
     )
     sizes = {(p.name, p.kind, p.is_fit): alone.records.rows(p).size for p in alone.records.populations}
     assert sizes == {
@@ -236,11 +236,11 @@ def test_halves_without_groups_and_groups_as_they_are():
     grouped = [record(float(n), "sound", f"unit {n % 2}") for n in range(20)] + [
         record(99.0, "worn", "unit 0")
     ]
-    records = measured_study(COLUMNS, grouped, labels).records
+    records = measured_study(COLUMNS, grouped, *labels).records
     assert [(p.name, p.is_fit) for p in records.populations] == [("healthy", True), ("worn", False)]
     assert records.groups[-1] == "unit 0"
     assert not any("no group has both" in remark for remark in records.remarks)
     single = [record(float(n), "sound", "unit 0") for n in range(20)] + [record(99.0, "worn", "unit 1")]
-    remarks = measured_study(COLUMNS, single, labels).records.remarks
+    remarks = measured_study(COLUMNS, single, *labels).records.remarks
     assert "only one healthy group" in remarks[0]
     assert "no group has both" in remarks[1]

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.rates import clopper_pearson
 from hydrofdi.evaluation.scores import Array, share_between_0_and_1
 
 
@@ -150,36 +149,13 @@ def isotonic(levels: Tally) -> Array:
     return np.asarray(isotonic_regression(levels.hits / levels.total, weights=levels.total).x, dtype=float)
 
 
-def detected_level(
-    counted: Tally, *, probability: float = 0.9, confidence: float | None = 0.95
-) -> DetectableSeverity:
-    """Smallest tested level such that it and all larger levels are detected with a given probability.
-
-    With a confidence, levels are tested from the largest downwards by the one-sided binomial bound (29 of 29
-    show 90 % with 95 % confidence) until the first fails. Testing in a fixed sequence needs no correction for
-    multiplicity: Hsu and Berger, Journal of the American Statistical Association 94 (1999) 468.
-
-    Parameters
-    ----------
-    counted : Tally
-    probability : float
-    confidence : float or None
-        None for the isotonic estimate.
-    """
-    levels = _levels(counted)
-    if confidence is None:
-        shown = isotonic(levels) >= probability
-    else:
-        two_sided = 2.0 * confidence - 1.0
-        bounds = [clopper_pearson(h, n, two_sided)[0] for h, n in zip(levels.hits, levels.total, strict=True)]
-        shown = np.array(bounds) >= probability
-    return last_shown(levels.severity, shown, probability, confidence)
-
-
 def last_shown(
     severity: Array, shown: NDArray[np.bool_], probability: float, confidence: float | None
 ) -> DetectableSeverity:
     """Last level that meets a probability, from the largest downwards, before the first that does not.
+
+    Testing in a fixed sequence needs no correction for multiplicity: Hsu and Berger, Journal of the American
+    Statistical Association 94 (1999) 468.
 
     Parameters
     ----------
@@ -455,29 +431,12 @@ SMALLEST_EXPECTED = 2.0
 """Minimum expected number of hits and of misses per cell."""
 
 
-@dataclass(frozen=True)
-class LackOfFit:
-    """Pearson's X² statistic of a curve.
-
-    Attributes
-    ----------
-    statistic : float
-    degrees : int
-        Degrees of freedom: number of cells minus two.
-    p_value : float
-        NaN if there are too few cells.
-    """
-
-    statistic: float
-    degrees: int
-    p_value: float
-
-
-def lack_of_fit(curve: PodCurve) -> LackOfFit:
-    """Pearson's test over cells of adjacent severities with at least two expected hits and misses.
+def lack_of_fit(curve: PodCurve) -> float:
+    """P-value of Pearson's test over cells of adjacent severities with at least two expected hits and misses.
 
     Hosmer and Lemeshow, Communications in Statistics A 9 (1980) 1043; Cochran, Biometrics 10 (1954) 417, on
-    the minimum expected count. A small p-value means that the quantiles of the curve must not be used.
+    the minimum expected count. A small p-value means that the quantiles of the curve must not be used; NaN if
+    there are too few cells.
 
     Parameters
     ----------
@@ -491,9 +450,9 @@ def lack_of_fit(curve: PodCurve) -> LackOfFit:
     hits, expects, total = (np.bincount(cells, values) for values in (counted.hits, expected, counted.total))
     degrees = hits.size - 2
     if degrees < 1:
-        return LackOfFit(math.nan, max(degrees, 0), math.nan)
+        return math.nan
     statistic = float(np.sum((hits - expects) ** 2 * total / (expects * (total - expects))))
-    return LackOfFit(statistic, degrees, float(chdtrc(degrees, statistic)))
+    return float(chdtrc(degrees, statistic))
 
 
 def _cells(expected: Array, total: Array) -> np.ndarray:
@@ -575,8 +534,7 @@ def smallest_detectable(
 
     With a confidence, it is the largest severity q for which 2 (ln L_max - ln L(q)) ≤ χ²₁(2γ - 1), where L(q)
     is the maximum likelihood of curves with POD(q) = p: Venzon and Moolgavkar, Applied Statistics 37 (1988)
-    87; MIL-HDBK-1823A (2009), appendix G. If hits and misses are separated, it is a tested level
-    (`monotone`).
+    87; MIL-HDBK-1823A (2009), appendix G. It is too small if hits and misses are separated (`is_step`).
 
     Parameters
     ----------
@@ -592,8 +550,6 @@ def smallest_detectable(
         Severity within the tested ones, or the side on which it lies.
     """
     share_between_0_and_1("the probability", probability)
-    if curve.is_step:
-        return detected_level(curve.tally, probability=probability, confidence=confidence)
     rise, first, last = curve.quantile_of_rise(probability), *curve.axis.place(curve.tally.span)
     if rise == -np.inf:
         return DetectableSeverity("below", curve.tally.span[0], probability, confidence)

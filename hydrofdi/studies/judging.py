@@ -287,7 +287,7 @@ def detectability(
     tested = TestedLevels(known, threshold)
     curves = _curves(tested, tested.outcomes, floor)
     fit = lack_of_fit(curves[0])
-    is_described = not fit.p_value < SIGNIFICANCE
+    is_described = not fit < SIGNIFICANCE
     has_curve = is_described and tested.lie_on_the_rise(curves[0])
     used: Sequence[PodCurve] = ()
     if is_described and all(level.groups is None for level in known):
@@ -296,7 +296,7 @@ def detectability(
     if not has_curve:
         why = "fewer than two tested levels lie on the slope of the curve of detection"
         if not is_described:
-            why = f"the curve of detection does not describe the hits and misses (p = {fit.p_value:.2g})"
+            why = f"the curve of detection does not describe the hits and misses (p = {fit:.2g})"
         notes.remarks.append(f"{why}: severities come from tested levels, or a curve with one more miss")
     bounding = tuple(_plausible(used, rules.confidence))
     return {"curve": curves[0], "lack_of_fit": fit, "smallest": smallest, "bounding": bounding}
@@ -362,7 +362,7 @@ def _with_one_miss_more(curve: PodCurve, tested: TestedLevels) -> Sequence[PodCu
     if outcomes is None:
         return ()
     curves = _curves(tested, outcomes, curve.false_alarm_rate)
-    is_described = not lack_of_fit(curves[0]).p_value < SIGNIFICANCE
+    is_described = not lack_of_fit(curves[0]) < SIGNIFICANCE
     return curves if is_described and tested.lie_on_the_rise(curves[0]) else ()
 
 

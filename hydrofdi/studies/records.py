@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import ScoreConfig
-from hydrofdi.evaluation.pod import DetectableSeverity, LackOfFit, PodCurve
+from hydrofdi.evaluation.pod import DetectableSeverity, PodCurve
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.evaluation.roc import Area
 from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
@@ -158,7 +158,8 @@ class Judgement:
     levels : tuple of Level
         Ascending.
     curve : PodCurve or None
-    lack_of_fit : LackOfFit or None
+    lack_of_fit : float
+        P-value of the curve; NaN without one.
     smallest : mapping of str to DetectableSeverity
         ``q50``, ``q90`` (estimates at 50 % and at the required probability), ``q90_95`` (bound with the
         required confidence) and, for scores selected among many, ``q90_95_of_all`` (simultaneous bound);
@@ -183,7 +184,7 @@ class Judgement:
     false_alarms: Mapping[Population, Rate]
     levels: tuple[Level, ...]
     curve: PodCurve | None = None
-    lack_of_fit: LackOfFit | None = None
+    lack_of_fit: float = math.nan
     smallest: Mapping[str, DetectableSeverity] = field(default_factory=dict)
     partial_area: float = math.nan
     counted: Mapping[Population, int] = field(default_factory=dict)

@@ -12,6 +12,7 @@ from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.pod import Tally, interpolated_level
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.evaluation.threshold import quantile_threshold
+from hydrofdi.studies import parts
 from hydrofdi.studies.detecting import EvaluatedScore, are_shown, detect, gain
 from hydrofdi.studies.judging import detectability
 from hydrofdi.studies.parts import Notes, Part
@@ -160,6 +161,28 @@ def found(outcomes, severities=None):
     severities = SEVERITIES[:, None] * np.ones(40) if severities is None else severities
     levels = [Part(2.0 * own, true, None) for own, true in zip(outcomes, severities, strict=True)]
     return detectability(levels, THRESHOLD, 0.01, Rules(), Notes())["smallest"]
+
+
+def bound(*levels):
+    """q90/95 of hits at levels 1, 2, …, without a curve."""
+    tested = [
+        Part(2.0 * np.array(own, float), np.full(len(own), 1.0 + n), None) for n, own in enumerate(levels)
+    ]
+    return parts.TestedLevels(tested, THRESHOLD).bound(0.9, 0.95)
+
+
+def test_29_of_29_show_90_percent_with_95_percent_confidence_and_28_of_28_do_not():
+    for outcomes, place in (
+        ([1] * 29, "below"), ([1] * 28, "above"), ([0] + [1] * 45, "below"), ([0] + [1] * 44, "above")
+    ):  # fmt: skip
+        assert bound(outcomes).place == place
+    assert bound([1] * 40, [0, 1] * 20, [1] * 40).severity == 3.0
+
+
+def test_a_level_is_wrongly_shown_in_at_most_5_of_100_repeats():
+    draw, rates = np.random.default_rng(18), np.array([[0.3], [0.85], [0.899], [0.93]])
+    wrong = sum(bound(*(draw.random((4, 60)) < rates)).severity < 4.0 for _ in range(1000))
+    assert wrong <= 50 + 20
 
 
 def hits(*counts):

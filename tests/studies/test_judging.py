@@ -143,7 +143,7 @@ def test_the_curve_rises_along_the_axis_of_the_score(axis):
     if axis == "log":
         truth = 0.1 * 10.0 ** ((high + norm.ppf(0.9) - 2.33) / 4.0)
     assert judgement.curve.axis.name == axis
-    assert judgement.lack_of_fit.p_value > 0.05
+    assert judgement.lack_of_fit > 0.05
     assert 0.95 * truth < judgement.smallest["q90_95"].severity < 1.15 * truth
 
 
@@ -172,7 +172,7 @@ def test_a_curve_that_does_not_describe_the_hits_is_not_used():
     half = (records.severity > 0.03) & (np.arange(values.size) % 2 == 0)
     values += 10.0 * (half | (records.severity > 0.5))
     judgement = judge(records, Scored("two stairs", values, direction=Direction.RISING), RULES)
-    assert judgement.lack_of_fit.p_value < 1e-3
+    assert judgement.lack_of_fit < 1e-3
     assert any("does not describe" in remark for remark in judgement.remarks)
     bound = judgement.smallest["q90_95"].severity
     assert bound in [records.severity[records.rows(level)].max() for level in LEVELS]

@@ -101,7 +101,7 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
             for level in judgement.levels
             if level.detected is not None
         ],
-        "lack_of_fit_p_value": finite(judgement.lack_of_fit.p_value) if judgement.lack_of_fit else None,
+        "lack_of_fit_p_value": finite(judgement.lack_of_fit),
         "is_in_pareto_set": scored.name in detection.pareto,
         "cost_ms_per_record": None if scored.cost is None else finite(1e3 * scored.cost),
         "design": design_record(detection),

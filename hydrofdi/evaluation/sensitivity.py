@@ -117,30 +117,12 @@ class EquivalentFault:
         The severity, or the smallest or largest tested one [unit of the severity].
     low, high : float
         Interval; 0 if it extends below the tested severities, infinite if above.
-    confidence : float
     """
 
     place: Literal["below", "within", "above"]
     severity: float
     low: float
     high: float
-    confidence: float
-
-
-@dataclass(frozen=True)
-class Reach:
-    """Effect of a nuisance on a healthy score, as equivalent faults.
-
-    Attributes
-    ----------
-    imitated : EquivalentFault
-        Fault whose effect at least one healthy record in twenty imitates.
-    hidden : EquivalentFault
-        Fault that at least one healthy record in twenty compensates: its score returns to the centre.
-    """
-
-    imitated: EquivalentFault
-    hidden: EquivalentFault
 
 
 class Response:
@@ -191,8 +173,10 @@ class Response:
         self._shifts = rising(self.sign * shifts[None])
         self._drawn = rising(self.sign * drawn_shifts)
 
-    def reach(self, scores: ArrayLike, centre: ArrayLike) -> Reach:
-        """Faults that a nuisance imitates and hides.
+    def reach(self, scores: ArrayLike, centre: ArrayLike) -> tuple[EquivalentFault, EquivalentFault]:
+        """Faults whose effect at least one healthy record in twenty imitates, and hides.
+
+        A hidden one is compensated: the score returns to the centre.
 
         Parameters
         ----------
@@ -210,9 +194,8 @@ class Response:
         directed = self.sign * np.asarray(scores, dtype=float)
         ends, drawn = quantiles_and_draws(directed, INNER, self._draw)
         outer, outers = ends - self.sign * middle, drawn - self.sign * middles
-        return Reach(
-            self._equivalent(float(outer[1]), outers[:, 1]), self._equivalent(float(-outer[0]), -outers[:, 0])
-        )
+        imitated = self._equivalent(float(outer[1]), outers[:, 1])
+        return imitated, self._equivalent(float(-outer[0]), -outers[:, 0])
 
     def _medians(self, samples: Sequence[ArrayLike]) -> tuple[Array, Array]:
         pairs = [
@@ -226,10 +209,10 @@ class Response:
         tails = [(1.0 - self.confidence) / 2.0, (1.0 + self.confidence) / 2.0]
         low, high = np.quantile(draws, tails, method="closest_observation").tolist()
         if severity == 0.0:
-            return EquivalentFault("below", float(self.severity[0]), low, high, self.confidence)
+            return EquivalentFault("below", float(self.severity[0]), low, high)
         if np.isinf(severity):
-            return EquivalentFault("above", float(self.severity[-1]), low, high, self.confidence)
-        return EquivalentFault("within", severity, low, high, self.confidence)
+            return EquivalentFault("above", float(self.severity[-1]), low, high)
+        return EquivalentFault("within", severity, low, high)
 
 
 def rising(rows: Array) -> Array:

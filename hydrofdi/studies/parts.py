@@ -13,7 +13,7 @@ from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod import DetectableSeverity, PodCurve, Tally, last_shown
 from hydrofdi.evaluation.rates import Rate, alarm_rate, confidence_text
 from hydrofdi.evaluation.scores import NOTHING, Array, Kind, Population
-from hydrofdi.evaluation.sensitivity import Reach, Response, Spread, relative_spread
+from hydrofdi.evaluation.sensitivity import EquivalentFault, Response, Spread, relative_spread
 from hydrofdi.evaluation.threshold import Threshold, records_needed
 from hydrofdi.studies.records import Scored, StudyRecords
 
@@ -185,26 +185,20 @@ class Nuisance:
         Dotted name; ``nothing`` for the variation between records of one actuator.
     alone : Spread or None
         Inner 90 % range of the score if only this nuisance varies, relative to the range if all vary.
-    reach : Reach or None
-        Faults that the nuisance imitates and hides.
+    imitated, hidden : EquivalentFault or None
+        As from `Response.reach`.
     """
 
     parameter: str
     alone: Spread | None
-    reach: Reach | None
+    imitated: EquivalentFault | None
+    hidden: EquivalentFault | None
 
 
-@dataclass(frozen=True)
-class Nuisances:
-    """All nuisances of a score, the variation between records last; what all together imitate and hide."""
-
-    each: tuple[Nuisance, ...]
-    together: Reach | None
-    refusals: tuple[str, ...]
-
-
-def nuisances_of(records: StudyRecords, scored: Scored, *, confidence: float = 0.95) -> Nuisances | None:
-    """Sensitivity of a score to the nuisances; None if the study has no records for it.
+def nuisances_of(
+    records: StudyRecords, scored: Scored, *, confidence: float = 0.95
+) -> tuple[list[Nuisance], list[str]]:
+    """Sensitivity of a score to each nuisance, the variation between records last, and what is refused.
 
     Parameters
     ----------
@@ -217,7 +211,7 @@ def nuisances_of(records: StudyRecords, scored: Scored, *, confidence: float = 0
     alone = sorted(records.chosen(Kind.ALONE, is_fit=False), key=lambda each: each.name == NOTHING)
     own = {each.name: records.values(scored, [each]) for each in alone}
     if not own:
-        return None
+        return [], []
     of_kind = [each for each in records.populations if each.kind is Kind.HEALTHY]
     healthy = records.values(scored, of_kind)
     faults = sorted(
@@ -228,19 +222,12 @@ def nuisances_of(records: StudyRecords, scored: Scored, *, confidence: float = 0
     if faults:
         severity, _, scores = zip(*faults, strict=True)
         response = notes.unless_refused(lambda: Response(healthy, scores, severity, confidence=confidence))
-
-    def reach(scores: Array, centre: Array) -> Reach | None:
-        return notes.unless_refused(lambda: response.reach(scores, centre)) if response else None
-
-    each = tuple(
-        Nuisance(
-            name,
-            notes.unless_refused(partial(relative_spread, scores, healthy, confidence=confidence)),
-            reach(scores, own[NOTHING]),
-        )
-        for name, scores in own.items()
-    )
-    return Nuisances(each, reach(healthy, healthy), tuple(dict.fromkeys(notes.refusals)))
+    found = []
+    for name, values in own.items():
+        spread = notes.unless_refused(partial(relative_spread, values, healthy, confidence=confidence))
+        reach = response and notes.unless_refused(partial(response.reach, values, own[NOTHING]))
+        found.append(Nuisance(name, spread, *(reach or (None, None))))
+    return found, [*dict.fromkeys(notes.refusals)]
 
 
 def _severity(records: StudyRecords, population: Population) -> float:

@@ -10,7 +10,7 @@ from tests.studies.made_up_nuisances import BULK, FRICTION, IDLE, LITRES_PER_MIN
 
 @pytest.fixture(scope="module")
 def found():
-    return {each.parameter: each for each in nuisances_of(*study().records()).each}
+    return {each.parameter: each for each in nuisances_of(*study().records())[0]}
 
 
 def test_a_nuisance_alone_spreads_the_score_as_far_as_it_does_by_itself(found):
@@ -22,12 +22,12 @@ def test_a_nuisance_alone_spreads_the_score_as_far_as_it_does_by_itself(found):
 
 def test_a_nuisance_is_as_much_as_the_leak_that_moves_the_score_as_far(found):
     """The median moves by 2 at the smallest leak and by 1.35 within nine records in ten."""
-    assert found[BULK].reach.imitated.place == "below"
+    assert found[BULK].imitated.place == "below"
     wide = study()
     wide.scores[wide.populations.index(Population(BULK, Kind.ALONE))] *= 2.0
-    reach = {each.parameter: each for each in nuisances_of(*wide.records()).each}[BULK].reach
+    bulk = next(each for each in nuisances_of(*wide.records())[0] if each.parameter == BULK)
     leak = 10.0 ** (2.7 / 2.0 - 3.0) * LITRES_PER_MINUTE
-    for fault in (reach.imitated, reach.hidden):
+    for fault in (bulk.imitated, bulk.hidden):
         assert fault.severity == pytest.approx(leak, rel=0.3)
         assert fault.low < leak < fault.high
 
@@ -35,14 +35,13 @@ def test_a_nuisance_is_as_much_as_the_leak_that_moves_the_score_as_far(found):
 def test_failed_records_are_left_out():
     records, scored = study().records()
     scored.values[records.rows(Population(FRICTION, Kind.ALONE))[:5]] = np.nan
-    found = nuisances_of(records, scored)
-    assert [each.alone.n_record for each in found.each] == [
-        395 if each.parameter == FRICTION else 400 for each in found.each
+    found, refusals = nuisances_of(records, scored)
+    assert [each.alone.n_record for each in found] == [
+        395 if each.parameter == FRICTION else 400 for each in found
     ]
-    assert found.refusals == ()
+    assert not refusals
 
 
 def test_without_leaks_spreads_are_still_stated():
-    found = nuisances_of(*study(levels=()).records())
-    assert found.together is None
-    assert all(each.alone and each.reach is None for each in found.each)
+    found, _ = nuisances_of(*study(levels=()).records())
+    assert all(each.alone and each.imitated is each.hidden is None for each in found)

@@ -25,7 +25,7 @@ from hydrofdi.report.table import Block, Table, finite, group_breaks, numbers
 from hydrofdi.settings.readable import HOLE, two_digits
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import STATUS
-from hydrofdi.studies.parts import Nuisance, Nuisances, nuisances_of
+from hydrofdi.studies.parts import Nuisance, nuisances_of
 from hydrofdi.studies.records import Detection
 
 _KINDS = {
@@ -127,8 +127,8 @@ _GAP = "\N{NO-BREAK SPACE}"
 
 
 @lru_cache(maxsize=1024)
-def nuisances(detection: Detection, score: str) -> Nuisances | None:
-    """The nuisances of a score by its name; None if the study has no records for them."""
+def nuisances(detection: Detection, score: str) -> tuple[list[Nuisance], list[str]]:
+    """The nuisances of a score by its name, and what is refused; empty without records for them."""
     (scored,) = (each.scored for each in detection.judgements if each.scored.name == score)
     return nuisances_of(detection.records, scored, confidence=detection.rules.confidence)
 
@@ -138,7 +138,7 @@ def why_block(detection: Detection) -> Block | None:
     best = best_with_sensors(detection).values()
     chosen = distinct(*best, *wavelet_rules(detection), *detection.judgements[:1])[:_MOST]
     found = {each.scored.name: nuisances(detection, each.scored.name) for each in chosen}
-    shown, unit = {name: each for name, each in found.items() if each}, severity_unit(detection)
+    shown, unit = {name: own for name, (own, _) in found.items() if own}, severity_unit(detection)
     if not shown:
         return None
 
@@ -161,31 +161,31 @@ def why_block(detection: Detection) -> Block | None:
             name,
             "record to record" if each.parameter == NOTHING else each.parameter,
             alone_text(each.alone),
-            reach_text(each.reach.imitated if each.reach else None),
-            reach_text(each.reach.hidden if each.reach else None),
+            reach_text(each.imitated),
+            reach_text(each.hidden),
         )
         for name, own in shown.items()
-        for each in [*sorted(own.each[:-1], key=size, reverse=True)[:_MOST_ROWS], *own.each[-1:]]
+        for each in [*sorted(own[:-1], key=size, reverse=True)[:_MOST_ROWS], *own[-1:]]
     ]
     heads = ("Score", "Nuisance", "Alone [%]", f"Looks like{unit.bracket}", f"Hides{unit.bracket}")
     columns = dict(zip(heads, zip(*rows, strict=True), strict=True))
     table = Table.of(columns, key="nuisances", n_lead=2, breaks=group_breaks([name for name, *_ in rows]))
-    refusals = dict.fromkeys(refusal for each in shown.values() for refusal in each.refusals)
-    said = (_WHY, *(f"Not stated for some: {refusal}." for refusal in refusals))
+    refused = dict.fromkeys(refusal for _, refusals in found.values() for refusal in refusals)
+    said = (_WHY, *(f"Not stated for some: {refusal}." for refusal in refused))
     return Block("why", "Why: what moves healthy scores", said, (table,))
 
 
 def nuisance_records(detection: Detection, score: str) -> list[dict[str, Any]]:
     """The nuisances of a score as plain data; empty if the study has no records for them."""
-    found, unit = nuisances(detection, score), severity_unit(detection)
+    unit = severity_unit(detection)
     return [
         {
             "parameter": each.parameter,
             "alone": each.alone and numbers(each.alone, "value", "low", "high") | {"n": each.alone.n_record},
-            "imitates": None if each.reach is None else _fault_record(each.reach.imitated, unit),
-            "hides": None if each.reach is None else _fault_record(each.reach.hidden, unit),
+            "imitates": each.imitated and _fault_record(each.imitated, unit),
+            "hides": each.hidden and _fault_record(each.hidden, unit),
         }
-        for each in (found.each if found else ())
+        for each in nuisances(detection, score)[0]
     ]
 
 

@@ -24,6 +24,7 @@ from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
+from hydrofdi.report.detection.wording import FROM_LEVELS, SeverityUnit, severity_unit
 from hydrofdi.report.table import Column, Table, finite, group_breaks, numbers
 from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.settings.readable import HOLE, number_text, percentage
@@ -155,7 +156,8 @@ class Evaluation(Guessable):
         how many records are ``without_number``.
         """
         judged = zip(self.detection.judgements, self.scores, strict=True)
-        rows = [row for each, score in judged for row in _rows(each, score)]
+        unit = severity_unit(self.detection)
+        rows = [row for each, score in judged for row in _rows(each, score, unit)]
         titles = {"auc": "AUC", "q90_95": "q90/95 [L/min]", "without_number": "without a number"}
 
         def column(name: str) -> Column:
@@ -367,7 +369,7 @@ Pairs = Mapping[str, tuple[HealthyPair, ...]]
 """Name of a score → every healthy group against every other."""
 
 
-def _rows(judgement: Judgement, score: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def _rows(judgement: Judgement, score: Mapping[str, Any], unit: SeverityUnit) -> Iterator[dict[str, Any]]:
     """A row for each population: what is known of a score, and its ``texts``."""
     tested = [*score["false_alarms"], *score["detected"]]
     areas, rates = ({each["label"]: each for each in own} for own in (score["auc"], tested))
@@ -387,7 +389,7 @@ def _rows(judgement: Judgement, score: Mapping[str, Any]) -> Iterator[dict[str, 
         elif is_healthy and between:
             texts["auc"] = f"{min(between):.2f} … {max(between):.2f}"
         if smallest is not None and not is_healthy:
-            texts["q90_95"] = smallest.sentence(scale=convert(1.0, "L/min"))
+            texts["q90_95"] = unit.found(smallest).removesuffix(FROM_LEVELS)
         if missing:
             texts["without_number"] = str(missing)
         yield {

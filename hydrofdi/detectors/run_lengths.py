@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.charts import Chart
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Array, share_between_0_and_1
 
@@ -282,11 +281,6 @@ class Delays:
     values: Array
     n_early: np.ndarray
     not_measurable: int
-
-    @property
-    def found(self) -> Rate:
-        """Fraction of leaks that are detected before their record ends."""
-        return alarm_rate(np.isfinite(self.values).astype(float))
 
     def quantile(self, share: float = 0.5, *, confidence: float = 0.95) -> Delay:
         """Delay within which a given share of the leaks is detected.

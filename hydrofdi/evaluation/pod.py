@@ -44,19 +44,6 @@ class DetectableSeverity:
         """Severity that is detected with at least this probability; None if no tested severity is."""
         return None if self.place == "above" else self.severity
 
-    def sentence(self, unit: str = "", scale: float = 1.0) -> str:
-        """Severity as a text for readers.
-
-        Parameters
-        ----------
-        unit : str
-        scale : float
-            Factor from the severity to this unit.
-        """
-        number = f"{self.severity * scale:.3g} {unit}".rstrip()
-        words = {"below": f"at most {number}", "within": number, "above": f"not detectable up to {number}"}
-        return words[self.place]
-
 
 MOST_SEVERITIES = 1000
 """Maximum number of distinct severities; closer ones are merged."""
@@ -184,7 +171,7 @@ def interpolated_level(counted: Tally, *, probability: float = 0.9) -> Detectabl
     counted : Tally
     probability : float
     """
-    levels = _levels(counted)
+    levels = counted.pooled(MOST_LEVELS) if counted.severity.size > 3 * MOST_LEVELS else counted
     level, estimate = levels.severity, isotonic(levels)
     if estimate[-1] < probability:
         return DetectableSeverity("above", float(level[-1]), probability, source="levels")
@@ -194,10 +181,6 @@ def interpolated_level(counted: Tally, *, probability: float = 0.9) -> Detectabl
     share = (probability - estimate[after - 1]) / (estimate[after] - estimate[after - 1])
     severity = level[after - 1] * (level[after] / level[after - 1]) ** share
     return DetectableSeverity("within", float(severity), probability, source="levels")
-
-
-def _levels(counted: Tally) -> Tally:
-    return counted.pooled(MOST_LEVELS) if counted.severity.size > 3 * MOST_LEVELS else counted
 
 
 AxisName = Literal["log", "linear"]

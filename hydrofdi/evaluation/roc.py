@@ -32,11 +32,6 @@ class RocCurve:
     detection_rate: Array
     not_measurable: int
 
-    @property
-    def miss_rate(self) -> Array:
-        """1 - detection rate."""
-        return 1.0 - self.detection_rate
-
     def partial_area(self, false_alarm_rate: float) -> float:
         """Partial area up to a false-alarm rate, scaled so that 0.5 is chance and 1 is perfect.
 

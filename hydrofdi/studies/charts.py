@@ -294,7 +294,7 @@ def _delays(
         yield LeakDelay(
             population,
             float(np.mean(traces.flow[rows])),
-            found.found.count,
+            int(np.isfinite(found.values).sum()),
             rows.size,
             int(found.n_early.sum()),
             found.not_measurable,

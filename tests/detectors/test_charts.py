@@ -253,7 +253,7 @@ def test_delays_by_hand():
     found = delays(shewhart(), 5.0, scores, 0.1 * np.arange(6), 0.3)
     np.testing.assert_allclose(found.values, [0.0, 0.2, np.inf, np.inf], atol=1e-12)
     np.testing.assert_array_equal(found.n_early, [0, 1, 2, 0])
-    assert (found.not_measurable, found.found.count, found.found.total) == (1, 2, 4)
+    assert found.not_measurable == 1
 
 
 def test_each_stream_may_have_its_own_onset():

@@ -157,11 +157,10 @@ def test_nothing_is_extrapolated():
     assert smallest_detectable(weak).place == "above"
     assert smallest_detectable(weak).value is None
     assert smallest_detectable(weak, confidence=None).place == "above"
-    words = smallest_detectable(weak).sentence("L/min")
-    assert words == "not detectable up to 1 L/min"
+    assert smallest_detectable(weak).severity == 1.0
     strong = probability_of_detection(SEVERITY, hits(draw, SEVERITY, location=-3.5, spread=0.5))
     assert smallest_detectable(strong).place == "below"
-    assert smallest_detectable(strong).sentence("L/min", 1.0) == "at most 0.01 L/min"
+    assert smallest_detectable(strong).severity == pytest.approx(0.01)
 
 
 def test_a_detector_that_sees_nothing_finds_nothing_at_any_severity():

@@ -101,7 +101,7 @@ def test_a_curve_rises_from_corner_to_corner_and_its_thresholds_give_its_rates()
     assert np.all(np.diff(curve.detection_rate) >= 0.0)
     place = curve.threshold.size // 2
     assert curve.false_alarm_rate[place] == pytest.approx(np.mean(healthy >= curve.threshold[place]))
-    assert curve.miss_rate[place] == pytest.approx(np.mean(faulty[:-1] < curve.threshold[place]))
+    assert curve.detection_rate[place] == pytest.approx(np.mean(faulty[:-1] >= curve.threshold[place]))
     assert curve.not_measurable == 1
 
 

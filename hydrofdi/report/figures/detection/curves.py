@@ -73,7 +73,7 @@ def draw_det(detection: Detection) -> Any:
         styles[f"{unit.value(level.severity):.3g}"] = style
         for axis, judgement in zip(axes, shown, strict=True):
             if (curve := _curve(detection, judgement, level)) is not None:
-                _draw_curve(axis, curve.false_alarm_rate, curve.miss_rate, style)
+                _draw_curve(axis, curve.false_alarm_rate, 1.0 - curve.detection_rate, style)
     for axis, judgement in zip(axes, shown, strict=True):
         if not axis.lines:
             where: dict[str, Any] = {"x": 0.5, "y": 0.5, "ha": "center", "transform": axis.transAxes}

@@ -28,7 +28,7 @@ indicators: {dwt: {}, swing: {kind: pressure_statistics}, rings: {kind: ring_dow
 study:
   population: {seed: 3, over: {fluid.bulk_modulus: {uniform: ±20 %}}}
   healthy: {fit: 60, test: 30}
-  faults: {leakage.internal_flow: [1 L/min, 3 L/min], each: 6, fit: 12}
+  faults: {leakage.internal_flow: [1 L/min, 3 L/min], each: 30, fit: 12}
 detection:
   false_alarm_rate: 10 %
   scores:

@@ -1,33 +1,46 @@
 """Passwords and certificates of MQTT: what is checked, and what no text shows."""
 
-import datetime
 import ipaddress
 
 import pytest
 from cryptography import x509
-from cryptography.hazmat.primitives import hashes, serialization
-from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.x509.oid import NameOID
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MqttConfig
 from hydrofdi.monitor.lines import EventKind
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
+from tests.monitor.certificates import identity
 from tests.monitor.mqtt_streams import connected, events, source_at, until
+
+
+def authority_in(folder, name="ca"):
+    usage = x509.KeyUsage(
+        False, False, False, False, False, key_cert_sign=True, crl_sign=True,
+        encipher_only=False, decipher_only=False,
+    )  # fmt: skip
+    return identity(folder, name, x509.BasicConstraints(ca=True, path_length=0), usage)
+
+
+def signed(authority, name, address="127.0.0.1"):
+    """An identity of a machine with this address."""
+    host = x509.SubjectAlternativeName([x509.IPAddress(ipaddress.ip_address(address))])
+    return identity(authority.certificate.parent, name, host, issuer=authority)
+
+
+def encrypted_by(own):
+    return f"certfile {own.certificate}", f"keyfile {own.key}"
 
 
 @pytest.fixture
 def authority(tmp_path):
-    return Authority(tmp_path)
+    return authority_in(tmp_path)
 
 
 @pytest.fixture
 def encrypted(tmp_path, authority):
     """A broker with a certificate."""
-    certificate, key = authority.signed("broker")
-    yield from running(
-        Broker(tmp_path, f"cafile {authority.file}", f"certfile {certificate}", f"keyfile {key}")
-    )
+    lines = encrypted_by(signed(authority, "broker"))
+    yield from running(Broker(tmp_path, f"cafile {authority.certificate}", *lines))
 
 
 def password_file(folder, text=SECRET + "\n", mode=0o600):
@@ -99,7 +112,7 @@ def test_a_password_in_an_address_is_refused_and_not_repeated(address):
 
 @needs_mosquitto
 def test_samples_come_over_tls_that_is_verified(encrypted, authority, closing):
-    source = closing(source_at(secure(encrypted), MqttConfig(ca_file=authority.file)))
+    source = closing(source_at(secure(encrypted), MqttConfig(ca_file=authority.certificate)))
     assert [event.kind for event in events(connected(source))] == ["connected"]
 
 
@@ -111,31 +124,29 @@ def test_a_certificate_is_not_checked_only_where_the_configuration_says_so(encry
 
 @needs_mosquitto
 def test_a_broker_may_ask_for_a_certificate(tmp_path, authority, closing):
-    certificate, key = authority.signed("broker")
-    own, own_key = authority.signed("monitor")
-    lines = (f"cafile {authority.file}", f"certfile {certificate}", f"keyfile {key}")
-    for broker in running(Broker(tmp_path, *lines, "require_certificate true")):
-        config = MqttConfig(ca_file=authority.file, certificate=own, key=own_key)
+    own, lines = signed(authority, "monitor"), encrypted_by(signed(authority, "broker"))
+    lines = (f"cafile {authority.certificate}", *lines, "require_certificate true")
+    for broker in running(Broker(tmp_path, *lines)):
+        config = MqttConfig(ca_file=authority.certificate, certificate=own.certificate, key=own.key)
         connected(closing(source_at(secure(broker), config)))
-        assert reason(closing, secure(broker), MqttConfig(ca_file=authority.file))
+        assert reason(closing, secure(broker), MqttConfig(ca_file=authority.certificate))
 
 
 def test_files_that_cannot_be_used_are_named_before_the_start(tmp_path):
     missing, other = tmp_path / "missing", password_file(tmp_path, SECRET)
-    own, key = Authority(tmp_path).signed("monitor")
-    _, other_key = Authority(tmp_path).signed("other")
+    own, stranger = (identity(tmp_path, name) for name in ("monitor", "stranger"))
     for config, words in (
         (MqttConfig(username="press", password_file=missing), "mqtt.password_file"),
         (MqttConfig(password_file=other), "mqtt.username"),
         (MqttConfig(username="a", password_file=password_file(tmp_path / "..", "")), "one line"),
         (MqttConfig(ca_file=missing), "mqtt.ca_file"),
         (MqttConfig(ca_file=other), "mqtt.ca_file"),
-        (MqttConfig(certificate=own, key=other_key), "mqtt.certificate"),
+        (MqttConfig(certificate=own.certificate, key=stranger.key), "mqtt.certificate"),
     ):
         with pytest.raises(ConfigError, match=words) as refusal:
             source_at("mqtts://127.0.0.1:1/t", config)
         assert SECRET not in str(refusal.value)
-    MqttConfig(certificate=own, key=key)
+    MqttConfig(certificate=own.certificate, key=own.key)
 
 
 @pytest.mark.parametrize(
@@ -164,67 +175,10 @@ def test_addresses_that_are_none(text):
 def test_a_certificate_of_a_stranger_or_of_another_machine_is_refused(
     encrypted, tmp_path, authority, closing
 ):
-    stranger = Authority(tmp_path, "stranger")
-    for config in (MqttConfig(), MqttConfig(ca_file=stranger.file)):
+    stranger = authority_in(tmp_path, "stranger")
+    for config in (MqttConfig(), MqttConfig(ca_file=stranger.certificate)):
         assert reason(closing, secure(encrypted), config)
-    certificate, key = authority.signed("elsewhere", "127.0.0.99")
+    elsewhere = signed(authority, "elsewhere", "127.0.0.99")
     (tmp_path / "elsewhere").mkdir()
-    for broker in running(Broker(tmp_path / "elsewhere", f"certfile {certificate}", f"keyfile {key}")):
-        assert reason(closing, secure(broker), MqttConfig(ca_file=authority.file))
-
-
-class Authority:
-    """Signs certificates; its own is ``ca.pem``."""
-
-    def __init__(self, folder, name="ca"):
-        self._folder, self._key = folder, ec.generate_private_key(ec.SECP256R1())
-        self._name = _named(name)
-        usage = x509.KeyUsage(
-            False, False, False, False, False, key_cert_sign=True, crl_sign=True,
-            encipher_only=False, decipher_only=False,
-        )  # fmt: skip
-        builder = (
-            _builder(self._name, self._name, self._key.public_key())
-            .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
-            .add_extension(usage, critical=True)
-        )
-        self.file = folder / f"{name}.pem"
-        self._write(self.file, builder)
-
-    def signed(self, name, address="127.0.0.1"):
-        """A certificate and its key, for a machine with this address."""
-        key = ec.generate_private_key(ec.SECP256R1())
-        host = x509.IPAddress(ipaddress.ip_address(address))
-        builder = _builder(_named(name), self._name, key.public_key())
-        builder = builder.add_extension(x509.SubjectAlternativeName([host]), critical=False)
-        certificate, key_file = self._folder / f"{name}.pem", self._folder / f"{name}.key"
-        self._write(certificate, builder)
-        key_file.write_bytes(
-            key.private_bytes(
-                serialization.Encoding.PEM,
-                serialization.PrivateFormat.PKCS8,
-                serialization.NoEncryption(),
-            )
-        )
-        return certificate, key_file
-
-    def _write(self, file, builder):
-        signed = builder.sign(self._key, hashes.SHA256())
-        file.write_bytes(signed.public_bytes(serialization.Encoding.PEM))
-
-
-def _named(name):
-    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
-
-
-def _builder(subject, issuer, key):
-    now = datetime.datetime.now(datetime.UTC)
-    return (
-        x509.CertificateBuilder()
-        .subject_name(subject)
-        .issuer_name(issuer)
-        .public_key(key)
-        .serial_number(x509.random_serial_number())
-        .not_valid_before(now - datetime.timedelta(days=1))
-        .not_valid_after(now + datetime.timedelta(days=1))
-    )
+    for broker in running(Broker(tmp_path / "elsewhere", *encrypted_by(elsewhere))):
+        assert reason(closing, secure(broker), MqttConfig(ca_file=authority.certificate))

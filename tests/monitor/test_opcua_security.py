@@ -1,9 +1,6 @@
 """Encrypted connections to a server that trusts one certificate and knows one user."""
 
-import datetime
 import os
-from dataclasses import dataclass
-from pathlib import Path
 
 import pytest
 from asyncua import ua
@@ -11,43 +8,17 @@ from asyncua.common.utils import ServiceError
 from asyncua.crypto.permission_rules import User, UserRole
 from asyncua.crypto.uacrypto import der_from_x509
 from cryptography import x509
-from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import rsa
-from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
-from cryptography.x509.oid import NameOID
+from cryptography.hazmat.primitives.serialization import Encoding
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.opcua import OpcUaSource
+from tests.monitor.certificates import identity
 from tests.monitor.opcua_server import CHANNELS, NODES, P1, RATE, LoopbackServer, Reader, connected, opened
 
 PASSWORD = "hunter2-of-the-press"
-
-
-@dataclass
-class Identity:
-    certificate: Path
-    key: Path
-
-
-def identity(folder, name, form=Encoding.PEM):
-    key = rsa.generate_private_key(65537, 2048)
-    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
-    uri = x509.UniformResourceIdentifier(f"urn:hydrofdi:{name}")
-    now = datetime.datetime.now(datetime.UTC)
-    signed = (
-        x509.CertificateBuilder(subject, subject, key.public_key(), x509.random_serial_number())
-        .not_valid_before(now - datetime.timedelta(days=1))
-        .not_valid_after(now + datetime.timedelta(days=1))
-        .add_extension(x509.SubjectAlternativeName([uri]), critical=False)
-        .sign(key, hashes.SHA256())
-    )
-    made = Identity(folder / f"{name}.crt", folder / f"{name}.key")
-    made.certificate.write_bytes(signed.public_bytes(form))
-    made.key.write_bytes(key.private_bytes(form, PrivateFormat.PKCS8, NoEncryption()))
-    made.key.chmod(0o600)
-    return made
 
 
 class OneUser:
@@ -58,8 +29,12 @@ class OneUser:
 @pytest.fixture(scope="module")
 def identities(tmp_path_factory):
     folder = tmp_path_factory.mktemp("identities")
-    names = {"server": Encoding.DER, "monitor": Encoding.PEM, "stranger": Encoding.DER}
-    return {name: identity(folder, name, form) for name, form in names.items()}
+    made = {}
+    for name, form in {"server": Encoding.DER, "monitor": Encoding.PEM, "stranger": Encoding.DER}.items():
+        uri = x509.SubjectAlternativeName([x509.UniformResourceIdentifier(f"urn:hydrofdi:{name}")])
+        key = rsa.generate_private_key(65537, 2048)
+        made[name] = identity(folder, name, uri, form=form, private=key)
+    return made
 
 
 @pytest.fixture(scope="module")

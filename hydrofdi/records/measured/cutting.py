@@ -168,7 +168,12 @@ def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConf
     """
     if stroke is None:
         raise RejectionError("no_motion", "the piston does not move")
-    first, stop = _segment_span(stroke, segment, recording)
+    frequency = recording.sampling_frequency
+    first, stop = {
+        "motion": (stroke.start, stroke.arrival),
+        "impact": (stroke.arrival - _samples(segment.before, frequency), recording.n_time),
+        "hold": (stroke.arrival + _samples(segment.settle, frequency), recording.n_time),
+    }[segment.part]
     if first < 0 or stop - first < 2:
         raise RejectionError("short", f"contains no {segment.part} of the stroke")
     return of_length(part(recording, first, stop, start_time=0.0), segment.length, f"the {segment.part}")
@@ -215,17 +220,6 @@ def _left_out(recording: Recording, spans: list[tuple[int, int]]) -> tuple[Issue
     durations = [n / recording.sampling_frequency for n in (before, after)]
     text = f"{durations[0]:g} s before the first cycle and {durations[1]:g} s after the last are left out"
     return (Issue(text, kind="left_out"),)
-
-
-def _segment_span(stroke: Stroke, segment: SegmentConfig, recording: Recording) -> tuple[int, int]:
-    frequency = recording.sampling_frequency
-    match segment.part:
-        case "motion":
-            return stroke.start, stroke.arrival
-        case "impact":
-            return stroke.arrival - _samples(segment.before, frequency), recording.n_time
-        case "hold":
-            return stroke.arrival + _samples(segment.settle, frequency), recording.n_time
 
 
 _HOLD = 5

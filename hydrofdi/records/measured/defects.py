@@ -161,18 +161,13 @@ def _clipped(recording: Recording, channel: Channel, samples: Array, limit: floa
         extreme = sign * np.min(sign * samples)
         n_extreme = int(np.count_nonzero(samples == extreme))
         share = n_extreme / samples.size
-        if share > limit and n_extreme > _PILE * _at_next_value(sign * samples):
+        others = sign * samples[samples != extreme]
+        if share > limit and n_extreme > _PILE * np.count_nonzero(others == others.min()):
             text = (
                 f"{share:.1%} of {channel} samples lie at the {end} value,"
                 f" {extreme:.4g} {recording.unit(channel)}"
             )
             yield Issue(text, channel, kind=kind)
-
-
-def _at_next_value(samples: Array) -> int:
-    """Number of samples with the second lowest value."""
-    above = samples[samples > samples.min()]
-    return int(np.count_nonzero(above == above.min()))
 
 
 def _hum(recording: Recording, channel: Channel, samples: Array, limits: LimitsConfig) -> Iterator[Issue]:

@@ -24,7 +24,7 @@ from hydrofdi.records.measured.columns import (
     titles_of_time,
     unknown_header_unit,
 )
-from hydrofdi.records.measured.description.sections import MeasuredConfig, TimeConfig
+from hydrofdi.records.measured.description.sections import MeasuredConfig
 from hydrofdi.settings.messages import counted
 
 MOST_BYTES = 2**31
@@ -340,25 +340,22 @@ def _columns(
 ) -> tuple[dict[Channel, Column], dict[Channel, Array], Array | None]:
     """The columns of a description, their samples in SI or in counts, and their instants [s]."""
     columns = columns_of(table.titles, table.unit, table.place, config.channels)
-    time = None if config.time is None else table.find(config.time.column)
-    table.load([*(column.position for column in columns.values()), *([] if time is None else [time])])
-    times = None if config.time is None else _times(table, config.time)
+    time, times = None, None
+    if config.time is not None:
+        time = time_column(table.titles, table.unit, table.place, config.time, table.is_dated)
+        assert time is not None
+    table.load([column.position for column in (*columns.values(), time) if column is not None])
+    if time is not None:
+        times = table.instants(time.position)
+        if not table.is_dated(time.position):
+            has_unit = time.config.unit or table.unit(time.position)
+            if not has_unit and counts_samples(times):
+                raise DataError(
+                    f"{table.place}: column {time.title!r} (time): counts the samples and is not a time; give"
+                    " the sampling frequency instead, such as 'sampling_frequency: 1 kHz'"
+                )
+            times = time.in_si(times)
     return columns, {key: each.in_si(table.numbers(each.position)) for key, each in columns.items()}, times
-
-
-def _times(table: Table, config: TimeConfig) -> Array:
-    position = table.find(config.column)
-    values = table.instants(position)
-    if table.is_dated(position):
-        return values
-    if not (config.unit or table.unit(position)) and counts_samples(values):
-        raise DataError(
-            f"{table.place}: column {config.column!r} (time): counts the samples and is not a time; give the"
-            " sampling frequency instead, such as 'sampling_frequency: 1 kHz'"
-        )
-    column = time_column(table.titles, table.unit, table.place, config, table.is_dated)
-    assert column is not None
-    return column.in_si(values)
 
 
 def _contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:

@@ -197,18 +197,16 @@ def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayT
             _idle.append(process)
 
 
-@contextmanager
-def npz_table(place: str, content: Content) -> Iterator[ArrayTable]:
+def npz_table(place: str, content: Content) -> ArrayTable:
     """The arrays of an archive."""
     with damage_named("NPZ"):
         archive: Any = np.load(content, allow_pickle=False)
         if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise RejectionError("damaged", "cannot be read as NPZ: it is not an archive of arrays")
-    with archive:
-        with damage_named("NPZ"):
+            raise OSError("it is not an archive of arrays")
+        with archive:
             arrays = {name: np.asarray(archive[name]) for name in archive.files}
-        shapes = {name: array.shape for name, array in arrays.items()}
-        yield ArrayTable(place, "NPZ", shapes, arrays.__getitem__)
+    shapes = {name: array.shape for name, array in arrays.items()}
+    return ArrayTable(place, "NPZ", shapes, arrays.__getitem__)
 
 
 def parquet_library() -> Any:
@@ -279,12 +277,8 @@ def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
         yield TextTable(place, form, partial(blocks_of, path, place, form.encoding))
         return
     content = content_of(path)
-    match kind:
-        case "parquet":
-            yield parquet_table(place, content)
-        case "npz":
-            with npz_table(place, content) as table:
-                yield table
-        case _:
-            with table_read_apart(place, kind.upper(), content) as table:
-                yield table
+    if kind in ("parquet", "npz"):
+        yield (parquet_table if kind == "parquet" else npz_table)(place, content)
+        return
+    with table_read_apart(place, kind.upper(), content) as table:
+        yield table

@@ -17,7 +17,7 @@ from threading import Event as Signal
 from typing import Generic, TypeVar
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.lines import Event, EventKind
+from hydrofdi.records.streams import Event, EventKind
 
 _LONGEST_WAIT = 120.0
 """Longest wait between attempts [s]."""

@@ -14,11 +14,10 @@ from typing import Any
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.store.files import reason
 
 BLOCK = 1 << 17

@@ -7,11 +7,11 @@ from contextlib import ExitStack
 from enum import StrEnum
 
 from hydrofdi.errors import StoreError
-from hydrofdi.monitor.lines import Event, EventKind, Line, Sink, WindowLine, is_said
+from hydrofdi.monitor.lines import Line, Sink, WindowLine, is_said
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.state import StateFile, Stored, WindowLog
 from hydrofdi.monitor.watch import Watch
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, Event, EventKind
 
 PATIENCE = 0.2
 """Longest wait for a source before the loop checks whether to stop [s]."""

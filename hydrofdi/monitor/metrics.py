@@ -16,8 +16,8 @@ from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, mak
 
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
-from hydrofdi.records.streams import Chunk
+from hydrofdi.monitor.lines import Condition, Line, WindowLine
+from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.store.files import reason
 from hydrofdi.version import __version__
 

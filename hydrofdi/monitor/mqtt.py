@@ -25,11 +25,11 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
 from hydrofdi.monitor.connections import Connection, Inbox, credentials, exposed, network_reason, usable
-from hydrofdi.monitor.lines import Event, EventKind, Line, WindowLine, line_text
+from hydrofdi.monitor.lines import Line, WindowLine, line_text
 from hydrofdi.monitor.payload import PayloadError, PayloadReader
 from hydrofdi.monitor.sources import Position, StreamSource, joined, malformed
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, Event, EventKind
 
 _SENT_AT_ONCE = 10
 """Most messages that are sent before the broker acknowledges one; the others wait."""

@@ -24,12 +24,11 @@ from cryptography.hazmat.primitives.serialization import Encoding, load_der_priv
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.connections import Connection, Inbox, credentials, exposed, network_reason, usable
-from hydrofdi.monitor.lines import Event, EventKind
 from hydrofdi.monitor.sources import Position, StreamSource, joined
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.measured.columns import Column, factor_to_si
 from hydrofdi.records.measured.description.sections import ChannelConfig
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.settings.messages import counted
 
 logging.getLogger("asyncua").addHandler(logging.NullHandler())

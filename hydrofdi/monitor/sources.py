@@ -15,8 +15,8 @@ from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import PORTS, Address, MonitorConfig, is_mqtt
 from hydrofdi.monitor.connections import needing_extra
-from hydrofdi.monitor.lines import Event, Sink
-from hydrofdi.records.streams import Chunk
+from hydrofdi.monitor.lines import Sink
+from hydrofdi.records.streams import Chunk, Event
 from hydrofdi.settings.messages import similar
 
 Position = Mapping[str, Any]

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.following import ChartReading, Follower, ScoreChart
 from hydrofdi.detectors.trained.measuring import Judge, Verdict
-from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine
+from hydrofdi.monitor.lines import Condition, Line, WindowLine
 from hydrofdi.records import Array
-from hydrofdi.records.streams import Chunk, EvenStream, Finding, State, Windower
+from hydrofdi.records.streams import Chunk, EvenStream, Event, EventKind, State, Windower
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import plain
 
@@ -132,14 +132,12 @@ _NO_EPISODES: State = {
 }
 
 
-def _noted(state: State, findings: Sequence[Finding]) -> tuple[State, list[Event]]:
+def _noted(state: State, found: Sequence[Event]) -> tuple[State, list[Event]]:
     """Defects after findings: the first of an episode is an event, the others wait for a minute to end."""
     waiting, events = state["waiting"].copy(), list[Event]()
-    for finding in findings:
-        kind = EventKind(finding.kind)
-        waiting[_KINDS.index(kind)] += finding.count - finding.is_news
-        if finding.is_news:
-            events.append(Event(kind, finding.text, finding.time))
+    for event in found:
+        waiting[_KINDS.index(event.kind)] += event.count - (not event.is_silent)
+        events += [] if event.is_silent else [replace(event, count=1)]
     return {**state, "waiting": waiting}, events
 
 
@@ -228,7 +226,7 @@ def _over(row: int, count: NDArray[np.int64], span: Array) -> Event:
     return Event(_EPISODES[name], text, float(end), n, is_end=True)
 
 
-_Stepped = tuple[State, list[Chunk], list[Finding]]
+_Stepped = tuple[State, list[Chunk], list[Event]]
 
 
 class Watch:
@@ -302,8 +300,8 @@ class Watch:
         """Steps of the stream. A sample that is news, or begins a minute, has a step of its own, so that the
         place of its lines does not depend on the chunk.
         """
-        stepped = _, pieces, findings = self._stream.step(parts["stream"], chunk)
-        is_news = any(finding.is_news for finding in findings)
+        stepped = _, pieces, found = self._stream.step(parts["stream"], chunk)
+        is_news = not all(event.is_silent for event in found)
         if chunk.n_time > 1 and (is_news or _begins_minute(parts["defects"], pieces)):
             half = chunk.n_time // 2
             yield from self._alone(parts, chunk.part(0, half))
@@ -313,11 +311,11 @@ class Watch:
 
     def _follow(self, parts: dict[str, State], stepped: _Stepped) -> list[Line]:
         """Lines of checked samples."""
-        parts["stream"], pieces, findings = stepped
+        parts["stream"], pieces, found = stepped
         sums: list[Event] = []
         if _begins_minute(parts["defects"], pieces):
             parts["defects"], sums = _summed_up(parts["defects"])
-        parts["defects"], events = _noted(parts["defects"], findings)
+        parts["defects"], events = _noted(parts["defects"], found)
         if pieces:
             parts["defects"] = {**parts["defects"], "minute": np.array(pieces[-1].time[-1] // MINUTE)}
         lines: list[Line] = [*sums, *events]

@@ -6,6 +6,7 @@ import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from itertools import pairwise
 from typing import Any
 
@@ -26,37 +27,64 @@ _STEPS = 10
 _PATIENCE, _FEWEST = 60.0, 10
 """The clock was set back if all samples are earlier for this duration [s], and for this number of samples."""
 _QUIET = 60.0
-"""Time without a kind of finding after which it is reported again [s]."""
+"""Time without a kind of event after which it is reported again [s]."""
 _KINDS = ("gap", "rate_changed", "duplicate", "time_ran_back", "set_back", "malformed")
 _NONE = np.zeros(2, dtype=np.int64)
 
 
-@dataclass
-class Finding:
-    """One kind of defect, from its first instant in a chunk on.
+class EventKind(StrEnum):
+    """Kinds of events."""
 
-    The findings that are news, and the sum of `count` over each kind, do not depend on the chunks.
+    STARTED = "started"
+    RESUMED = "resumed"
+    STOPPED = "stopped"
+    ALARM_RAISED = "alarm_raised"
+    ALARM_CLEARED = "alarm_cleared"
+    GAP = "gap"
+    DUPLICATE = "duplicate"
+    TIME_RAN_BACK = "time_ran_back"
+    RATE_CHANGED = "rate_changed"
+    MISSING_SAMPLES = "missing_samples"
+    STUCK = "stuck"
+    CLIPPED = "clipped"
+    NOVEL = "novel"
+    MISSING_CHANNEL = "missing_channel"
+    NOT_JUDGED = "not_judged"
+    MALFORMED = "malformed"
+    DROPPED = "dropped"
+    NOTICE = "notice"
+    CONNECTED = "connected"
+    DISCONNECTED = "disconnected"
+    NOT_STORED = "not_stored"
+    INSECURE = "insecure"
+
+
+@dataclass
+class Event:
+    """Something that happened to the stream, the source or the machine.
 
     Attributes
     ----------
-    kind : str
-        ``gap``, ``rate_changed`` (one gap after another), ``duplicate``, ``time_ran_back`` or ``malformed``
-        (unreadable, or no time stamp within 1e11 s of zero).
-    time : float or None
-        First instant, on the clock of the stream [s]; None before the first sample.
-    count : int
-        Number of occurrences.
+    kind : EventKind
     text : str
-        A sentence about the first occurrence.
-    is_news : bool
-        Whether it did not occur in the minute before; False if it continues.
+        The event in words.
+    time : float or None
+        Instant on the clock of the stream [s].
+    count : int
+        Number of occurrences. What continues is reported once when it begins. The counts of one kind,
+        without lines that end an episode, add up to all occurrences, and do not depend on the chunks.
+    is_silent : bool
+        Whether it is only counted, because it was reported before.
+    is_end : bool
+        Whether it ends an episode; `count` is then the count of the whole episode.
     """
 
-    kind: str
-    time: float | None
-    count: int
+    kind: EventKind
     text: str
-    is_news: bool
+    time: float | None = None
+    count: int = 1
+    is_silent: bool = False
+    is_end: bool = False
 
 
 class EvenStream:
@@ -107,8 +135,8 @@ class EvenStream:
             "n_earlier": np.array(0), "is_silent": np.array(True), "may_repeat": np.array(may_repeat),
         }  # fmt: skip
 
-    def step(self, state: State, chunk: Chunk) -> tuple[State, list[Chunk], list[Finding]]:
-        """The state after a chunk, the accepted samples, and the findings."""
+    def step(self, state: State, chunk: Chunk) -> tuple[State, list[Chunk], list[Event]]:
+        """The state after a chunk, the accepted samples, and an event for each kind of defect."""
         if not chunk.n_time:
             return state, [], []
         state = {**state, "begin": self._beginning(state, chunk)}
@@ -134,7 +162,7 @@ class EvenStream:
             return False
         return bool(time[-1] <= _FARTHEST and (time[1:] - time[:-1]).max(initial=0.0) <= longest)
 
-    def _checked(self, state: State, chunk: Chunk) -> tuple[State, list[Chunk], list[Finding]]:
+    def _checked(self, state: State, chunk: Chunk) -> tuple[State, list[Chunk], list[Event]]:
         last, n_earlier, n_gap = float(state["last"]), int(state["n_earlier"]), int(state["n_gap"])
         is_silent, may_repeat = bool(state["is_silent"]), bool(state["may_repeat"])
         is_again = state["begin"][1] == self._patience and np.all(state["begin"] == state["begin_before"])
@@ -167,7 +195,7 @@ class EvenStream:
             "is_silent": is_silent and not accepted, "may_repeat": may_repeat and not accepted,
         }  # fmt: skip
         pieces = self._pieces(chunk, accepted, anew)
-        return {name: np.array(value) for name, value in after.items()}, pieces, reports.findings
+        return {name: np.array(value) for name, value in after.items()}, pieces, reports.events
 
     def _text(self, kind: str, stamp: float, before: float) -> str:
         """A sentence about an occurrence, from its instant and the last accepted instant before it [s]."""
@@ -200,14 +228,14 @@ class EvenStream:
 
 
 class _Reports:
-    """Findings of a chunk, and the last instant of each kind."""
+    """Events of a chunk, and the last instant of each kind."""
 
     def __init__(self, said: list[float]) -> None:
-        self.said, self.findings = said, list[Finding]()
-        self._latest: dict[str, Finding] = {}
+        self.said, self.events = said, list[Event]()
+        self._latest: dict[str, Event] = {}
 
     def add(self, kind: str, stamp: float, before: float, text: str) -> None:
-        """Count an occurrence, or begin a finding with it."""
+        """Count an occurrence, or begin an event with it."""
         row, instant = _KINDS.index(kind), max(before, stamp)
         said, self.said[row] = self.said[row], instant
         goes_on = kind != "set_back" and (abs(instant - said) <= _QUIET or instant == said)
@@ -215,9 +243,9 @@ class _Reports:
             self._latest[kind].count += 1
             return
         time = instant if np.isfinite(instant) else None
-        name = "time_ran_back" if kind == "set_back" else kind
-        self._latest[kind] = Finding(name, time, 1, text, not goes_on)
-        self.findings.append(self._latest[kind])
+        name = EventKind.TIME_RAN_BACK if kind == "set_back" else EventKind(kind)
+        self._latest[kind] = Event(name, text, time, is_silent=goes_on)
+        self.events.append(self._latest[kind])
 
 
 def _seconds(time: float) -> str:

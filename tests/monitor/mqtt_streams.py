@@ -12,11 +12,10 @@ from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
 from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
-from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.mqtt import MqttSource, Publisher, payload_of
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, EventKind
 from tests.monitor.streams import reading_of
 
 DETECTOR = Path("detector.json")

@@ -10,10 +10,10 @@ import numpy as np
 from asyncua import Server, ua
 
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
-from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.opcua import OpcUaSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.records.streams import EventKind
 from tests.monitor.brokers import free_port
 from tests.monitor.streams import reading_of
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
-from hydrofdi.monitor.lines import EventKind
+from hydrofdi.records.streams import EventKind
 from tests.monitor.streams import config_of, reading_of, samples
 
 HEADER = "time [s],P1 [Pa]\n"

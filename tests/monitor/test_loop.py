@@ -17,10 +17,11 @@ from hypothesis import strategies as st
 from hydrofdi.errors import StoreError, interruption
 from hydrofdi.monitor import growing_file
 from hydrofdi.monitor.growing_file import GrowingFile
-from hydrofdi.monitor.lines import Event, EventKind, Output, WindowLine
+from hydrofdi.monitor.lines import Output, WindowLine
 from hydrofdi.monitor.loop import Ending, monitor
 from hydrofdi.monitor.state import StateFile, Stored, WindowLog
 from hydrofdi.monitor.watch import Watch
+from hydrofdi.records.streams import Event, EventKind
 from tests.monitor.streams import (
     P1,
     Kept,

@@ -12,9 +12,9 @@ from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.measuring import Verdict
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.monitor import metrics
-from hydrofdi.monitor.lines import ChartReading, Condition, Event, EventKind, WindowLine
+from hydrofdi.monitor.lines import ChartReading, Condition, WindowLine
 from hydrofdi.monitor.metrics import MetricsSink
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.detectors.trained.made import detector
 
 

@@ -15,8 +15,9 @@ import pytest
 from hydrofdi.detectors.trained.measuring import Verdict
 from hydrofdi.monitor import mqtt
 from hydrofdi.monitor.configuration import Address, MqttConfig
-from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
+from hydrofdi.monitor.lines import Condition, WindowLine
 from hydrofdi.monitor.mqtt import MqttSink, payload_of
+from hydrofdi.records.streams import Event, EventKind
 from tests.commands import COMMAND
 from tests.commands import run as run_command
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running

@@ -7,7 +7,7 @@ from cryptography import x509
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MqttConfig
-from hydrofdi.monitor.lines import EventKind
+from hydrofdi.records.streams import EventKind
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.certificates import identity
 from tests.monitor.mqtt_streams import connected, events, source_at, until

@@ -13,8 +13,8 @@ from cryptography.hazmat.primitives.serialization import Encoding
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
-from hydrofdi.monitor.lines import EventKind
 from hydrofdi.monitor.opcua import OpcUaSource
+from hydrofdi.records.streams import EventKind
 from tests.monitor.certificates import identity
 from tests.monitor.opcua_server import CHANNELS, NODES, P1, RATE, LoopbackServer, Reader, connected, opened
 

@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address
 from hydrofdi.monitor.connections import Inbox
-from hydrofdi.monitor.lines import EventKind, WindowLine
+from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.records.streams import EventKind
 from tests.detectors.trained.made import FREQUENCY
 from tests.monitor.opcua_server import (
     CHANNELS,

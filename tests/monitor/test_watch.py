@@ -19,10 +19,10 @@ from hydrofdi.detectors.run_lengths import delays
 from hydrofdi.detectors.trained.configuration import DetectorConfig, TimedChart, WindowConfig
 from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.indicators import make_indicators
-from hydrofdi.monitor.lines import Condition, Event, EventKind, WindowLine
+from hydrofdi.monitor.lines import Condition, WindowLine
 from hydrofdi.monitor.watch import Watch, windower_of
 from hydrofdi.records import Channel
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.conftest import REPOSITORY
 from tests.detectors.trained.made import detector, window
 from tests.monitor.streams import N_SAMPLE, lines_of, made_detector, part, rearranged, stream

@@ -21,11 +21,11 @@ from hydrofdi.detectors.trained.measuring import without_scale
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
-from hydrofdi.monitor.lines import Condition, Event, EventKind, Line, WindowLine, line_record
+from hydrofdi.monitor.lines import Condition, Line, WindowLine, line_record
 from hydrofdi.monitor.watch import Watch, judging_of
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.measured.recording import samples_of
-from hydrofdi.records.streams import Chunk
+from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, number_text

@@ -77,14 +77,6 @@ def test_no_change_and_no_claim_is_made_of_records_that_stand_still(tmp_path):
     assert {claim["reproduced"] for claim in record["claims"]} == {None}
 
 
-def test_a_clipped_sensor_is_marked_and_its_constant_record_gives_no_change(tmp_path):
-    text = SMALL.replace("sweep:", "pressure_1_sensor: {lowest: 0, highest: 1 MPa}\nsweep:")
-    report = run_hydrofdi("report", sweep_in(tmp_path, text).directory, cwd=tmp_path)
-    printed = " ".join(report.stdout.split())
-    assert "4 clipped (R)" in printed
-    assert "not reproduced" not in printed
-
-
 HALF = """\
 name: half
 paper: maddahi2015

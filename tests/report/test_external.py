@@ -114,12 +114,6 @@ def test_a_leak_is_separated_where_no_other_run_reaches_its_delta(data, loss, ga
     assert (1 in column.strong) == (gap > 0.0)
 
 
-def test_an_experiment_that_varies_no_external_leakage_has_no_such_section(small_sweep):
-    report = make_report(read_results(small_sweep.directory))
-    assert "external" not in {block.key for block in report.document().blocks}
-    assert "external_leakage" not in report.record()
-
-
 def test_claims_and_controls_look_at_the_runs_without_external_leakage(data, small_sweep):
     analysis = StudyReport(data)
     assert len(analysis.grid.scenarios) == 1

@@ -20,7 +20,6 @@ from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.papers import make_report
 from hydrofdi.papers.maddahi2015.report import StudyReport
-from hydrofdi.report.composition import Report
 from hydrofdi.report.figures import KINDS, draw_figure
 from hydrofdi.report.forms.page import render_markdown, render_page, write_all_forms
 from hydrofdi.report.indicators import healthy_spread, measured_indicator, relative_change
@@ -28,7 +27,7 @@ from hydrofdi.report.record import render_json, tidy_columns
 from hydrofdi.report.table import Table
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
-from tests.conftest import REPOSITORY, sweep_in
+from tests.conftest import sweep_in
 from tests.report.rows import rows
 
 FRICTION = """\
@@ -53,14 +52,6 @@ def test_a_sweep_of_friction_and_period_speaks_of_no_table_and_no_claim(friction
         assert word not in text.partition("configuration and provenance")[0], word
 
 
-def test_its_page_and_files_speak_of_none_either(friction, tmp_path):
-    assert run_hydrofdi("report", friction.directory, "--out", tmp_path, cwd=tmp_path).returncode == 0
-    page = (tmp_path / "friction.html").read_text(encoding="utf-8").partition("section-provenance")[0]
-    assert "Change of the details" in page
-    assert "claim" not in page.lower()
-    assert not list(tmp_path.glob("figure?.*"))
-
-
 def test_the_name_of_an_experiment_leads_to_its_folder(friction):
     result = run_hydrofdi("report", friction.directory.name, cwd=friction.folder)
     assert result.returncode == 2
@@ -71,19 +62,6 @@ def test_it_has_nothing_to_check(friction):
     result = run_hydrofdi("report", friction.directory, "--check", cwd=friction.folder)
     assert result.returncode == 2
     assert "nothing to check" in result.stderr
-
-
-def test_its_record_has_the_rows_of_all_runs(friction):
-    record = json.loads(run_hydrofdi("report", friction.directory, "--json", cwd=friction.folder).stdout)
-    assert len(record["rows"]) == friction.summary["planned"]
-    assert all(len(row["delta_matched_percent"]) == 5 for row in record["rows"])
-    assert "claims" not in record
-
-
-def test_an_own_sweep_of_leakage_and_bulk_modulus_is_no_papers_study():
-    own = {"sweep": {"grid": {"leakage.internal_flow": [0, 1e-5], "fluid.bulk_modulus": [7e8, 14e8]}}}
-    assert load_experiment(own).paper is None
-    assert load_experiment({"paper": "maddahi2015"} | own).paper
 
 
 @pytest.mark.parametrize(
@@ -97,6 +75,8 @@ def test_claims_and_published_values_need_their_paper(tmp_path, listed, line):
         load_experiment(file)
     file.write_text(f"name: own\npaper: maddahi2015\n{listed}\n")
     assert load_experiment(file).paper
+    file.write_text("extends: table3\nname: own\npaper: null\nclaims: []\n")
+    assert not load_experiment(file).paper
 
 
 OWN = """\
@@ -231,13 +211,6 @@ def test_without_the_indicator_of_the_details_there_is_no_table_of_them(tmp_path
         assert words not in printed
 
 
-def test_null_takes_the_paper_away(tmp_path):
-    file = tmp_path / "own.yaml"
-    base = REPOSITORY / "configs" / "table3.yaml"
-    file.write_text(f"extends: {base}\nname: own\npaper: null\nclaims: []\n")
-    assert not load_experiment(file).paper
-
-
 GOLDEN = Path(__file__).parent / "golden"
 
 
@@ -292,13 +265,6 @@ def columns_of(lists):
     return {name: np.array(values) for name, values in lists.items()}
 
 
-def test_parquet_holds_the_same_columns_as_csv(made_up):
-    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'parquet' is not installed")
-    analysis = Report(made_up)
-    read = parquet.read_table(io.BytesIO(Table.of(tidy_columns(analysis)).to_parquet()))
-    assert read.to_pydict() == tidy_columns(analysis)
-
-
 def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
     report = StudyReport(read_results(small_sweep.directory))
     for name in ("first", "second"):
@@ -309,12 +275,6 @@ def test_the_same_data_give_the_same_bytes_in_all_forms(small_sweep, tmp_path):
     assert {*files} - {"small.parquet"} == forms | {f"{name}.{kind}" for name in figures for kind in KINDS}
     for file in files:
         assert (tmp_path / "first" / file).read_bytes() == (tmp_path / "second" / file).read_bytes(), file
-
-
-def test_the_page_shows_configuration_and_versions(made_up):
-    page = render_page(make_report(made_up).document(), {}, {})
-    assert '<td class="words">actuator.mass</td><td class="words">12.3 kg</td>' in page
-    assert '<td class="words">numpy</td><td class="words">2.0</td>' in page
 
 
 def test_text_is_no_formula_in_a_spreadsheet():
@@ -397,12 +357,6 @@ def test_every_form_has_the_section(with_ring, made_up, capsys):
     assert by_run[f"{1:016x}"]["ring.frequency [Hz]"] == "66.0"
     assert float(by_run[f"{1:016x}"]["ring.frequency change_fixed [%]"]) == pytest.approx(10.0)
     assert by_run[f"{5:016x}"]["ring.frequency [Hz]"] == ""
-
-
-def test_without_further_indicators_nothing_is_added(made_up):
-    report = make_report(made_up)
-    assert not [block for block in report.document().blocks if block.key.startswith("indicator")]
-    assert "indicators" not in report.record()
 
 
 def test_a_change_is_relative_to_the_size_of_the_healthy_value():

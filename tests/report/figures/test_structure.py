@@ -48,14 +48,6 @@ def test_small_values_have_no_power_of_ten_beside_the_axis(tmp_path):
     assert last.xaxis.get_offset_text().get_text() == ""
 
 
-def test_the_lines_of_the_heat_map_are_the_runs_of_a_small_sweep(reports):
-    drawn = structure(draw_figure(reports["modes"], "sensitivity"))
-    table = reports["modes"].table
-    assert drawn["axes"][0]["x"]["ticks"] == ["Leakage\n[L/min]", "EBM\n[MPa]"]
-    assert drawn["axes"][0]["texts"][:4] == ["sealed", "400", "sealed", "551"]
-    assert drawn["axes"][1]["cells"] == [[len(table), 5]]
-
-
 def test_every_figure_can_be_drawn_and_saved(reports):
     for report in reports.values():
         drawn, _ = draw_all(report, list(report.figures()))

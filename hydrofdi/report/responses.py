@@ -41,8 +41,9 @@ _LEGEND = (
     " of a detail in percent of the healthy RMS, positive if it fell."
 )
 _RANKS = (
-    "Spearman's ρ: +1 if a feature always rises with the parameter, −1 if it always falls. Marked: larger"
-    " than without dependence in 95 % of cases. The interval is for independent draws, too wide for others."
+    "Spearman's ρ: +1 if a feature always rises with the parameter, −1 if it always falls. By"
+    " chance: in 95 % of cases without dependence. The interval, 95 %, is for independent draws, too wide for"
+    " others."
 )
 _GAP = "\N{NO-BREAK SPACE}"
 _STRONGEST = 6
@@ -247,18 +248,14 @@ def _rank_tables(axes: list[AxisResponses]) -> Iterator[Table]:
         for response in found.responses
         if response.rank is not None
     ]
-    clear = [k for k, (_, _, rank) in enumerate(ranked) if rank.is_clear]
     if ranked:
-        columns = (
-            Column("Feature", [name for name, _, _ in ranked], is_text=True),
-            Column("Parameter", [name for _, name, _ in ranked], is_text=True),
-            Column("ρ", [signed(rank.value, 2) for *_, rank in ranked], strong=clear),
-            Column("95 % interval", [f"{signed(r.low, 2)}…{signed(r.high, 2)}" for *_, r in ranked]),
-            Column("By chance up to", [rank.chance for *_, rank in ranked]),
-            Column("Runs", [rank.n_run for *_, rank in ranked]),
-        )
+        rows = [
+            {"feature": name, "parameter": axis, "ρ": rank.value, "interval from": rank.low, "to": rank.high}
+            | {"by chance up to": rank.chance, "runs": rank.n_run}
+            for name, axis, rank in ranked
+        ]
         title = "Rank correlation of features with sampled parameters"
-        yield Table(columns, title, "responses-ranks", (_RANKS,), n_lead=2)
+        yield Table.of_records(rows, title=title, key="responses-ranks", notes=(_RANKS,), n_lead=2)
 
 
 def responses_record(study: ResponseStudy) -> dict[str, Any]:

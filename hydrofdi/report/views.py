@@ -14,12 +14,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hydrofdi.evaluation.rates import Rate
 from hydrofdi.report.intervals import clustered_share, span_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
 from hydrofdi.report.table import Block, Column, Table, finite, row_records
@@ -40,8 +38,8 @@ def asked_views(table: RunTable) -> Iterator[View]:
     """Sections and data of the varied external leakage, and of replicates."""
     if table.varies_external:
         yield external_view(table)
-    if table.data.has_replicates:
-        yield from replicates_views(table, table.data)
+    if table.data.has_replicates and (view := replicates_view(table, table.data)):
+        yield view
 
 
 def external_view(table: RunTable) -> View:
@@ -107,149 +105,100 @@ def _deltas(table: RunTable, level: int) -> dict[str, Array]:
     }
 
 
-class HealthyRange(NamedTuple):
-    """The replicates of a healthy run: β [Pa], δ of each against the mean of the others [%], mean RMS [Pa].
-
-    `deltas` has shape (n_replicate, n_level), `ends` are the smallest and the largest, shape (2, n_level).
-    """
-
-    bulk_modulus: float
-    deltas: Array
-    ends: Array
-    mean: Array
-
-
-class ReplicatedRows(NamedTuple):
-    """δ of rows against the mean of replicates [%], and whether it lies outside, both (n_row, n_level)."""
-
-    rows: RunTable
-    deltas: Array
-    outside: NDArray[np.bool_]
-
-
-class ReplicateStudy(NamedTuple):
-    """All rows against the replicates of their fixed and of their matched baselines; ranges by β."""
-
-    is_settled: bool
-    ranges: list[HealthyRange]
-    rows: dict[str, ReplicatedRows]
-
-    @property
-    def alarms(self) -> list[Rate]:
-        """How often each level has the largest positive δ of a replicate."""
-        best = best_levels(np.concatenate([healthy.deltas for healthy in self.ranges]))
-        # replicates of one healthy run share their mean, so they depend on each other slightly
-        levels = range(self.ranges[0].deltas.shape[1])
-        return [clustered_share(best == level, np.arange(len(best))) for level in levels]
-
-
-def study_replicates(table: RunTable, data: ExperimentData) -> ReplicateStudy | None:
-    """Rows against healthy replicates; None if the experiment has none that succeeded."""
+def replicates_view(table: RunTable, data: ExperimentData) -> View | None:
+    """Does a leak move the details more than healthy actuators differ; None if no replicate succeeded."""
     rms = data.columns[names.SETTLED_DETAIL_RMS if table.has_settled else names.DETAIL_RMS]
-    ranges: dict[int, HealthyRange] = {}
-    for position in np.unique(data.replicate_of[data.replicate_of >= 0]).tolist():
-        found = rms[data.replicate_of == position]
-        found = found[np.isfinite(found).all(axis=1)]
-        if len(found) > 1:
-            deltas = percentage_change((found.sum(axis=0) - found) / (len(found) - 1), found)
-            ends = np.stack([deltas.min(axis=0), deltas.max(axis=0)])
-            modulus = float(data.columns[names.BULK_MODULUS][position])
-            ranges[position] = HealthyRange(modulus, deltas, ends, found.mean(axis=0))
-    if not ranges:
+    deltas, ends, means = _healthy_ranges(rms, data)
+    if not deltas:
         return None
-    rows = {}
-    for name, baseline in (("fixed", data.fixed_baseline), ("matched", data.matched_baseline)):
-        own = table.of(np.isin(baseline[table.positions], list(ranges)))
-        healthy = [ranges[position] for position in baseline[own.positions].tolist()]
-        means = np.array([each.mean for each in healthy]).reshape(-1, rms.shape[1])
-        ends = np.array([each.ends for each in healthy]).reshape(-1, 2, rms.shape[1])
-        delta = percentage_change(means, rms[own.positions])
-        rows[name] = ReplicatedRows(own, delta, (delta < ends[:, 0]) | (delta > ends[:, 1]))
-    return ReplicateStudy(
-        table.has_settled, sorted(ranges.values(), key=lambda each: each.bulk_modulus), rows
-    )
-
-
-def replicates_views(table: RunTable, data: ExperimentData) -> Iterator[View]:
-    """Does a leak move the details more than healthy actuators differ."""
-    if (study := study_replicates(table, data)) is None:
-        return
-    title = "Healthy replicates: what differs without a leak"
-    tables = (_levels_table(study), _ranges_table(study))
-    block = Block("replicates", title, tuple(_sentences(data, study)), tables)
-    yield block, {"replicates": _record(study)}
-
-
-def _record(study: ReplicateStudy) -> dict[str, Any]:
-    return {
-        "settled": study.is_settled,
-        "ranges": [
-            {
-                "bulk_modulus_MPa": convert(healthy.bulk_modulus, "MPa"),
-                "replicates": len(healthy.deltas),
-                "low_percent": healthy.ends[0].tolist(),
-                "high_percent": healthy.ends[1].tolist(),
-            }
-            for healthy in study.ranges
-        ],
-        "rows": [
-            row
-            for baseline, own in study.rows.items()
-            for row in row_records(
-                {
-                    "run_id": own.rows.texts(names.RUN_ID),
-                    "baseline": [baseline] * len(own.rows),
-                    "delta_percent": own.deltas,
-                    "outside_healthy_range": own.outside,
-                }
-            )
-        ],
-        "alarms_on_healthy": {
-            f"d{level}": {"alarms": share.count, "of": share.total, "interval_95": [share.low, share.high]}
-            for level, share in enumerate(study.alarms, 1)
-        },
-    }
-
-
-def _sentences(data: ExperimentData, study: ReplicateStudy) -> Iterator[str]:
-    config, found = data.experiment.replicates, [len(healthy.deltas) for healthy in study.ranges]
-    n, records = max(found), "settled records" if study.is_settled else "records as configured"
-    over = ", ".join(config.over) or "noise alone"
-    yield (
-        f"Each healthy run has {counted(n, 'independent replicate')} ({over}; {records}). δ is taken against"
-        " their mean; their own range is that of each against the mean of the others. Another healthy one"
-        f" would lie outside the range of a level in about 2 of {n + 1} cases."
-    )
-    if lost := config.count * len(found) - sum(found):
-        yield f"Left out because they failed or have not settled: {counted(lost, 'replicate')}."
-
-
-def _levels_table(study: ReplicateStudy) -> Table:
-    """In how many runs each level lies outside of the healthy range, and how often it leads by chance."""
-    columns = [Column("Level", [f"d{k + 1}" for k in range(len(study.alarms))], is_text=True)]
-    for title, name, is_sealed in (("Leaky", "matched", False), ("Sealed", "fixed", True)):
-        own = study.rows[name]
-        kept = own.rows.is_sealed == is_sealed
-        texts = [f"{n} of {kept.sum()}" for n in own.outside[kept].sum(axis=0).tolist()]
-        columns.append(Column(f"{title} outside", texts))
-    texts = [share_text(share, with_interval=True) for share in study.alarms]
+    n_level, moduli = rms.shape[1], data.columns[names.BULK_MODULUS]
+    columns = [Column("Level", [f"d{k + 1}" for k in range(n_level)], is_text=True)]
+    rows: list[dict[str, Any]] = []
+    for kind, name, baseline in (
+        ("Leaky", "matched", data.matched_baseline),
+        ("Sealed", "fixed", data.fixed_baseline),
+    ):
+        own = table.of(np.isin(baseline[table.positions], [*deltas]))
+        against = baseline[own.positions].tolist()
+        low, high = np.array([ends[each] for each in against]).reshape(-1, 2, n_level).swapaxes(0, 1)
+        healthy = np.array([means[each] for each in against]).reshape(-1, n_level)
+        delta = percentage_change(healthy, rms[own.positions])
+        outside, kept = (delta < low) | (delta > high), own.is_sealed == (kind == "Sealed")
+        texts = [f"{n} of {kept.sum()}" for n in outside[kept].sum(axis=0).tolist()]
+        columns.append(Column(f"{kind} outside", texts))
+        values = {"delta_percent": delta, "outside_healthy_range": outside}
+        lead = {"run_id": own.texts(names.RUN_ID), "baseline": [name] * len(own)}
+        rows = row_records(lead | values) + rows
+    best = best_levels(np.concatenate([*deltas.values()]))
+    # replicates of one healthy run share their mean, so they depend on each other slightly
+    alarms = [clustered_share(best == level, np.arange(len(best))) for level in range(n_level)]
+    texts = [share_text(share, with_interval=True) for share in alarms]
     columns.append(Column("Largest positive of a replicate", texts))
+    counts, spans = [len(each) for each in deltas.values()], np.stack([*ends.values()])
+    ranges = (
+        modulus_column([float(moduli[position]) for position in deltas]),
+        Column("Replicates", counts),
+        *(
+            Column(f"δd{k + 1}", [span_text(*map(signed, each)) for each in spans[:, :, k].tolist()])
+            for k in range(n_level)
+        ),
+    )
     note = (
         "Outside: runs outside of the range of their healthy replicates; leaky ones against the matched"
         " baseline, sealed ones against the fixed one."
     )
-    return Table(tuple(columns), "Levels against the healthy replicates", "replicates-levels", (note,))
-
-
-def _ranges_table(study: ReplicateStudy) -> Table:
-    ends = np.stack([healthy.ends for healthy in study.ranges])
-    columns = (
-        modulus_column([healthy.bulk_modulus for healthy in study.ranges]),
-        Column("Replicates", [len(healthy.deltas) for healthy in study.ranges]),
-        *(
-            Column(f"δd{k + 1}", [span_text(*map(signed, each)) for each in ends[:, :, k].tolist()])
-            for k in range(ends.shape[2])
+    tables = (
+        Table(tuple(columns), "Levels against the healthy replicates", "replicates-levels", (note,)),
+        Table(
+            ranges,
+            "δ [%] of the healthy replicates, each against the mean of the others",
+            "replicates-ranges",
         ),
     )
-    title = "δ [%] of the healthy replicates, each against the mean of the others"
-    return Table(columns, title, "replicates-ranges")
+    record = {
+        "settled": table.has_settled,
+        "ranges": [
+            {
+                "bulk_modulus_MPa": convert(float(moduli[position]), "MPa"),
+                "replicates": len(deltas[position]),
+                "low_percent": span[0].tolist(),
+                "high_percent": span[1].tolist(),
+            }
+            for position, span in ends.items()
+        ],
+        "rows": rows,
+        "alarms_on_healthy": {
+            f"d{level}": {"alarms": share.count, "of": share.total, "interval_95": [share.low, share.high]}
+            for level, share in enumerate(alarms, 1)
+        },
+    }
+    title, said = "Healthy replicates: what differs without a leak", tuple(_sentences(table, counts))
+    return Block("replicates", title, said, tables), {"replicates": record}
+
+
+def _healthy_ranges(rms: Array, data: ExperimentData) -> tuple[dict[int, Array], ...]:
+    """Healthy run → δ of each replicate against the mean of the others, the ends of δ, the mean; by β."""
+    deltas, ends, means = {}, {}, {}
+    positions = np.unique(data.replicate_of[data.replicate_of >= 0])
+    for position in positions[
+        np.argsort(data.columns[names.BULK_MODULUS][positions], kind="stable")
+    ].tolist():
+        found = rms[data.replicate_of == position]
+        found = found[np.isfinite(found).all(axis=1)]
+        if len(found) > 1:
+            delta = percentage_change((found.sum(axis=0) - found) / (len(found) - 1), found)
+            deltas[position], means[position] = delta, found.mean(axis=0)
+            ends[position] = np.stack([delta.min(axis=0), delta.max(axis=0)])
+    return deltas, ends, means
+
+
+def _sentences(table: RunTable, counts: list[int]) -> Iterator[str]:
+    config, n = table.data.experiment.replicates, max(counts)
+    records = "settled records" if table.has_settled else "records as configured"
+    yield (
+        f"Each healthy run has {counted(n, 'independent replicate')} ({', '.join(config.over) or 'noise alone'};"
+        f" {records}). δ is taken against their mean; their own range is that of each against the mean of the"
+        f" others. Another healthy one would lie outside the range of a level in about 2 of {n + 1} cases."
+    )
+    if lost := config.count * len(counts) - sum(counts):
+        yield f"Left out because they failed or have not settled: {counted(lost, 'replicate')}."

@@ -12,7 +12,7 @@ from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.papers import make_report
 from hydrofdi.report.runs import run_table
-from hydrofdi.report.views import study_replicates
+from hydrofdi.report.views import replicates_view
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
@@ -102,9 +102,10 @@ def test_a_healthy_run_lies_outside_of_the_range_as_often_as_is_said(swept):
     for _ in range(n_repeat):
         rms = generator.normal(100.0, 5.0, data.columns[names.DETAIL_RMS].shape)
         drawn = replace(data, columns=data.columns | {names.DETAIL_RMS: rms})
-        study = study_replicates(table, drawn)
-        assert study is not None
-        outside += sum(study.rows["matched"].outside[0])
+        _, record = replicates_view(table, drawn)
+        rows = record["replicates"]["rows"]
+        first = next(row for row in rows if row["baseline"] == "matched")
+        outside += sum(first["outside_healthy_range"])
     share = outside / (5 * n_repeat)
     assert 0.15 < share < 2.0 / 7.0 + 0.02
 

@@ -101,11 +101,6 @@ class RankCorrelation:
     chance: float
     n_run: int
 
-    @property
-    def is_clear(self) -> bool:
-        """Whether it is larger than expected by chance."""
-        return abs(self.value) > self.chance
-
 
 def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
     """Spearman's ρ over the runs that have both numbers.

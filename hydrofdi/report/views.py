@@ -149,11 +149,7 @@ def replicates_view(table: RunTable, data: ExperimentData) -> View | None:
     )
     tables = (
         Table(tuple(columns), "Levels against the healthy replicates", "replicates-levels", (note,)),
-        Table(
-            ranges,
-            "δ [%] of the healthy replicates, each against the mean of the others",
-            "replicates-ranges",
-        ),
+        Table(ranges, "δ [%] of replicates, each against the mean of the others", "replicates-ranges"),
     )
     record = {
         "settled": table.has_settled,
@@ -179,10 +175,9 @@ def replicates_view(table: RunTable, data: ExperimentData) -> View | None:
 def _healthy_ranges(rms: Array, data: ExperimentData) -> tuple[dict[int, Array], ...]:
     """Healthy run → δ of each replicate against the mean of the others, the ends of δ, the mean; by β."""
     deltas, ends, means = {}, {}, {}
-    positions = np.unique(data.replicate_of[data.replicate_of >= 0])
-    for position in positions[
-        np.argsort(data.columns[names.BULK_MODULUS][positions], kind="stable")
-    ].tolist():
+    healthy = np.unique(data.replicate_of[data.replicate_of >= 0])
+    order = np.argsort(data.columns[names.BULK_MODULUS][healthy], kind="stable")
+    for position in healthy[order].tolist():
         found = rms[data.replicate_of == position]
         found = found[np.isfinite(found).all(axis=1)]
         if len(found) > 1:
@@ -195,10 +190,11 @@ def _healthy_ranges(rms: Array, data: ExperimentData) -> tuple[dict[int, Array],
 def _sentences(table: RunTable, counts: list[int]) -> Iterator[str]:
     config, n = table.data.experiment.replicates, max(counts)
     records = "settled records" if table.has_settled else "records as configured"
+    over = ", ".join(config.over) or "noise alone"
     yield (
-        f"Each healthy run has {counted(n, 'independent replicate')} ({', '.join(config.over) or 'noise alone'};"
-        f" {records}). δ is taken against their mean; their own range is that of each against the mean of the"
-        f" others. Another healthy one would lie outside the range of a level in about 2 of {n + 1} cases."
+        f"Each healthy run has {counted(n, 'independent replicate')} ({over}; {records}). δ is taken against"
+        " their mean; their own range is that of each against the mean of the others. Another healthy one"
+        f" would lie outside the range of a level in about 2 of {n + 1} cases."
     )
     if lost := config.count * len(counts) - sum(counts):
         yield f"Left out because they failed or have not settled: {counted(lost, 'replicate')}."

@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 
 from hydrofdi.papers.maddahi2015.grid import ABSENT, Mode, ModeGrid
 from hydrofdi.report.runs import Array, baseline_changes, best_levels
-from hydrofdi.report.table import Column
-from hydrofdi.report.wording import signed
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 
@@ -305,8 +303,3 @@ def standings(grid: ModeGrid, data: ExperimentData) -> Iterator[Standing]:
         margins = [claim_margins(grid.holding(*phase)) for phase in zip(fixed, matched, strict=True)]
         over = {claim: np.stack([margin[claim] for margin in margins]) for claim in margins[0]}
         yield Standing(title, of_view, own["fixed"], fixed, matched, claim_margins(of_view), over)
-
-
-def points(name: str, values: Sequence[float]) -> Column:
-    """A column of percentage points."""
-    return Column(name, values, text=lambda value: signed(value, 2))

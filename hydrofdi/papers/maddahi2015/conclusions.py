@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.shown_values import shown_values
-from hydrofdi.papers.maddahi2015.claims import D3, ClaimResult, Outcome, Standing, alarms, points
+from hydrofdi.papers.maddahi2015.claims import D3, ClaimResult, Outcome, Standing, alarms
 from hydrofdi.report.runs import (
     Array,
     RunTable,
@@ -24,9 +24,8 @@ from hydrofdi.report.runs import (
     level_names,
     normal_bulk_modulus,
 )
-from hydrofdi.report.table import Block, Column, Table, group_breaks, plain, row_records
+from hydrofdi.report.table import Block, Table, plain, row_records
 from hydrofdi.report.wording import joined, modulus_text
-from hydrofdi.settings.readable import HOLE
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
     from hydrofdi.papers.maddahi2015.report import StudyReport
 
 
-_SPREAD = ("mean", "least", "largest")
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "
     " set wavelet: {phase: all}."
@@ -95,54 +93,29 @@ def _claims_table(study: StudyReport) -> Table:
     return Table.of_records(plain(records), nested, title="Claims", key="claims", notes=(note,))
 
 
-def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
-    """Which claims and sealed alarms survive every start phase, as configured and settled; their numbers."""
-    n_phase, said = study.standings[0].n_phase, [_ONE_PHASE]
+def standing_block(study: StudyReport) -> Block:
+    """In how many start phases claims and sealed alarms hold, as configured and settled, and by how much."""
     named = [] if study.grid.lack else [(each.name, each) for each in study.claim_outcomes]
-    named += [(f"the d3 alarm on the sealed actuator at {each.name}", each) for each in study.alarm_outcomes]
-    if n_phase > 1:
-        said = [line for standing in study.standings for line in _survivors(named, standing.title)]
-    said += [_UNSETTLED] if len(study.standings) == 1 else []
-    outcomes = [each for _, each in named]
-    table = Table(
-        (
-            Column("Records", [each.records for each in outcomes], is_text=True),
-            Column("What", [name for name, _ in named], is_text=True),
-            Column(
-                "Phases in which it holds",
-                [f"{each.held} of {each.of}" if each.of else HOLE for each in outcomes],
-                is_text=True,
-                strong=[k for k, each in enumerate(outcomes) if 0 < each.held < each.of],
-            ),
-            *(points(name.title(), [each.spread[name] for each in outcomes]) for name in _SPREAD),
-            points("Number", [each.number for each in outcomes]),
-        ),
-        "Margins of the claims and δd3 of the sealed alarms over the start phases",
-        "phases-numbers",
-        (
-            "Margins in percentage points, δd3 in percent. Phase p: the record from its sample p on; phases"
-            " of settled records repeat if a period has fewer samples. Number: at the configured phase; of"
-            " settled records that of the undecimated transform, free of boundaries, which holds all phases.",
-        ),
-        group_breaks([each.records for each in outcomes]),
+    named += [(f"d3 alarm, sealed, {each.name}", each) for each in study.alarm_outcomes]
+    rows: dict[str, dict[str, Any]] = {}
+    for name, each in named:
+        lead = "" if each.records == study.standings[0].title else f"{each.records} "
+        numbers = {end: each.spread[end] for end in ("least", "largest")} | {"number": each.number}
+        row = rows.setdefault(name, {"what": name})
+        row[f"{lead}phases"] = f"{each.held} of {each.of}" if each.of else None
+        row |= {f"{lead}{key}": number for key, number in numbers.items()}
+    note = (
+        "Phases in which it holds. Least, largest: margins in percentage points, δd3 in percent. Phase p: the"
+        " record from its sample p on; phases of settled records repeat if a period has fewer samples."
+        " Number: at the configured phase; of settled records that of the undecimated transform, free of"
+        " boundaries, which holds all phases."
     )
-    title = "Claims and the sealed alarm over the start phases"
-    return (
-        Block("standing", "What survives: start phases and settled records", tuple(said)),
-        Block("phases", title, (), (table,), ("phases",) if n_phase > 1 else ()),
-    )
-
-
-def _survivors(named: list[tuple[str, Outcome]], records: str) -> Iterator[str]:
-    own = [(name, each.held, each.of) for name, each in named if each.of and each.records == records]
-    found = {
-        "Hold at every start phase": [name for name, held, of in own if held == of],
-        "Depend on the start phase": [f"{name} ({held} of {of})" for name, held, of in own if 0 < held < of],
-        "Hold at no start phase": [name for name, held, _ in own if not held],
-    }
-    for where, which in found.items():
-        if which:
-            yield f"{where} ({records}): {joined(which)}."
+    title = "Margins of the claims and δd3 of the sealed alarms over the start phases"
+    table = Table.of_records([*rows.values()], title=title, key="phases-numbers", notes=(note,))
+    has_phases = study.standings[0].n_phase > 1
+    said = [*([] if has_phases else [_ONE_PHASE]), *([_UNSETTLED] if len(study.standings) == 1 else [])]
+    title, figures = "What survives: start phases and settled records", ("phases",) if has_phases else ()
+    return Block("phases", title, tuple(said), (table,), figures)
 
 
 _WORDS = {True: "alarm", False: "silent", None: "open"}

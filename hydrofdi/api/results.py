@@ -14,7 +14,7 @@ from hydrofdi.api.arguments import path_of
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts
-from hydrofdi.report.table import ComposedReport, Table, library
+from hydrofdi.report.table import Table, library
 from hydrofdi.settings.messages import Guessable, counted
 from hydrofdi.store.experiment_data import MISSING
 from hydrofdi.store.layout.names import RUN, STATUS, VERDICT
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from hydrofdi.records import Channel, RecordSource
+    from hydrofdi.report.table import ComposedReport
     from hydrofdi.store.experiment_data import ExperimentData
 
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 from hydrofdi.report.composition import Report
-from hydrofdi.report.table import ComposedReport
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.store.shard import Columns
+
+if TYPE_CHECKING:
+    from hydrofdi.report.table import ComposedReport
 
 
 def make_report(data: ExperimentData) -> ComposedReport:

@@ -12,12 +12,13 @@ import numpy as np
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.report.indicators import indicator_record, output_columns
 from hydrofdi.report.runs import Array, RunTable, best_levels, level_names
-from hydrofdi.report.table import ComposedReport, plain, row_records
+from hydrofdi.report.table import plain, row_records
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
     from hydrofdi.report.composition import Report
+    from hydrofdi.report.table import ComposedReport
 
 _DELTAS = {
     names.DETAIL_RMS: "delta",

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
 from importlib import import_module
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +23,11 @@ from hydrofdi.units import convert
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+    from hydrofdi.report.composition import Report
+    from hydrofdi.report.detection.report import DetectionReport
+
+    ComposedReport: TypeAlias = Report | DetectionReport
 
 _SHOWN = 30
 """Rows that a notebook shows."""
@@ -474,34 +478,3 @@ class FigureKind:
 
     caption: str
     draw: Callable[[], Any]
-
-
-class ComposedReport(Protocol):
-    """The report of an experiment, general or of a paper's study; or of a study of detection."""
-
-    @property
-    def name(self) -> str:
-        """The experiment; files are named after it."""
-
-    @property
-    def path(self) -> Path:
-        """The file that it was made from."""
-
-    @property
-    def usual_figure(self) -> str:
-        """The figure that is drawn by default."""
-
-    def document(self) -> Document:
-        """The sections; of an experiment without results what is missing, and the remedy."""
-
-    def record(self) -> dict[str, Any]:
-        """Plain data for JSON."""
-
-    def columns(self) -> dict[str, list[Any]]:
-        """Header → values, for CSV and Parquet."""
-
-    def figures(self) -> Mapping[str, FigureKind]:
-        """Name → figure; none without results."""
-
-    def checks(self) -> dict[str, bool | None]:
-        """Sentence on each check that the experiment file asks for → whether it holds; None: not decided."""

@@ -15,12 +15,13 @@ from hydrofdi.report.changes import MOST_DRAWN
 from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes, shown
-from hydrofdi.report.table import ComposedReport, FigureKind
+from hydrofdi.report.table import FigureKind
 from hydrofdi.settings.messages import similar
 from hydrofdi.store.files import whole_file
 
 if TYPE_CHECKING:
     from hydrofdi.report.composition import Report
+    from hydrofdi.report.table import ComposedReport
 
 _SENSITIVITY = "δ of each run and level against each baseline"
 _RESPONSES = "Each feature over each parameter that varies: median and range of the runs with each value"

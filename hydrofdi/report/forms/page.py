@@ -7,12 +7,15 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hydrofdi.errors import ReportError
 from hydrofdi.report.record import render_json
-from hydrofdi.report.table import Block, ComposedReport, Document, Table, escaped
+from hydrofdi.report.table import Block, Document, Table, escaped
 from hydrofdi.store.files import require_own, whole_file
+
+if TYPE_CHECKING:
+    from hydrofdi.report.table import ComposedReport
 
 _BEFORE_ROOT = re.compile(r".*?(?=<svg\b)", re.DOTALL)
 _METADATA = re.compile(r"\s*<metadata>.*?</metadata>", re.DOTALL)

@@ -22,9 +22,6 @@ from hydrofdi.report.views import View, asked_views
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 
-FEW_AXES = 4
-"""Most varied parameters for which the figure of the responses is the default."""
-
 
 @dataclass(frozen=True)
 class Report:
@@ -110,10 +107,7 @@ class Report:
     @property
     def usual_figure(self) -> str:
         """The figure that is drawn by default."""
-        n_axis = sum(bool(each.responses) for each in self.responses.axes)
-        is_many = len(self.table) > changes.MOST_DRAWN
-        is_clear = n_axis <= FEW_AXES or is_many or not self.baselines
-        return "responses" if n_axis and is_clear else "sensitivity"
+        return "responses" if any(each.responses for each in self.responses.axes) else "sensitivity"
 
     def document(self) -> Document:
         """The sections of the report; of an experiment without results what is missing, and the remedy."""

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import DWT
-from hydrofdi.config.shown_values import shown_options
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
 from hydrofdi.report.intervals import span_of
 from hydrofdi.report.runs import table_runs
 from hydrofdi.report.table import Block, Column, Table, group_breaks, plain
-from hydrofdi.report.wording import joined, span_text
+from hydrofdi.report.wording import span_text
 from hydrofdi.settings.readable import HOLE, readable_unit
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
@@ -214,24 +213,9 @@ def measured_indicator(label: str, indicator: Indicator[Any], data: ExperimentDa
 
 
 def indicators_block(studies: tuple[MeasuredIndicator, ...], *, has_replicates: bool) -> Block | None:
-    """What the indicators beside the details measure, and their values without a leak; None without any."""
+    """Outputs of the indicators beside the details without a leak, and what has none; None without any."""
     if not studies:
         return None
-    what = Table.of(
-        {
-            "Indicator": [
-                each.label if each.label == each.indicator.name else f"{each.label} ({each.indicator.name})"
-                for each in studies
-            ],
-            "Measures": [each.indicator.summary for each in studies],
-            "Channels": [
-                joined([channel.replace("_", " ") for channel in sorted(each.indicator.channels)])
-                for each in studies
-            ],
-            "Options": [shown_options(each.indicator.options) or "default" for each in studies],
-        },
-        key="indicators",
-    )
     reasons = Counter((each.label, why) for each in studies for why in each.unmeasured.values())
     unmeasured: dict[str, list[Any]] = {
         "Indicator": [label for label, _ in reasons],
@@ -240,7 +224,7 @@ def indicators_block(studies: tuple[MeasuredIndicator, ...], *, has_replicates: 
     }
     holes = Table.of(unmeasured, title="Could not be measured", key="indicator-holes")
     outputs = [output for each in studies for output in each.outputs]
-    return Block("indicators", "Indicators", (), (what, _outputs_table(outputs, has_replicates), holes))
+    return Block("indicators", "Indicators", (), (_outputs_table(outputs, has_replicates), holes))
 
 
 def _outputs_table(outputs: list[MeasuredOutput], has_replicates: bool) -> Table:

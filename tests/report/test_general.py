@@ -206,7 +206,7 @@ def test_without_the_indicator_of_the_details_there_is_no_table_of_them(tmp_path
     sweep = sweep_in(tmp_path, text)
     printed = run_hydrofdi("report", sweep.directory, "--full", cwd=tmp_path).stdout
     printed, _, _ = printed.partition("Configuration and provenance")
-    assert "statistics (pressure_statistics)" in printed
+    assert "statistics.mean" in printed
     for words in ("details", "Table 3", "Claims"):
         assert words not in printed
 
@@ -348,7 +348,7 @@ def test_every_form_has_the_section(with_ring, made_up, capsys):
         render_markdown(document),
         render_page(document, {}, {}),
     ):
-        assert "ring (ring_down)" in text
+        assert "ring.frequency" in text
         assert "natural frequency f_h" in text
     record = json.loads(json.dumps(report.record(), allow_nan=False))
     assert {row["indicators"]["ring.frequency"] for row in record["rows"]} == {60.0, 66.0, 59.4, None}

@@ -229,8 +229,6 @@ def _ranking_notes(detection: Detection) -> Iterator[str]:
     )
     for level in chosen_levels(detection, 1):
         yield f"AUC: area under the ROC curve at {unit.text(level.severity)}."
-    if not math.isnan(unit.per_mean_flow):
-        yield f"Flows are means in this motion; at 8 MPa they are {unit.per_mean_flow:.2g} times as much."
 
 
 def false_alarms_block(detection: Detection) -> Block | None:

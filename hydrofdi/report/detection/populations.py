@@ -76,11 +76,6 @@ def _populations_table(detection: Detection, study: StudyConfig | None) -> Table
         n = sum(records.rows(each).size for each in alone)
         rows.append(("each nuisance alone", "healthy, for explanation", n, None, None, ""))
     note = f"True mean: mean {unit.quantity} over each record, averaged over the records."
-    if unit.name == "L/min":
-        note += (
-            " With 'calibration: {at: nominal}' it differs from the nominal leakage: K_i is solved once for"
-            " the nominal machine, and drawn parameters and loads change the flow."
-        )
     nominal, mean = f"{unit.quantity.capitalize()}{unit.bracket}", f"True mean{unit.bracket}"
     names = ("Population", "Kind", "Records", nominal, mean, "What differs")
     breaks = group_breaks([_GROUPS.get(each.kind) for each in shown])

@@ -36,7 +36,7 @@ class Connection:
     say : callable
         Takes events.
     first_wait : float
-        Wait after the first failure [s]; it doubles up to two minutes, minus a random part.
+        Shortest wait after the first failure [s]; the longest is twice that. Both double, up to two minutes.
     """
 
     def __init__(self, peer: str, say: Callable[[Event], None], first_wait: float) -> None:

@@ -50,7 +50,7 @@ class MqttConnection(Connection):
     say : callable
         Takes events.
     first_wait : float
-        Wait after the first failure [s].
+        As of `Connection` [s].
     client_id : str
         If it is empty, the broker assigns one.
     **wishes : int
@@ -214,7 +214,7 @@ class MqttSource(MqttConnection, StreamSource):
     needed : collection of Channel
         Channels whose keys are refused, not ignored, if their unit has another dimension.
     first_wait : float
-        Wait before the second attempt to connect [s]; it doubles up to two minutes.
+        As of `Connection` [s].
     """
 
     def __init__(
@@ -330,7 +330,7 @@ class Publisher(MqttConnection):
     capacity : int
         Most messages that the broker has not acknowledged.
     first_wait : float
-        Wait before the second attempt to connect [s].
+        As of `Connection` [s].
     status : str
         Retained topic that is ``online`` while there is a connection, and ``offline`` otherwise.
 
@@ -435,7 +435,7 @@ class MqttSink(Publisher):
     capacity : int
         Most messages that wait for the broker; further ones are lost.
     first_wait : float
-        Wait before the second attempt to connect [s]; it doubles up to two minutes.
+        As of `Connection` [s].
     """
 
     def __init__(

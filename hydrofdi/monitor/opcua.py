@@ -65,7 +65,7 @@ class OpcUaSource(Connection, StreamSource):
     sampling_frequency : float
         Sampling frequency of the detector [Hz].
     first_wait : float
-        Wait before the second attempt to connect [s]; it doubles up to two minutes.
+        As of `Connection` [s].
 
     Raises
     ------

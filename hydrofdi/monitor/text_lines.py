@@ -14,7 +14,7 @@ from hydrofdi.monitor.sources import Position, joined
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.dates import is_dated, unix_seconds
 from hydrofdi.records.measured.columns import Column
-from hydrofdi.records.measured.rows import RowReader
+from hydrofdi.records.measured.rows import HEAD_HINT, RowReader
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.messages import counted
 
@@ -70,9 +70,10 @@ class CsvLines(Lines):
         except ValueError as failure:
             if not self._has_begun:
                 is_worded = isinstance(failure, DataError)
-                raise DataError(
-                    str(failure) if is_worded else f"{self.name}: {text[:60]!r} {failure}"
-                ) from None
+                message = str(failure) if is_worded else f"{self.name}: {text[:60]!r} {failure}"
+                is_utf_8 = "\ufffd" not in message
+                hint = HEAD_HINT if is_utf_8 else "; it is not UTF-8: write 'format: {encoding: cp1252}'"
+                raise DataError(message + hint) from None
             self._rows.titles, self.header, self._channels, error = [], [], {}, failure
         return super().line(text, error)
 

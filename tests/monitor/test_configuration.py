@@ -113,8 +113,9 @@ def test_a_stated_encoding_reads_the_names_of_columns():
     position = {Channel.PISTON_POSITION: ChannelConfig(column="Weg Stößel (mm)", unit="mm")}
     chunk, _ = read_in_pieces(reader(channels=position, encoding="cp1252"), data)
     np.testing.assert_allclose(chunk.channels[Channel.PISTON_POSITION], [1e-3, 2e-3])
-    with pytest.raises(DataError, match=r"'format: \{encoding: cp1252\}'"):
-        read_in_pieces(reader(), data)
+    for text in (data, "Prüfstand 4\n".encode("cp1252") + data):
+        with pytest.raises(DataError, match=r"'format: \{encoding: cp1252\}'"):
+            read_in_pieces(reader(), text)
 
 
 ROOT = Path(__file__).parent.parent.parent

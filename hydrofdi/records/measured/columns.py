@@ -127,8 +127,7 @@ def columns_of(
                 factor_to_si(units(position), channel.unit, f"{place}: column {title[:60]!r}")
     if not places:
         shown = ", ".join(map(shortened, titles[:MOST_SHOWN])) + ", …" * (len(titles) > MOST_SHOWN)
-        hint = "; this is not UTF-8: write 'format: {encoding: cp1252}'" if "\ufffd" in shown else ""
-        raise DataError(f"{place}: no column is named like a channel; found {shown[:200]}{hint}")
+        raise DataError(f"{place}: no column is named like a channel; found {shown[:200]}")
     return {
         channel: _column(channel.unit, n, configured[channel], titles, units, place)
         for channel, n in places.items()

@@ -23,6 +23,9 @@ _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
 """Texts in lower case that mean a missing value."""
 _AROUND = "[]() \r"
 """What may stand around a unit."""
+HEAD_HINT = (
+    "; 'format: {skip: …}' skips lines before the header, 'format: {units_row: true}' reads a line of units"
+)
 _COMMA_INSIDE = re.compile(r"[-+]?[\d.]*,\d+([eE][-+]?\d+)?")
 
 

@@ -19,15 +19,12 @@ from hydrofdi.records import dates
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.recording import MOST_BYTES, RejectionError, Table, damage_named
-from hydrofdi.records.measured.rows import RowReader, runs
+from hydrofdi.records.measured.rows import HEAD_HINT, RowReader, runs
 
 _BLOCK = 2**21
 _LONGEST_LINE = 2**26
 _UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
-_HINT = (
-    "; 'format: {skip: …}' skips lines before the header, 'format: {units_row: true}' reads a line of units"
-)
 _SOME = 1000
 """Number of first rows that show the usual width, and of last rows whose last cells are compared."""
 
@@ -110,7 +107,7 @@ class TextTable(Table):
         try:
             has_names = self._rows.has_names(cells[0])
         except ValueError as error:
-            raise DataError(f"{self._place(0)}: {error}{_HINT}") from None
+            raise DataError(f"{self._place(0)}: {error}{HEAD_HINT}") from None
         self._n_head = has_names + (has_names and len(cells) > 1 and self._rows.are_units(cells[1]))
         self.titles = self._rows.header(texts[0]) if self._n_head else self._numbered(texts, cells)
         self._rows.titles = self.titles
@@ -183,7 +180,7 @@ class TextTable(Table):
                     reading.n_waiting += 1
                 else:
                     is_value = str(found).startswith("column")
-                    hint = "" if is_value and reading.n_row else _HINT
+                    hint = "" if is_value and reading.n_row else HEAD_HINT
                     raise DataError(f"{self.place}:{number + row}: {found}{hint}")
         is_cut = bool(tail and tail[-1]) and self._may_be_cut(tail)
         self.remarks = tuple(reading.remarks(bool(tail and tail[-1]), is_cut))
@@ -257,7 +254,7 @@ class TextTable(Table):
             if are_blank_divided:
                 hint += "; for names with spaces write 'format: {header: false}' and number the columns"
             place = self._place(self._n_head)
-            raise DataError(f"{place}: has {n_cell} cells under {n_title} column names{hint}{_HINT}")
+            raise DataError(f"{place}: has {n_cell} cells under {n_title} column names{hint}{HEAD_HINT}")
 
     def _may_be_cut(self, tail: list[str]) -> bool:
         """Whether the last cell may be an incomplete number: another cell of its column is longer."""

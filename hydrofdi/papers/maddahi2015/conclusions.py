@@ -6,7 +6,6 @@ The controls are the d3 rule on a sealed actuator, and the matched baseline.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -118,9 +117,6 @@ def standing_block(study: StudyReport) -> Block:
     return Block("phases", title, tuple(said), (table,), figures)
 
 
-_WORDS = {True: "alarm", False: "silent", None: "open"}
-
-
 def controls(table: RunTable) -> tuple[RunTable, RunTable]:
     """The sealed runs above the normal EBM, and the leaky runs; by what else varies, leakage and EBM.
 
@@ -203,22 +199,3 @@ def _records(table: RunTable, views: Sequence[dict[str, Any]]) -> list[dict[str,
     if len(views) > 1:
         columns["settled"] = row_records(views[1])
     return row_records(columns | ({"labels": table.labels} if table.label_names else {}))
-
-
-def controls_block(sealed: RunTable, leaky: RunTable) -> Block:
-    """Does the d3 rule alarm on a sealed actuator; which level is best under a matched baseline."""
-    alarmed = [_WORDS[verdict] for verdict in alarm_verdicts(sealed.changes("fixed"))]
-    is_open = np.asarray(np.isnan(leaky.changes("matched")).any(axis=1))
-    best = zip(is_open, level_names(best_deltas(leaky)[0]), strict=True)
-    counts = {
-        "The d3 rule on sealed runs above the normal EBM, without any leak": Counter(alarmed),
-        "The level with the largest positive δ of leaky modes against the matched baseline": Counter(
-            "open" if unknown else name or "none" for unknown, name in best
-        ),
-    }
-    said = (
-        f"{lead}: {joined([f'{word} in {n:,}' for word, n in sorted(found.items())]) or 'there is none'}."
-        for lead, found in counts.items()
-    )
-    title = "Controls: no leak, and a matched baseline"
-    return Block("controls", title, tuple(said), (), ("spectrum", "mode_plane"))

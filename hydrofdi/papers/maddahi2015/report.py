@@ -13,7 +13,7 @@ import numpy as np
 from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015 import conclusions
 from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Outcome, Standing, standings
-from hydrofdi.papers.maddahi2015.conclusions import controls, controls_block, controls_record, sealed_outcomes
+from hydrofdi.papers.maddahi2015.conclusions import controls, controls_record, sealed_outcomes
 from hydrofdi.papers.maddahi2015.grid import ModeGrid, arrange_modes
 from hydrofdi.papers.maddahi2015.scenarios import (
     ScenarioStudy,
@@ -145,10 +145,10 @@ class StudyReport(Report):
         yield table2_block(self)
         yield conclusions.claims_block(self)
         yield from answers(conclusions.standing_block(self) if self.has_baseline else None)
-        yield controls_block(self.sealed, self.leaky) if self.has_baseline else None
         yield reference_block(self)
         yield indicators_block(self.indicators, has_replicates=self.data.has_replicates)
-        yield Block("signals", "Signals and details", figures=("figure2", "figure3", "figure4"))
+        figures = ("figure2", "figure3", "figure4", "spectrum", "mode_plane")
+        yield Block("signals", "Signals and details", figures=figures)
         yield provenance_block(self.data)
 
     def record(self) -> dict[str, Any]:

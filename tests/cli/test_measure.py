@@ -149,10 +149,6 @@ def test_content_decides_what_a_source_is(tmp_path):
     for name, source in {"runs.data": MUSEUM / "run.h5", "runs.csv": MUSEUM / "run.h5"}.items():
         (tmp_path / name).write_bytes(source.read_bytes())
         assert len(run_json("measure", tmp_path / name)["records"]) == 1
-    (tmp_path / "experiment.txt").write_text("# a short one\nname: short\nrecord: {duration: 1 s}\n")
-    assert [r["label"] for r in run_json("measure", tmp_path / "experiment.txt")["records"]] == [
-        "sealed, 551 MPa"
-    ]
     (tmp_path / "vendor.csv").write_text("Rig: 4\nOperator: B\ntime [s],p1 [bar]\n0,1\n0.1,2\n")
     assert "is this a header or a row?" in run("measure", tmp_path / "vendor.csv", check=2).stderr
     write_csv(tmp_path / "rig.csv")

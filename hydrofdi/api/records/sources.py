@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -147,9 +146,6 @@ def _texts(name: str, given: Texts, n_record: int) -> list[str]:
 
 
 _HEAD_BYTES = 65_536
-_KEY = re.compile(r"[A-Za-z_][\w.]*\s*:(\s|$)|---\s*$|\{")
-"""How the first line of a YAML file with settings begins."""
-
 _FILES = re.compile(rb"^files\s*:", re.MULTILINE)
 _MEASURED_KEYS = {"files", "channels"}
 """Keys that a description of measured files has, and an experiment has not."""
@@ -215,7 +211,7 @@ def kind_of(path: Path) -> str:
     head = _head(path)
     if head.startswith(b"\x89HDF\r\n\x1a\n") and _is_experiment(path):
         return "results"
-    if path.suffix.lower() in (".yaml", ".yml") or _is_settings(head):
+    if path.suffix.lower() in (".yaml", ".yml"):
         from hydrofdi.settings.validation import read_yaml
 
         keys = set(read_yaml(path, "a description of measured files or an experiment").data or {})
@@ -255,19 +251,3 @@ def _head(path: Path) -> bytes:
             return file.read(_HEAD_BYTES)
     except OSError as error:
         raise DataError(f"{path}: cannot be read: {error.strerror}") from None
-
-
-def _is_settings(head: bytes) -> bool:
-    """Whether a file is YAML with keys; measured data may begin with such lines, but do not go on so."""
-    from hydrofdi.settings.yaml_source import parse_yaml
-
-    is_whole = len(head) < _HEAD_BYTES
-    try:
-        text = head.decode("utf-8", errors="strict" if is_whole else "ignore")
-    except UnicodeDecodeError:
-        return False
-    lines = (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
-    begins_so = _KEY.match(next(lines, "")) is not None
-    with suppress(ConfigError):
-        return begins_so and (not is_whole or isinstance(parse_yaml(text, "").data, dict))
-    return False

@@ -1,7 +1,6 @@
 """What every score keeps to, whatever it learns."""
 
 import json
-import pickle
 import subprocess
 import sys
 from dataclasses import replace
@@ -104,16 +103,6 @@ def test_the_boundary_of_one_class_is_that_of_the_support_vector_machine(populat
     white = model.rule.white
     machine = OneClassSVM(gamma=model.rule.gamma, nu=0.1).fit(white(values[~is_faulty]))
     np.testing.assert_allclose(model.score(records), -machine.decision_function(white(records)), atol=1e-12)
-
-
-@every_score
-def test_scoring_teaches_nothing(name, population):
-    model = fitted(name, *population.labelled(100, 100, 1.0))
-    records, before = population.records(20), pickle.dumps(model)
-    first = model.score(records)
-    model.score(1e3 * population.records(50, 5.0))
-    assert pickle.dumps(model) == before
-    np.testing.assert_array_equal(model.score(records), first)
 
 
 @every_score

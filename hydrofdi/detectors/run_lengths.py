@@ -45,10 +45,6 @@ class AlarmLimit:
         Mean number of false alarms per resampled healthy operation of the length of the data.
     duration : float
         Total scored time [s].
-    n_group : int
-        Number of independent groups of records.
-    not_measurable : int
-        Number of NaN scores that were skipped.
     """
 
     value: float
@@ -58,8 +54,6 @@ class AlarmLimit:
     confidence: float
     n_alarm: float
     duration: float
-    n_group: int
-    not_measurable: int
 
 
 def time_needed(false_alarm_every: float, confidence: float) -> float:
@@ -108,8 +102,7 @@ class FalseAlarms:
         self.streams: Array = np.ascontiguousarray(streams, dtype=float)
         self.groups = members(groups, self.streams.shape[0])
         self.n_draw, self.seed, self._n_search = n_draw, seed, max(1, n_draw // 10)
-        self.not_measurable = int(np.isnan(self.streams).sum())
-        self.duration = (self.streams.size - self.not_measurable) * interval
+        self.duration = int(np.sum(~np.isnan(self.streams))) * interval
         if len(self.groups) < FEWEST_GROUPS:
             raise NotStatedError(
                 f"a time between false alarms needs {FEWEST_GROUPS} independent healthy records,"
@@ -143,9 +136,7 @@ class FalseAlarms:
         least = float(gammaincinv(effective, each)) * scale if mean else 0.0
         most = float(gammaincinv(effective + 1.0, 1.0 - each)) * scale
         low, value, high = (self.duration / n if n else math.inf for n in (most, mean, least))
-        return AlarmLimit(
-            limit, value, low, high, confidence, mean, self.duration, n_group, self.not_measurable
-        )
+        return AlarmLimit(limit, value, low, high, confidence, mean, self.duration)
 
     def limit(self, mean_time: float, *, confidence: float = 0.95) -> AlarmLimit:
         """Limit for a required mean time between false alarms.
@@ -261,7 +252,6 @@ class Delay:
     value: float
     low: float
     high: float
-    confidence: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,7 +287,7 @@ class Delays:
         ordered = np.sort(self.values)
         rank = max(math.ceil(share * ordered.size - 1e-9), 1)
         value = float(ordered[rank - 1]) if ordered.size else math.nan
-        return Delay(value, *_order_statistics(ordered, share, confidence), confidence)
+        return Delay(value, *_order_statistics(ordered, share, confidence))
 
 
 def delays(

@@ -19,18 +19,12 @@ class RocCurve:
 
     Attributes
     ----------
-    threshold : ndarray, shape (n_point,)
-        Descending from ∞; scores at or above it are alarms.
     false_alarm_rate, detection_rate : ndarray, shape (n_point,)
-        From (0, 0) to (1, 1).
-    not_measurable : int
-        Number of records without a score, which are excluded.
+        From (0, 0) to (1, 1), by descending threshold.
     """
 
-    threshold: Array
     false_alarm_rate: Array
     detection_rate: Array
-    not_measurable: int
 
     def partial_area(self, false_alarm_rate: float) -> float:
         """Partial area up to a false-alarm rate, scaled so that 0.5 is chance and 1 is perfect.
@@ -66,13 +60,17 @@ def roc_curve(healthy: ArrayLike, faulty: ArrayLike) -> RocCurve:
     NotStatedError
         There is no healthy or no faulty score.
     """
-    (below, n_missing), (above, n_lost) = measurable(healthy), measurable(faulty)
+    below, above = _of_both_kinds(healthy, faulty)
+    distinct = np.unique(np.concatenate((below, above)))[::-1]
+    return RocCurve(_share_at_or_above(below, distinct), _share_at_or_above(above, distinct))
+
+
+def _of_both_kinds(healthy: ArrayLike, faulty: ArrayLike) -> tuple[Array, Array]:
+    """The scores that are not NaN; refused if there are none of one kind."""
+    below, above = measurable(healthy)[0], measurable(faulty)[0]
     if not below.size or not above.size:
         raise NotStatedError(f"a ROC curve needs scores of both kinds, not {below.size} and {above.size}")
-    distinct = np.unique(np.concatenate((below, above)))[::-1]
-    rates = [_share_at_or_above(scores, distinct) for scores in (below, above)]
-    threshold = np.concatenate(([np.inf], distinct))
-    return RocCurve(threshold, rates[0], rates[1], n_missing + n_lost)
+    return below, above
 
 
 def _share_at_or_above(scores: Array, thresholds: Array) -> Array:
@@ -88,19 +86,15 @@ class Area:
     ----------
     value, low, high : float
         Area and its two-sided interval.
-    confidence : float
     n_healthy, n_faulty : int
-    not_measurable : int
-        Number of further records of both kinds without a score.
+        Number of records with a score.
     """
 
     value: float
     low: float
     high: float
-    confidence: float
     n_healthy: int
     n_faulty: int
-    not_measurable: int
 
 
 def placements(healthy: Array, faulty: Array) -> tuple[Array, Array]:
@@ -142,14 +136,12 @@ def area_under_curve(healthy: ArrayLike, faulty: ArrayLike, *, confidence: float
     NotStatedError
         There is no healthy or no faulty score.
     """
-    (below, n_missing), (above, n_lost) = measurable(healthy), measurable(faulty)
-    if not below.size or not above.size:
-        raise NotStatedError(f"a ROC curve needs scores of both kinds, not {below.size} and {above.size}")
+    below, above = _of_both_kinds(healthy, faulty)
     of_healthy, of_faulty = placements(below, above)
     value = float(of_faulty.mean())
     variance = _variance(of_healthy) + _variance(of_faulty)
     low, high = _interval(value, variance, below.size, above.size, confidence)
-    return Area(value, low, high, confidence, below.size, above.size, n_missing + n_lost)
+    return Area(value, low, high, below.size, above.size)
 
 
 def _variance(components: Array) -> float:

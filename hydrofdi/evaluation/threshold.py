@@ -78,9 +78,7 @@ def tolerance_threshold(
         )
     bound = float(betaincinv(rank, known.size + 1 - rank, confidence))
     limits = limits_at_rank(np.sort(known), rank, direction)
-    return Threshold(
-        *limits, false_alarm_rate, (0.0, bound), confidence, known.size, missing, "tolerance limit"
-    )
+    return Threshold(*limits, (0.0, bound), confidence, known.size, missing, "tolerance limit")
 
 
 def _confidence_at(rank: int, n: int, false_alarm_rate: float) -> float:
@@ -98,8 +96,6 @@ class Threshold:
     low, high : float
         Scores below `low` or above `high` raise an alarm, scores on a limit do not; infinite if the direction
         has no such limit.
-    false_alarm_rate : float
-        Design false-alarm rate.
     interval : tuple of float
         Interval of the true rate, at level `confidence`.
     confidence : float
@@ -113,7 +109,6 @@ class Threshold:
 
     low: float
     high: float
-    false_alarm_rate: float
     interval: tuple[float, float]
     confidence: float
     n_healthy: int
@@ -189,9 +184,7 @@ def quantile_threshold(
     tails = np.array([1.0 - confidence, 1.0 + confidence]) / 2.0
     low, high = betaincinv(rank, known.size + 1 - rank, tails)
     limits = limits_at_rank(np.sort(known), rank, direction)
-    return Threshold(
-        *limits, false_alarm_rate, (float(low), float(high)), confidence, known.size, missing, "quantile"
-    )
+    return Threshold(*limits, (float(low), float(high)), confidence, known.size, missing, "quantile")
 
 
 @dataclass(frozen=True, eq=False)
@@ -339,7 +332,7 @@ def tail_threshold(
         low, rates = -limit, rates + drawn
     least, most = np.quantile(rates, [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
     interval = (float(least), float(most))
-    return Threshold(low, high, false_alarm_rate, interval, confidence, known.size, missing, "tail model")
+    return Threshold(low, high, interval, confidence, known.size, missing, "tail model")
 
 
 def _tail_size(n: int, rate: float) -> int:

@@ -99,10 +99,10 @@ def test_a_curve_rises_from_corner_to_corner_and_its_thresholds_give_its_rates()
     assert (curve.false_alarm_rate[-1], curve.detection_rate[-1]) == (1.0, 1.0)
     assert np.all(np.diff(curve.false_alarm_rate) >= 0.0)
     assert np.all(np.diff(curve.detection_rate) >= 0.0)
-    place = curve.threshold.size // 2
-    assert curve.false_alarm_rate[place] == pytest.approx(np.mean(healthy >= curve.threshold[place]))
-    assert curve.detection_rate[place] == pytest.approx(np.mean(faulty[:-1] >= curve.threshold[place]))
-    assert curve.not_measurable == 1
+    threshold = np.unique(np.concatenate([healthy, faulty[:-1]]))[::-1]
+    place = threshold.size // 2
+    assert curve.false_alarm_rate[place + 1] == pytest.approx(np.mean(healthy >= threshold[place]))
+    assert curve.detection_rate[place + 1] == pytest.approx(np.mean(faulty[:-1] >= threshold[place]))
 
 
 def test_partial_areas_run_from_chance_to_perfect():
@@ -117,7 +117,7 @@ def test_single_equal_and_infinite_scores_have_areas():
     equal = area_under_curve(np.ones(30), np.ones(30))
     assert equal.value == 0.5
     assert equal.low < 0.5 < equal.high
-    assert area_under_curve([-np.inf, 0.0], [np.inf, 0.0, np.nan]).not_measurable == 1
+    assert area_under_curve([-np.inf, 0.0], [np.inf, 0.0, np.nan]).n_faulty == 2
 
 
 def test_areas_are_those_of_scikit_learn():
@@ -260,7 +260,7 @@ def test_the_bootstrap_of_areas_is_that_of_drawn_groups():
     wide = ndtr(np.sqrt(12 / 11) * t.ppf(0.975, 11))
     fast = grouped_area(np.append(healthy, np.nan), faulty, [*names, "0"], names)
     low, high = np.quantile(areas, [1.0 - wide, wide])
-    assert fast.not_measurable == 1
+    assert fast.n_healthy == healthy.size
     assert fast.value == area_under_curve(healthy, faulty).value
     assert (fast.low, fast.high) == pytest.approx((low, high), abs=0.02)
 
@@ -288,7 +288,7 @@ def test_many_groups_need_no_drawing():
     drawn = grouped_area(healthy, faulty, names, names)
     summed = clustered_area([*healthy, np.nan], faulty, [*names, "0"], names)
     assert (summed.low, summed.high) == pytest.approx((drawn.low, drawn.high), abs=0.012)
-    assert (summed.value, summed.not_measurable) == (drawn.value, 1)
+    assert (summed.value, summed.n_healthy) == (drawn.value, 300)
     each = [str(i) for i in range(600)]
     alone, delong = clustered_area(healthy, faulty, each[:300], each[300:]), area_under_curve(healthy, faulty)
     assert (alone.low, alone.high) == pytest.approx((delong.low, delong.high), abs=5e-4)

@@ -97,9 +97,7 @@ sys.modules[__name__].__class__ = _Package
 
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
-        from hydrofdi.settings.messages import unknown_attribute
-
-        raise unknown_attribute(sys.modules[__name__], name)
+        raise AttributeError(f"hydrofdi has no attribute {name!r}", name=name, obj=sys.modules[__name__])
     return globals().setdefault(name, getattr(import_module(_HOMES[name]), name))
 
 

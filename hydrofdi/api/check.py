@@ -32,7 +32,7 @@ from hydrofdi.records import RecordBatch
 from hydrofdi.report.table import Column, Table, plain, quantity
 from hydrofdi.report.wording import modulus_column
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
-from hydrofdi.settings.messages import Guessable, counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import number_text, percent, shown_quantity
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
@@ -56,7 +56,7 @@ LONGEST, COLLINEAR, _NOTABLE = 20.0, 0.95, 0.3
 """What is looked at of a record [s]; correlation of collinear unknowns; parts of a direction with a name."""
 
 
-class Check(Guessable, SimpleNamespace):
+class Check(SimpleNamespace):
     """Findings on an experiment, as `hydrofdi.check` returns them. True if there are no problems.
 
     Attributes

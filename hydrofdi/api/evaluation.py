@@ -26,7 +26,7 @@ from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.detection.wording import FROM_LEVELS, SeverityUnit, severity_unit
 from hydrofdi.report.table import Column, Table, finite, group_breaks, numbers
-from hydrofdi.settings.messages import Guessable, counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, number_text, percentage
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Source
@@ -93,7 +93,7 @@ class Left(Counted):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Evaluation(Guessable):
+class Evaluation:
     """Evaluation of indicators on labelled records, as `hydrofdi.evaluate` returns it.
 
     Attributes

@@ -18,7 +18,7 @@ from hydrofdi.config.run_table.runs import record_identities, run_identities
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.writing import OWN, WRITERS, selection
-from hydrofdi.settings.messages import Guessable, counted, nearest
+from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.store.files import require_own, whole_file
 from hydrofdi.store.layout.names import RUN_ID, STATUS
 from hydrofdi.store.records import StoredRecords, distinct_records
@@ -33,7 +33,7 @@ Texts = str | Sequence[str]
 
 
 @dataclass(frozen=True, repr=False)
-class Exported(Guessable):
+class Exported:
     """What `hydrofdi.export` has written.
 
     Attributes

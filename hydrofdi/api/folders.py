@@ -24,7 +24,7 @@ from hydrofdi.config.run_table.runs import record_identity
 from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of
-from hydrofdi.settings.messages import Guessable, counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.folder.provenance import read_provenance
 from hydrofdi.store.index import StoredRun, read_index
@@ -72,7 +72,7 @@ class SweepStatus:
         )
 
 
-class Explanation(Guessable, SimpleNamespace):
+class Explanation(SimpleNamespace):
     """Why a run is as it is.
 
     Attributes

@@ -21,7 +21,7 @@ from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
 from hydrofdi.records.measured.source import write_description
 from hydrofdi.records.stuck import found_period
 from hydrofdi.report.table import Table, finite
-from hydrofdi.settings.messages import Guessable, counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert, parse_unit
 
@@ -107,7 +107,7 @@ class Finding:
 
 
 @dataclass(repr=False)
-class Inspection(Guessable):
+class Inspection:
     """Contents and defects of records, as `hydrofdi.inspect` returns them.
 
     Attributes

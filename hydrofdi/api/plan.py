@@ -27,7 +27,7 @@ from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.settings.messages import Guessable, counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_bytes, time_text
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.experiment_file import computed_variables
@@ -248,7 +248,7 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     return least, _MOST_FACTOR * least + _START_SECONDS
 
 
-class Plan(Guessable, SimpleNamespace):
+class Plan(SimpleNamespace):
     """What a sweep will do, as `hydrofdi.plan` returns it.
 
     Attributes

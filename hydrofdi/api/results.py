@@ -15,7 +15,7 @@ from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.report.table import Table, library
-from hydrofdi.settings.messages import Guessable, counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING
 from hydrofdi.store.layout.names import RUN, STATUS, VERDICT
 
@@ -77,7 +77,7 @@ class SweepSummary:
         return self.planned - self.statuses.get(MISSING, 0)
 
 
-class Results(Guessable):
+class Results:
     """What an experiment has stored; `hydrofdi.sweep` and `hydrofdi.load` make it.
 
     Attributes

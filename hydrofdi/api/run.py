@@ -26,7 +26,7 @@ from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.report.table import Column, Table, finite, library
-from hydrofdi.settings.messages import Guessable, nearest
+from hydrofdi.settings.messages import nearest
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
@@ -49,7 +49,7 @@ _EXPONENT = re.compile(r"(?<=[A-Za-z])(-?[\d.]+)")
 _RESIDUALS = ("settling_change", "volume_residual", "energy_residual")
 
 
-class Run(Guessable):
+class Run:
     """One simulated actuator; `hydrofdi.simulate` makes it.
 
     Its signals and features are attributes and items, such as ``run.P1`` and ``run["dwt.d2"]``.
@@ -131,8 +131,9 @@ class Run(Guessable):
         return found[name]
 
     def __getattr__(self, name: str) -> Any:
-        is_there = not name.startswith("_") and name in dir(self)
-        return self[name] if is_there else super().__getattr__(name)
+        if name.startswith("_") or name not in dir(self):
+            raise AttributeError(f"Run has no attribute {name!r}", name=name, obj=self)
+        return self[name]
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.signals, *filter(str.isidentifier, self.features)]

@@ -183,7 +183,9 @@ def rows_named(wanted: str, run_ids: Sequence[str], record_ids: Sequence[str], p
     StoreError
         There is no such run, or several have an identity that begins so; a range runs backwards.
     """
-    if wanted.isdecimal() and int(wanted) < len(run_ids):
+    if wanted.isdecimal() and wanted not in (*run_ids, *record_ids):
+        if int(wanted) >= len(run_ids):
+            raise StoreError(f"{place}: has no row {wanted}, but rows 0 to {len(run_ids) - 1}")
         return [int(wanted)]
     if ends := _RANGE.fullmatch(wanted):
         first, last = map(int, ends.groups())
@@ -196,8 +198,7 @@ def rows_named(wanted: str, run_ids: Sequence[str], record_ids: Sequence[str], p
     rows = rows or [row for record_id, row in of_record.items() if record_id.startswith(wanted)]
     if len(rows) != 1:
         found = counted(len(rows), "run") if rows else "no run"
-        known = f"; there are rows 0 to {len(run_ids) - 1}" if wanted.isdecimal() and run_ids else ""
-        raise StoreError(f"{place}: has {found} whose identity begins with {wanted!r}{known}")
+        raise StoreError(f"{place}: has {found} whose identity begins with {wanted!r}")
     return rows
 
 

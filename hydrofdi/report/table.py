@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.errors import ReportError, UnknownNameError
-from hydrofdi.settings.messages import Guessable, nearest
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.readable import number_text, readable_unit, typeset
 from hydrofdi.units import convert
 
@@ -148,7 +148,7 @@ def _numbers(values: Iterable[Any]) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True, repr=False)
-class Table(Guessable):
+class Table:
     """Columns of equal length.
 
     Attributes

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
 from numbers import Integral
-from types import ModuleType
 from typing import Any
 
 _SYNONYMS = {
     "ebm": "bulk_modulus", "beta": "bulk_modulus", "ki": "internal_coefficient", "leak": "internal_flow",
     "fs": "sampling_frequency", "dt": "step", "ps": "pressure", "pt": "return_pressure",
     "kp": "proportional_gain", "oil": "fluid", "bore": "piston_area", "rod": "piston_area",
-    "open": "load", "read": "load", "results": "load", "write": "save", "export": "save", "summary": "table",
-    "todataframe": "to_pandas", "df": "to_pandas", "dataset": "to_xarray", "predict": "judge",
-    "naturalfrequency": "hydraulic_mode_frequency", "listindicators": "indicators", "run": "simulate",
-    "detect": "judge", "describeindicator": "indicators", "monitor": "Detector", "fit": "train",
+    "jobs": "workers",
 }  # fmt: skip
 _MOST_LISTED, _MOST_CHOICES = 12, 6
 
@@ -35,6 +30,7 @@ _EXPECTED = {
     **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
     **dict.fromkeys(("tuple_type", "list_type"), "a list"),
     "string_type": "a text",
+    "string_pattern_mismatch": "a name of letters, digits, '.', '_' and '-', such as 'd1'",
 }
 """Kind of an error of pydantic → what is allowed."""
 
@@ -52,29 +48,6 @@ def nearest(name: str, known: Sequence[str], elsewhere: Sequence[str] = ()) -> s
     same = [key for key in elsewhere if _last(key) in (name, _SYNONYMS.get(_plain(name)))]
     moved = f"; did you mean {' or '.join(map(repr, same[:3]))}?" if same else ""
     return similar(name, known) or moved or listed(known)
-
-
-class _Kind(type):
-    """The class of classes whose unknown attributes are answered."""
-
-    def __getattr__(cls, name: str) -> Any:
-        raise unknown_attribute(cls, name)
-
-
-class Guessable(metaclass=_Kind):
-    """What Python users hold: an unknown attribute is answered with the name that was probably meant."""
-
-    def __getattr__(self, name: str) -> Any:
-        raise unknown_attribute(self, name)
-
-
-def unknown_attribute(holder: object, name: str) -> AttributeError:
-    """The error for an attribute that `holder`, an object, a class or a module, does not have."""
-    named = holder if isinstance(holder, type | ModuleType) else type(holder)
-    known = [each for each in dir(holder) if not each.startswith("_")]
-    public = [f"hydrofdi.{each}" for each in sys.modules["hydrofdi"].__all__]
-    hint = "" if name.startswith("_") else nearest(name, known, public)
-    return AttributeError(f"{named.__name__} has no attribute {name!r}{hint}")
 
 
 def similar(name: object, known: Sequence[str]) -> str:

@@ -157,12 +157,8 @@ WORK = [
     "hydrofdi.load_experiment(settings='bulk_modulus=689 MPa')", "hydrofdi.plan({'name': 'x'})",
 ]  # fmt: skip
 ANSWERED = {
-    "run.p1": "'P1'", "run['p1']": "'P1'", "run.to_dataframe()": "'to_pandas'", "run.export()": "'save'",
-    "run.write('run.h5')": "'save'", "run.summary()": "'table'",
-    "run.natural_frequency": "'hydraulic_mode_frequency'", "hydrofdi.open('study')": "'load'",
-    "hydrofdi.results('study')": "'load'", "run.measure()": "'hydrofdi.measure'",
-    "hydrofdi.Detector.train(run)": "'hydrofdi.train'",
-    "hydrofdi.Detector('detector.json')": "Detector.load", "hydrofdi.list_indicators()": "'indicators'",
+    "run.p1": "p1", "run['p1']": "'P1'", "hydrofdi.simulat": "simulat",
+    "hydrofdi.Detector('detector.json')": "Detector.load",
     "hydrofdi.simulate(leakage='0.5 L/min')": "internal_flow",
     "hydrofdi.simulate(beta=1e9)": "'bulk_modulus'",
     "hydrofdi.simulate(leak='0.5 L/min')": "'internal_flow'",

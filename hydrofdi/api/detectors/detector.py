@@ -21,7 +21,7 @@ from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.report.table import Table
-from hydrofdi.settings.messages import Guessable, counted
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import count_text, percent, plain, time_text
 from hydrofdi.store.files import require_regular, write_whole_text
 
@@ -151,7 +151,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
-class Detector(Guessable):
+class Detector:
     """A trained detector, which judges records window by window.
 
     `hydrofdi.train` makes one; `Detector.load` reads the file of one.

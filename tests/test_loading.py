@@ -66,6 +66,8 @@ def test_unknown_key_gets_the_key_that_it_means(key, meant):
 def test_commands_and_choices_of_options_get_suggestions():
     assert "'online'" in run("init", "mine", "--from", "onlin", check=2).stderr
     assert "sweep" in run("sweeep", check=2).stderr
+    assert "'--workers'" in run("sweep", "smoke", "--jobs", "2", check=2).stderr
+    assert "--set" in run("sweep", "smoke", "--set", check=2).stderr
 
 
 @pytest.mark.parametrize("command", ["sweep", "inspect"])
@@ -328,6 +330,11 @@ def test_every_part_remembers_its_line():
     assert source.origin(("a", "b")) == "f.yaml:2"
     assert source.origin(("a", "c", 1)) == "f.yaml:5"
     assert source.origin(("a", "missing")) == "f.yaml:1"
+
+
+def test_the_value_of_an_alias_has_the_line_of_its_anchor():
+    source = parse_yaml("a: &x '633'\nb:\n  c: *x\n  d:\n    1\n", "f.yaml")
+    assert [source.origin(path) for path in (("b", "c"), ("b", "d"))] == ["f.yaml:1", "f.yaml:4"]
 
 
 def test_a_repeated_key_is_a_mistake_that_names_both_lines():

@@ -28,6 +28,7 @@ from hydrofdi.errors import (
     is_interruption,
     without_credentials,
 )
+from hydrofdi.settings.messages import similar
 
 _OBJECTS_BETWEEN_COLLECTIONS = 50_000
 """Loading modules makes many objects and no garbage."""
@@ -167,7 +168,11 @@ def main() -> None:
         code = _complain(str(error))
     except typer.TyperException as error:
         message = getattr(error, "format_message", error.__str__)().replace("Value error, ", "")
-        hint = getattr(getattr(error, "ctx", None), "command_path", "hydrofdi")
+        context: Any = getattr(error, "ctx", None)
+        if hasattr(error, "possibilities") and (option := getattr(error, "option_name", "")):
+            known = [name for parameter in context.command.params for name in parameter.opts]
+            message = f"No such option: {option}{similar(option, known)}"
+        hint = getattr(context, "command_path", "hydrofdi")
         code = _complain(without_credentials(f"{message} (see '{hint} --help')")) if message else USER_ERROR
     except (KeyboardInterrupt, typer.Abort):
         _complain("interrupted")

@@ -131,7 +131,10 @@ def _construct_mapping(node: yaml.MappingNode, path: Path, file: str, source: So
             source.mistakes.append(Issue(f"key given twice, first in line {first}", dotted(here), origin))
             continue
         mapping[key] = _construct(value_node, here, file, source)
-        source.origins[here] = f"{file}:{key_node.start_mark.line + 1}"
+        line = key_node.start_mark.line
+        if isinstance(value_node, yaml.ScalarNode):  # an alias has the line of its anchor
+            line = min(line, value_node.start_mark.line)
+        source.origins[here] = f"{file}:{line + 1}"
     return mapping
 
 

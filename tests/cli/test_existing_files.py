@@ -221,6 +221,13 @@ def test_why_lists_what_changed_in_readable_units_for_what_is_to_be_computed_ane
     assert "689 MPa" in shown
 
 
+def test_a_plain_number_is_a_row_and_nothing_else(folder):
+    (line,) = run("why", folder, "4", check=2).stderr.splitlines()
+    assert "no row 4" in line
+    identities = [run_json("why", folder, row)["run_id"] for row in ("0", "1")]
+    assert run_json("why", folder, identities[1])["run_id"] == identities[1]
+
+
 def test_the_seed_of_the_noise_is_in_the_provenance_of_file_why_and_report(folder):
     assert run_json("why", folder, "0")["provenance"]["seeds"] == {"measurement.seed": 3}
     assert "measurement.seed 3" in run("report", folder, "--format", "markdown").stdout

@@ -163,6 +163,12 @@ def test_a_name_that_looks_like_a_number_is_text(name, tmp_path):
     assert load_experiment(tmp_path / f"{name}.yaml").name == name
 
 
+def test_a_name_with_a_blank_is_refused_without_a_pattern(tmp_path):
+    refused = run("init", "my press", cwd=tmp_path, check=2).stderr
+    assert "name: " in refused
+    assert "^[" not in refused
+
+
 def test_an_existing_file_stays(tmp_path):
     (tmp_path / "mine.yaml").write_text("name: kept\n")
     done = run("init", "mine", cwd=tmp_path, check=2)

@@ -155,7 +155,7 @@ def runs_of(*settings):
 
 def test_each_run_is_solved_for_its_own_actuator_by_default():
     runs = runs_of(FLOWS, DRAWN)
-    assert vars(runs.solutions()) == {"flows": 2, "conditions": 16, "total": 32}
+    assert runs.solutions() == {"flows": 2, "conditions": 16, "total": 32}
     for run in runs:
         if run.calibration:
             assert run.calibration.friction == run.parameters.friction
@@ -164,7 +164,7 @@ def test_each_run_is_solved_for_its_own_actuator_by_default():
 def test_at_the_nominal_actuator_each_flow_is_solved_once():
     experiment = load_experiment(None, [FLOWS, DRAWN, NOMINAL, "baseline.supply.pressure=17 MPa"])
     runs = expand_runs(experiment).runs
-    assert vars(runs.solutions()) == {"flows": 2, "conditions": 1, "total": 2}
+    assert runs.solutions() == {"flows": 2, "conditions": 1, "total": 2}
     nominal = experiment.nominal_parameters
     leaky = [run for run in runs if run.calibration]
     assert len(leaky) == 32
@@ -184,7 +184,7 @@ def test_nominal_calibrations_leave_all_but_the_flow_at_the_nominal_actuator():
 
 def test_every_scenario_has_its_own_nominal_actuator():
     runs = runs_of(FLOWS, DRAWN, NOMINAL, "ensemble.grid.supply.pressure=[16 MPa, 18 MPa]")
-    assert vars(runs.solutions()) == {"flows": 2, "conditions": 2, "total": 4}
+    assert runs.solutions() == {"flows": 2, "conditions": 2, "total": 4}
     for run in runs:
         if run.calibration:
             assert run.calibration.supply == run.parameters.supply
@@ -195,7 +195,7 @@ def test_a_leaky_baseline_is_solved_under_the_same_conditions():
     experiment = load_experiment(None, [DRAWN, NOMINAL])
     leaky = experiment.baseline | {"leakage.internal_flow": 1e-6}
     table = expand_runs(experiment.model_copy(update={"baseline": leaky}))
-    assert vars(table.runs.solutions()) == {"flows": 1, "conditions": 1, "total": 1}
+    assert table.runs.solutions() == {"flows": 1, "conditions": 1, "total": 1}
     healthy = table.runs[int(table.matched_baseline[3])]
     assert healthy.parameters.friction == table.runs[3].parameters.friction
     assert healthy.calibration.friction != healthy.parameters.friction
@@ -203,7 +203,7 @@ def test_a_leaky_baseline_is_solved_under_the_same_conditions():
 
 def test_conditions_that_do_not_multiply_are_counted_all_the_same():
     union = "sweep.union=[{grid: {leakage.internal_flow: [1e-6], friction.viscous: [50, 60]}}, {grid: {leakage.internal_flow: [2e-6]}}]"
-    assert vars(runs_of(union).solutions()) == {"flows": 2, "conditions": 2, "total": 3}
+    assert runs_of(union).solutions() == {"flows": 2, "conditions": 2, "total": 3}
 
 
 def test_a_nominal_coefficient_is_shared_and_flows_differ(tmp_path, experiment_file):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 from math import prod
@@ -243,7 +243,7 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     start = time.perf_counter()
     compute_columns(jobs)
     seconds = time.perf_counter() - start
-    blocks = -(-len(runs) // WIDTH) + _CALIBRATION_ROUNDS * -(-runs.solutions().total // WIDTH)
+    blocks = -(-len(runs) // WIDTH) + _CALIBRATION_ROUNDS * -(-runs.solutions()["total"] // WIDTH)
     least = max(seconds, blocks * seconds * WIDTH / max(len(jobs), WIDTH) / workers)
     return least, _MOST_FACTOR * least + _START_SECONDS
 
@@ -356,7 +356,7 @@ def plan(
             simulated_records=made.n_simulated,
             measured_analyses=len(made.measurable),
             reasons=made.reasons(),
-            solutions=asdict(made.table.runs.at(made.simulated).solutions()),
+            solutions=made.table.runs.at(made.simulated).solutions(),
             calibrated_at=loaded.calibration.at,
             workers=workers,
             predicted_seconds=least,

@@ -42,11 +42,6 @@ class IndicatorChoice:
 
     text: str = json.dumps({DWT: {}})
 
-    @classmethod
-    def of(cls, options: Mapping[str, Mapping[str, Any]]) -> IndicatorChoice:
-        """The choice of labels with valid options."""
-        return cls(json.dumps(options))
-
     def made(self, wavelet: WaveletConfig) -> Indicators:
         """Label → indicator, for the wavelet of a row."""
         return _made(self.text, wavelet)
@@ -416,4 +411,4 @@ class ExperimentConfig(RunRequest):
     @cached_property
     def indicator_choice(self) -> IndicatorChoice:
         """What is measured of every record."""
-        return IndicatorChoice.of(self.indicators)
+        return IndicatorChoice(json.dumps(self.indicators))

@@ -111,10 +111,6 @@ def _is(*values: Any) -> Callable[[Any], bool]:
     return values.__contains__
 
 
-def _is_not(*values: Any) -> Callable[[Any], bool]:
-    return lambda value: value not in values
-
-
 RULES: tuple[Rule, ...] = (
     ("actuator.end_stops", _is("elastic"), ("actuator.end_stop_position", "actuator.end_stop_stiffness")),
     ("supply.droop", _is("first_order"), ("supply.droop_resistance", "supply.droop_time_constant")),
@@ -125,26 +121,30 @@ RULES: tuple[Rule, ...] = (
     ),
     ("leakage.law", _is("laminar"), ("leakage.laminar_reference",)),
     ("leakage.law", _is("blended"), ("leakage.blending_pressure",)),
-    ("leakage.onset", _is_not("constant"), ("leakage.onset_time",)),
+    ("leakage.onset", _is("step", "ramp", "intermittent"), ("leakage.onset_time",)),
     ("leakage.onset", _is("ramp", "intermittent"), ("leakage.onset_duration",)),
     ("leakage.onset", _is("intermittent"), ("leakage.onset_duty",)),
     ("control.law", _is("open"), ("input.amplitude",)),
     (
         "control.law",
-        _is_not("open"),
+        _is("p", "pi", "pid"),
         [f"control.{name}" for name in ControlConfig.model_fields if name != "law"],
     ),
     ("control.law", _is("pi", "pid"), ("control.integral_gain",)),
     ("control.law", _is("pid"), ("control.derivative_gain",)),
-    ("input.shape", _is_not("csv"), ("input.amplitude", "input.period", "control.amplitude")),
+    (
+        "input.shape",
+        _is("square", "steps", "sine", "sweep", "multisine"),
+        ("input.amplitude", "input.period", "control.amplitude"),
+    ),
     ("input.shape", _is("sweep"), ("input.end_frequency",)),
     ("input.shape", _is("multisine"), ("input.harmonics",)),
     ("input.shape", _is("steps"), ("input.seed",)),
-    ("measurement.anti_alias", _is_not(None), ("measurement.anti_alias_order",)),
-    ("load.random_force", _is_not(0.0), ("load.random_period", "load.seed")),
+    ("measurement.anti_alias", bool, ("measurement.anti_alias_order",)),
+    ("load.random_force", bool, ("load.random_period", "load.seed")),
     *(("friction.law", _is(*laws_that_use(name)), (f"friction.{name}",)) for name in LIMITED_PARAMETERS),
     *((f"{name}.order", _is("second"), (f"{name}.damping_ratio",)) for name in SENSORS),
-    *((f"{name}.noise", _is_not(0.0), (f"{name}.noise_bandwidth",)) for name in SENSORS),
+    *((f"{name}.noise", bool, (f"{name}.noise_bandwidth",)) for name in SENSORS),
 )
 """All of a parameter's rules have to be met for an effect; parameters without one always have an effect."""
 

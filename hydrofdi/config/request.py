@@ -128,7 +128,12 @@ class RunParameters(Section):
     @property
     def edges(self) -> machine.Edges:
         """The metering edges of the valve."""
-        return machine.Edges(*(machine.Edge.of(self.valve, self.__dict__[name]) for name in EDGES))
+        valve, edges = self.valve, []
+        for name in EDGES:
+            own = self.__dict__[name]
+            laps = valve.lap + own.lap, valve.lap_leakage + own.lap_leakage
+            edges.append(machine.Edge(*laps, valve.flow_gain * own.flow_gain_ratio))
+        return machine.Edges(*edges)
 
     @property
     def has_unequal_edges(self) -> bool:

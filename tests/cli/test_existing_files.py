@@ -19,7 +19,7 @@ from rich.console import Console
 import hydrofdi
 from hydrofdi.api.detectors.training import setting_keys
 from hydrofdi.cli.app import application
-from hydrofdi.cli.tables import folded, print_table
+from hydrofdi.cli.tables import print_table
 from hydrofdi.config import load_experiment
 from hydrofdi.config.plausibility import seeds_of, shown_seeds
 from hydrofdi.physics import PHYSICS_VERSION
@@ -273,19 +273,6 @@ def test_collect_says_what_it_built(tmp_path):
 
 NUMBER = re.compile(r"[-−+]?\d[\d.,]*(?:e[-+]\d+)?%?")
 SWEEP = "record: {duration: 6 s}\nsweep: {grid: {fluid.bulk_modulus: [551 MPa, 689.123 MPa]}}\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "width", "lines"),
-    [
-        ("cross_correlation.coefficient ↕", 14, ["cross_", "correlation.", "coefficient ↕"]),
-        ("the oil is stiffer by 4.5 MPa", 12, ["the oil is", "stiffer by", "4.5 MPa"]),
-        ("unbreakablename", 6, ["unbrea", "kablen", "ame"]),
-        ("", 6, [""]),
-    ],
-)
-def test_a_text_is_broken_at_blanks_points_and_underscores(text, width, lines):
-    assert folded(text, width) == lines
 
 
 @pytest.mark.parametrize(

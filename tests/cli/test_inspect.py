@@ -11,10 +11,9 @@ import hydrofdi
 from hydrofdi.api.warnings import STUDY_RULES, said
 from hydrofdi.config import load_experiment
 from hydrofdi.config.plausibility import RULES, idle_parameters, unusual_values
-from hydrofdi.config.request import parameter_names, parameter_quantity
+from hydrofdi.config.request import parameter_names
 from hydrofdi.indicators import indicator_kind, indicator_names
 from hydrofdi.records import Channel
-from hydrofdi.units import parse_quantity
 from tests.cli.test_measure import FAILING, MUSEUM
 from tests.commands import run, run_json
 from tests.conftest import sweep_in
@@ -184,25 +183,6 @@ def test_a_usual_value_is_not_warned_of(settings):
 )
 def test_what_comes_with_hydrofdi_is_usual(config):
     assert unusual_values(load_experiment(config)) == []
-
-
-def test_bounds_are_an_order_of_magnitude_around_the_nominal_value():
-    experiment, n_bound = load_experiment(), 0
-    for name in parameter_names():
-        quantity, value = parameter_quantity(name), experiment.value(name)
-        if quantity and quantity.usual:
-            low, high = (parse_quantity(bound, quantity.unit) for bound in quantity.usual)
-            assert low * 100 <= high, name
-            assert not value or 7 * low <= value <= high / 7, name
-            n_bound += 1
-    assert n_bound > 35
-
-
-def test_most_quantities_have_bounds():
-    unbounded = {
-        name for name in parameter_names() if (quantity := parameter_quantity(name)) and not quantity.usual
-    }
-    assert unbounded == {"analysis.discard", "leakage.onset_duty"}
 
 
 def idle(*settings):

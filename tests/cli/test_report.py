@@ -174,27 +174,12 @@ def test_a_grid_over_the_coefficient_itself_gives_the_same_table(table3_rows, tm
             assert row[name] == other[name]
 
 
-OWN = """\
-name: own
-record: {duration: 1 s}
-store: {signals: none}
-indicators: [dwt, modwt]
-sweep:
-  grid:
-    leakage.internal_flow: [0 L/min, 0.1 L/min, 0.5 L/min, 1 L/min]
-    supply.pressure: [12 MPa, 15 MPa, 18 MPa]
-"""
 SAMPLED = """\
 name: sampled
 record: {duration: 1 s}
 store: {signals: none}
 sweep: {sample: {count: 128, over: {fluid.bulk_modulus: {uniform: ±20 %}, supply.pressure: {uniform: ±5 %}}}}
 """
-
-
-@pytest.fixture(scope="module")
-def own(tmp_path_factory):
-    return sweep_in(tmp_path_factory.mktemp("own"), OWN)
 
 
 @pytest.fixture(scope="module")
@@ -216,16 +201,6 @@ def test_a_sampled_sweep_shows_quantiles_and_programs_get_every_run(sampled):
     assert len(json.loads(printed_page(sampled, "--json"))["rows"]) == 256
     assert len(printed_page(sampled, "--format", "csv").splitlines()) == 1 + 5 * 256
     assert len(re.findall(r"^ +sealed ", printed_page(sampled, "--full"), re.M)) >= 256
-
-
-def test_no_number_is_cut_at_60_columns(own):
-    wide, narrow = (
-        printed_page(own, "--full", env={"COLUMNS": str(columns)}).split("Configuration and provenance")[0]
-        for columns in (200, 60)
-    )
-    assert max(map(len, narrow.splitlines())) <= 60
-    numbers = r"(?<![\w.])[+-]?\d+\.\d+(?![\w.])"
-    assert set(re.findall(numbers, narrow)) >= set(re.findall(numbers, wide))
 
 
 CLAIMS = """\

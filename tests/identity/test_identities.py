@@ -54,7 +54,7 @@ def test_the_default_analysis_gives_a_run_the_identity_of_its_record():
 def test_indicators_and_their_options_belong_to_the_analysis():
     coarse = {"kind": "dwt", "levels": 3}
     choices = [{"dwt": {}}, {"dwt": {}, "modwt": {}}, {"modwt": {}}, {"dwt": {}, "coarse": coarse}]
-    runs = [RunSpec(RunRequest(), None, IndicatorChoice.of(choice)) for choice in choices]
+    runs = [RunSpec(RunRequest(), None, IndicatorChoice(json.dumps(choice))) for choice in choices]
     assert len({run_identity(run) for run in runs}) == len(choices)
     assert len({record_identity(run) for run in runs}) == 1
 
@@ -62,7 +62,7 @@ def test_indicators_and_their_options_belong_to_the_analysis():
 def test_an_analysis_is_named_by_record_indicator_version_options_and_window():
     base = Analysis()
     other_wavelet, later = Analysis(wavelet=WaveletConfig(levels=4)), Analysis(n_discarded=10)
-    more = Analysis(choice=IndicatorChoice.of({"dwt": {}, "modwt": {}}))
+    more = Analysis(choice=IndicatorChoice(json.dumps({"dwt": {}, "modwt": {}})))
     names = [each.identities("record")["dwt"] for each in (base, other_wavelet, later)]
     assert len({*names, base.identities("other")["dwt"]}) == 4
     assert more.identities("record")["dwt"] == names[0]

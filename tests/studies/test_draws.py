@@ -138,10 +138,10 @@ def test_no_healthy_run_is_added_and_no_run_has_a_baseline():
 
 
 def test_the_leakage_coefficient_is_solved_once_for_each_level():
-    assert expanded().runs.solutions().total == 2
+    assert expanded().runs.solutions()["total"] == 2
     designs = "sweep.grid.record.duration=[10 s, 20 s]"
-    assert expanded(designs).runs.solutions().total == 2
-    assert expanded("calibration.at=run").runs.solutions().total == 440
+    assert expanded(designs).runs.solutions()["total"] == 2
+    assert expanded("calibration.at=run").runs.solutions()["total"] == 440
 
 
 def test_seeds_and_phases_are_drawn_where_they_matter_and_the_file_names_none():

@@ -148,15 +148,6 @@ def _digest(calibration: str | None, parameters: str) -> bytes:
     return hashlib.sha256(request.encode()).digest()
 
 
-@dataclass(frozen=True)
-class Solutions:
-    """Number of solutions for K_i: leakage flows, other conditions, and combinations."""
-
-    flows: int
-    conditions: int
-    total: int
-
-
 class Runs(Sequence[RunSpec]):
     """Runs in their order, each made on demand.
 
@@ -232,18 +223,18 @@ class Runs(Sequence[RunSpec]):
         values = [getattr(content, field) for content in sections]
         return [values[number] for number in self._frame.column(section).tolist()]
 
-    def solutions(self) -> Solutions:
-        """How often K_i has to be solved from a leakage flow."""
+    def solutions(self) -> dict[str, int]:
+        """How often K_i is solved: leakage ``flows``, other ``conditions``, and the ``total`` of both."""
         calibrations = self._calibrations
         needed = np.flatnonzero(calibrations.numbers[:, 0] != NONE)
         columns = {name: calibrations.column(name)[needed] for name in calibrations.pools}
         total = distinct_rows(list(columns.values()), len(needed))[0]
         conditions = [column for name, column in columns.items() if name != "leakage"]
-        return Solutions(
-            len({self[row].parameters.leakage.internal_flow for row in needed[total].tolist()}),
-            len(distinct_rows(conditions, len(needed))[0]),
-            len(total),
-        )
+        return {
+            "flows": len({self[row].parameters.leakage.internal_flow for row in needed[total].tolist()}),
+            "conditions": len(distinct_rows(conditions, len(needed))[0]),
+            "total": len(total),
+        }
 
     def record_digests(self) -> Iterator[bytes]:
         """``RunSpec.record_digest`` of all runs."""

@@ -52,11 +52,6 @@ class AnalysisConfig(Section):
     such as ``1 period``, for any ``input.period``. Signals still contain it, and so do the values of the
     plant itself: leakage flows, extremes, hydraulic mode, settling."""
 
-    @property
-    def discards_periods(self) -> bool:
-        """Whether what is left out is stated in periods of the input."""
-        return isinstance(self.discard, str)
-
     def discarded_time(self, period: float) -> float:
         """Start of the record that is left out, for an input of some period [s]."""
         if isinstance(self.discard, str):
@@ -65,7 +60,7 @@ class AnalysisConfig(Section):
 
     def shown_discard(self, period: float) -> str:
         """What is left out, for a period of the input [s]: ``4 s``, ``1 period of input.period = 2 s``."""
-        if self.discards_periods:
+        if isinstance(self.discard, str):
             return f"{self.discard} of input.period = {period:g} s"
         return f"{self.discard:g} s"
 
@@ -127,7 +122,7 @@ def _require_whole_steps(name: str, time: float, record: RecordConfig) -> None:
 @lru_cache(maxsize=1024)
 def require_discard_fits(analysis: AnalysisConfig, drive: InputConfig, record: RecordConfig) -> None:
     """What is left out of a record is a whole number of samples, and of a period that there is."""
-    if analysis.discards_periods and not drive.is_periodic:
+    if isinstance(analysis.discard, str) and not drive.is_periodic:
         raise ValueError(
             f"analysis.discard = {analysis.discard} needs an input with a period, and input.shape ="
             f" {drive.shape} has none; give a time"

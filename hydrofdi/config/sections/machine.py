@@ -289,13 +289,6 @@ class Edge(NamedTuple):
     lap_leakage: float
     flow_gain: float
 
-    @classmethod
-    def of(cls, valve: ValveConfig, own: EdgeConfig) -> Edge:
-        """What the edges have in common, and what this one has of its own."""
-        return cls(
-            valve.lap + own.lap, valve.lap_leakage + own.lap_leakage, valve.flow_gain * own.flow_gain_ratio
-        )
-
 
 class Edges(NamedTuple):
     """The edges between supply, return and the chambers."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -44,7 +45,7 @@ def normalize_detection(source: Source) -> None:
         wavelet = WaveletConfig.model_validate(data.get("wavelet", {}))
     except ValidationError:  # a mistake when the model is validated
         return
-    made = IndicatorChoice.of(data.get("indicators", {DWT: {}})).made(wavelet)
+    made = IndicatorChoice(json.dumps(data.get("indicators", {DWT: {}}))).made(wavelet)
     for place, label in enumerate(detection.get("indicators") or ()):
         if label not in made:
             message = f"{label!r} is not among the indicators{nearest(str(label), list(made))}"

@@ -14,7 +14,7 @@ from hydrofdi.indicators.contract import Information
 from hydrofdi.indicators.estimation.ekf_stream import N_SUM, Streams, Tuning, follow, workspace
 from hydrofdi.indicators.estimation.plant import N_STATE, PER_MINUTE, STATES
 from hydrofdi.indicators.nominal_plant import NominalPlant
-from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
+from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 
@@ -218,12 +218,10 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
         """Pressures, position, and what moves the valve."""
         return frozenset(MEASURED) | self.options.valve_channels
 
-    def start(self, records: RecordBatch) -> State:
+    def begin(self, records: RecordBatch) -> State:
         """State of the filters before the first sample."""
         n = records.n_record
         return {
-            "n_seen": np.zeros(1, dtype=np.int64),
-            "start_time": np.array([records.start_time]),
             "mean": np.zeros((n, N_STATE)),
             "covariance": np.zeros((n, N_STATE, N_STATE)),
             "signature": np.zeros((n, N_STATE)),
@@ -232,24 +230,19 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
             "held": np.zeros((n, 2)),
         }
 
-    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+    def advance(
+        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
+    ) -> Mapping[str, Array]:
         """Process a chunk."""
-        moved: dict[str, NDArray[Any]] = {name: array.copy() for name, array in state.items()}
-        n_before, frequency = int(moved["n_seen"][0]), chunk.sampling_frequency
-        every = self.samples_per_estimate(frequency)
-        due = instants(n_before, chunk.n_time, every)
+        every = self.samples_per_estimate(chunk.sampling_frequency)
         means, variances = (np.zeros((chunk.n_record, due.size, N_STATE)) for _ in range(2))
         sums = np.zeros((chunk.n_record, due.size, N_SUM))
         supply = self.options.supply_of(chunk)
         samples = self.options.measured_states(chunk), self.options.spool_drive(chunk), supply
-        self.follow(moved, n_before, samples, self._tuning(chunk), every, (means, variances, sums))
-        moved["n_seen"] += chunk.n_time
+        self.follow(state, n_before, samples, self._tuning(chunk), every, (means, variances, sums))
         found = Estimates(means, variances, sums, supply[:, due], every)
         lost = np.isnan(means[:, :, 0])
-        return moved, Trace(
-            moved["start_time"] + (n_before + due) / frequency,
-            {name: np.where(lost, np.nan, values) for name, values in self.read(found).items()},
-        )
+        return {name: np.where(lost, np.nan, values) for name, values in self.read(found).items()}
 
     def information(self, records: RecordBatch) -> Information:
         """Information of the first record."""

@@ -92,8 +92,6 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
 def start_of_signals(options: ObserverOptions, records: RecordBatch) -> dict[str, NDArray[Any]]:
     """The state before the first sample."""
     return {
-        "n_sample": np.array(0),
-        "start_time": np.array(records.start_time),
         "spool": np.zeros((records.n_record, 2)),
         "gate": new_gate(records.n_record),
         "supply": new_means(records.n_record, options.supply_pressure),
@@ -101,25 +99,22 @@ def start_of_signals(options: ObserverOptions, records: RecordBatch) -> dict[str
 
 
 def follow_signals(
-    options: ObserverOptions, state: State, chunk: RecordBatch
-) -> tuple[dict[str, NDArray[Any]], Array, NDArray[np.bool_]]:
-    """State after a chunk, its signals, and samples without information.
+    options: ObserverOptions, state: State, chunk: RecordBatch, n_before: int
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Signals of a chunk, and samples without information; the state is updated in place.
 
     Returns
     -------
-    state : dict of str to ndarray
     signals : ndarray, shape (5, n_record, n_time)
         In SI, in the order of `hydrofdi.indicators.nominal_signals`.
     unclear : ndarray of bool, shape (n_record, n_time)
     """
-    after = {name: array.copy() for name, array in state.items()}
-    n_before, frequency = int(state["n_sample"]), chunk.sampling_frequency
-    after["n_sample"] += chunk.n_time
-    signals, unclear = np.empty((N_SIGNAL, *_shape(chunk))), np.zeros(_shape(chunk), dtype=np.bool_)
+    shape = chunk.n_record, chunk.n_time
+    signals, unclear = np.empty((N_SIGNAL, *shape)), np.zeros(shape, dtype=np.bool_)
     signals[P1], signals[P2] = chunk[Channel.CHAMBER_1_PRESSURE], chunk[Channel.CHAMBER_2_PRESSURE]
     signals[POSITION] = options.position(chunk)
-    signals[SPOOL] = options.spool_of_stream(chunk, n_before == 0, after["spool"])
-    mark_unclear(signals[SPOOL], n_before, 0, options.least_opening, math.inf, 0, after["gate"], unclear)
+    signals[SPOOL] = options.spool_of_stream(chunk, n_before == 0, state["spool"])
+    mark_unclear(signals[SPOOL], n_before, 0, options.least_opening, math.inf, 0, state["gate"], unclear)
     match options.supply_known_by(chunk):
         case "measured":
             signals[SUPPLY] = chunk[Channel.SUPPLY_PRESSURE]
@@ -127,10 +122,6 @@ def follow_signals(
             signals[SUPPLY] = options.supply_pressure
         case "sum":
             total = signals[P1] + signals[P2] - options.return_pressure
-            gain = -math.expm1(-_BLOCK / frequency / options.supply_memory)
-            follow_means(total, unclear, n_before, _BLOCK, gain, after["supply"], signals[SUPPLY])
-    return after, signals, unclear
-
-
-def _shape(chunk: RecordBatch) -> tuple[int, int]:
-    return chunk.n_record, chunk.n_time
+            gain = -math.expm1(-_BLOCK / chunk.sampling_frequency / options.supply_memory)
+            follow_means(total, unclear, n_before, _BLOCK, gain, state["supply"], signals[SUPPLY])
+    return signals, unclear

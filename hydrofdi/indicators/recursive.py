@@ -64,7 +64,7 @@ _OF_PRIOR = 0.9
 
 
 class RecursiveIndicator(Indicator[Chosen]):
-    """Base of recursive indicators: subclasses define `start`, `step` and `of_record`.
+    """Base of recursive indicators: subclasses define `begin`, `advance` and `of_record`.
 
     The estimates of a stream are bit-identical to those of the whole record, however it is split into chunks.
     """
@@ -77,19 +77,45 @@ class RecursiveIndicator(Indicator[Chosen]):
         """Outputs of a whole record; the first one is the score whose trace can be stored."""
 
     @abstractmethod
-    def start(self, records: RecordBatch) -> State:
-        """State before the first sample; depends only on the number, channels and sampling of the records."""
+    def begin(self, records: RecordBatch) -> State:
+        """Own state before the first sample; depends on number, channels and sampling of the records only."""
 
     @abstractmethod
-    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
-        """State after a chunk, and the estimates within it; the old state is not modified.
+    def advance(
+        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
+    ) -> Mapping[str, Array]:
+        """Move a state past a chunk, in place; return the values of its trace.
 
-        There is an estimate every ``interval`` from the start of the stream. A chunk may be a single sample.
+        Parameters
+        ----------
+        state : dict of str to ndarray
+        chunk : RecordBatch
+        n_before : int
+            Number of samples of the stream before the chunk.
+        due : ndarray of int, shape (n_instant,)
+            Indices of the samples in the chunk after which an estimate is due.
         """
 
     @abstractmethod
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
         """`estimates` of whole records, each (n_record,), from the trace after the transient."""
+
+    def start(self, records: RecordBatch) -> State:
+        """State before the first sample."""
+        clock = {"n_sample": np.array(0), "start_time": np.array(records.start_time)}
+        return clock | dict(self.begin(records))
+
+    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+        """State after a chunk, and the estimates within it; the old state is not modified.
+
+        There is an estimate every ``interval`` from the start of the stream. A chunk may be a single sample.
+        """
+        n_before, frequency = int(state["n_sample"]), chunk.sampling_frequency
+        due = instants(n_before, chunk.n_time, self.samples_per_estimate(frequency))
+        after = {name: array.copy() for name, array in state.items()}
+        after["n_sample"] += chunk.n_time
+        values = self.advance(after, chunk, n_before, due)
+        return after, Trace(state["start_time"] + (n_before + due) / frequency, values)
 
     @property
     def outputs(self) -> tuple[Output, ...]:

@@ -25,7 +25,7 @@ from hydrofdi.simulation.kernels.hydraulics import (
     lane_parameters,
     port_flows,
 )
-from hydrofdi.simulation.kernels.lanes import ModelOptions, group_by_options, pack_singles
+from hydrofdi.simulation.kernels.lanes import ModelOptions, pack_singles, positions_by
 
 Signal = NDArray[np.float64]
 
@@ -126,7 +126,7 @@ def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> 
     """Residuals of the volume balance (chamber 1) and energy balance over the record of each run."""
     totals = np.zeros((len(runs), 4))
     singles = pack_singles(runs, trajectory.leakage_coefficient.tolist())
-    for options, members in group_by_options(runs):
+    for options, members in positions_by(map(ModelOptions.of, runs)).items():
         part = np.zeros((len(members), 4))
         integrate_balances(
             singles[members], trajectory.spool_position[members], trajectory.load_force[members],

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import RecordConfig
 from hydrofdi.simulation.balances import Outcome, Signal, Trajectory
-from hydrofdi.simulation.inputs import Chunk, Inputs, Reader, Tap
+from hydrofdi.simulation.inputs import Chunk, Inputs, Reader, Tap, steps_per_control
 from hydrofdi.simulation.kernels.hydraulics import lane_parameters, leakage_of
 from hydrofdi.simulation.kernels.kernel import advance_lanes
 from hydrofdi.simulation.kernels.lanes import (
@@ -19,10 +19,9 @@ from hydrofdi.simulation.kernels.lanes import (
     SAMPLED,
     WIDTH,
     ModelOptions,
-    group_by_kernel,
-    group_by_options,
     pack_lanes,
     pack_singles,
+    positions_by,
 )
 
 _CHUNK_STEPS, _CHUNK_SPOOL_STEPS = 5000, 64_000
@@ -79,9 +78,10 @@ def simulate_batch(
     if len({parameters.record.time_axis for parameters in runs}) != 1:
         raise ValueError("the runs of a batch must share duration, step and sampling frequency")
     inputs = Inputs(runs, runs[0].record, tap)
+    kernels = ((ModelOptions.of(run), steps_per_control(run) if run.control.is_closed else 1) for run in runs)
     blocks = [
         _Block(options, control_interval, members, runs, leakage_coefficients, inputs, reader)
-        for (options, control_interval), group in group_by_kernel(runs).items()
+        for (options, control_interval), group in positions_by(kernels).items()
         for members, reader in _members_of_blocks(group, tap)
     ]
     signals = _Signals(runs, inputs)
@@ -295,7 +295,7 @@ def leakage_signal(
     """
     singles = pack_singles(runs, leakage_coefficients)
     flow = np.empty_like(pressure_difference)
-    for options, members in group_by_options(runs):
+    for options, members in positions_by(map(ModelOptions.of, runs)).items():
         columns = singles[members].view(np.recarray)
         parameters = lane_parameters(columns, ..., time, options)
         flow[members] = leakage_of(pressure_difference[members], parameters, options)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.drive import largest_leakage_flows, no_load_flow
+from hydrofdi.simulation.kernels.lanes import positions_by
 
 RELATIVE_TOLERANCE = 1e-10
 """Relative tolerance of K_i."""
@@ -53,8 +54,7 @@ def solve_leakage_coefficients(conditions: Sequence[RunParameters]) -> list[Cali
     list of Calibration, of the same length
     """
     solutions: dict[int, Calibration] = {}
-    for record in dict.fromkeys(parameters.record for parameters in conditions):
-        members = [k for k, parameters in enumerate(conditions) if parameters.record == record]
+    for members in positions_by(parameters.record for parameters in conditions).values():
         solved = _solve_group([conditions[k] for k in members])
         solutions |= dict(zip(members, solved, strict=True))
     return [solutions[k] for k in range(len(conditions))]

@@ -15,7 +15,7 @@ from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.physics.valve import control_flow
 from hydrofdi.simulation.balances import Trajectory
-from hydrofdi.simulation.kernels.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH, Chosen
+from hydrofdi.simulation.kernels.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH, Chosen, positions_by
 from hydrofdi.simulation.kernels.spool import advance_spools
 
 _spool_of = attrgetter(*SPOOL_PARAMETERS.values())
@@ -188,8 +188,7 @@ class Spools:
 
 def _groups_of_spools(drives: Sequence[Drive]) -> Iterator[list[int]]:
     """Positions of drives that are advanced together: at most WIDTH, with the same options."""
-    for choices in dict.fromkeys(drive.choices for drive in drives):
-        members = [k for k, drive in enumerate(drives) if drive.choices == choices]
+    for members in positions_by(drive.choices for drive in drives).values():
         for first in range(0, len(members), WIDTH):
             yield members[first : first + WIDTH]
 

@@ -8,11 +8,12 @@ from functools import cached_property
 from typing import Annotated, Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator, Output
-from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
+from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.messages import nearest
@@ -110,33 +111,31 @@ class Sliding(RecursiveIndicator[SlidingOptions]):
         first = records.window(0, self._n_window(records.sampling_frequency))
         return super().obstacle(records) or self.options.made.obstacle(first)
 
-    def start(self, records: RecordBatch) -> State:
+    def begin(self, records: RecordBatch) -> State:
         """Empty windows."""
         n_window = self._n_window(records.sampling_frequency)
-        held = {
+        return {
             f"held.{channel}": np.full((records.n_record, n_window), np.nan)
             for channel in sorted(self.channels | (self.optional_channels & records.channels.keys()))
         }
-        return {**held, "n_sample": np.array([0]), "began": np.array([records.start_time])}
 
-    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+    def advance(
+        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
+    ) -> Mapping[str, Array]:
         """Measure every window that ends in the chunk."""
-        n_window, n_before = self._n_window(chunk.sampling_frequency), int(state["n_sample"][0])
+        n_window = self._n_window(chunk.sampling_frequency)
         samples = {
             channel: np.concatenate([state[f"held.{channel}"], chunk[channel]], axis=1)
             for channel in chunk.channels
             if f"held.{channel}" in state
         }
-        ends = instants(n_before, chunk.n_time, self.samples_per_estimate(chunk.sampling_frequency))
-        numbers = np.full((chunk.n_record, ends.size), np.nan)
-        for place, end in enumerate(ends):
+        numbers = np.full((chunk.n_record, due.size), np.nan)
+        for place, end in enumerate(due):
             if n_before + end + 1 >= n_window:
                 window = {channel: held[:, end + 1 : end + 1 + n_window] for channel, held in samples.items()}
                 numbers[:, place] = self._measured(replace(chunk, channels=window, start_time=0.0))
-        kept = {f"held.{channel}": held[:, -n_window:].copy() for channel, held in samples.items()}
-        time = state["began"] + (n_before + ends) / chunk.sampling_frequency
-        after = {**kept, "n_sample": np.array([n_before + chunk.n_time]), "began": state["began"]}
-        return after, Trace(time, {self.options.followed.name: numbers})
+        state |= {f"held.{channel}": held[:, -n_window:].copy() for channel, held in samples.items()}
+        return {self.options.followed.name: numbers}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
         """Mean and standard deviation over the windows with a value."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from hydrofdi.indicators.nominal_signals import (
     nominal_flows,
     start_of_signals,
 )
-from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
+from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
@@ -210,22 +210,22 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
     def _adapts_compressibility(self) -> bool:
         return "compressibility" in self.options.estimate
 
-    def start(self, records: RecordBatch) -> State:
+    def begin(self, records: RecordBatch) -> State:
         """Initial state: no leakage, nominal compressibility."""
         own = np.zeros((records.n_record, N_STATE))
         own[:, COMPRESSIBILITY] = 1.0 / self.options.bulk_modulus
         return start_of_signals(self.options, records) | {"observer": own}
 
-    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+    def advance(
+        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
+    ) -> Mapping[str, Array]:
         """Flow of K_i at the reference pressure [m³/s], and 1/β [1/Pa]."""
-        every, n_before = self.samples_per_estimate(chunk.sampling_frequency), int(state["n_sample"])
-        due = instants(n_before, chunk.n_time, every)
-        after, signals, unclear = follow_signals(self.options, state, chunk)
+        every = self.samples_per_estimate(chunk.sampling_frequency)
+        signals, unclear = follow_signals(self.options, state, chunk, n_before)
         estimates, law = np.empty((2, chunk.n_record, due.size)), self._law(1.0 / chunk.sampling_frequency)
-        adapt(signals, unclear, self.options.cylinder, law, n_before, every, after["observer"], estimates)
-        time = state["start_time"] + (n_before + due) / chunk.sampling_frequency
+        adapt(signals, unclear, self.options.cylinder, law, n_before, every, state["observer"], estimates)
         flow = np.sqrt(self.options.reference_pressure) * estimates[0]
-        return after, Trace(time, {"leakage": flow, "compressibility": estimates[1]})
+        return {"leakage": flow, "compressibility": estimates[1]}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
         """Means after the transient; NaN for parameters that did not adapt."""

@@ -23,7 +23,7 @@ from hydrofdi.indicators.nominal_signals import (
     follow_signals,
     start_of_signals,
 )
-from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace, instants
+from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace
 from hydrofdi.physics.equation import equation, signed_root
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
@@ -194,7 +194,7 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
             Output.quality("bound", "m^3/s", "adaptive threshold: largest residual from parameter errors"),
         )
 
-    def start(self, records: RecordBatch) -> State:
+    def begin(self, records: RecordBatch) -> State:
         """An empty window."""
         n_block = max(1, round(self.options.window / self.options.interval))
         return start_of_signals(self.options, records) | {
@@ -202,20 +202,20 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
             "blocks": np.zeros((records.n_record, n_block, N_SUM)),
         }
 
-    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+    def advance(
+        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
+    ) -> Mapping[str, Array]:
         """Residual and bound of the window before each instant [m³/s]; shorter windows at the start."""
         options, frequency = self.options, chunk.sampling_frequency
-        every, n_before = self.samples_per_estimate(frequency), int(state["n_sample"])
-        due = instants(n_before, chunk.n_time, every)
-        after, signals, unclear = follow_signals(options, state, chunk)
+        signals, unclear = follow_signals(options, state, chunk, n_before)
         estimates = np.empty((2, chunk.n_record, due.size))
         project(
             signals, unclear, options.cylinder, 1.0 / options.bulk_modulus, self._bounds(chunk),
-            1.0 / frequency, n_before, after["block"], after["blocks"], every, estimates,
+            1.0 / frequency, n_before, state["block"], state["blocks"], self.samples_per_estimate(frequency),
+            estimates,
         )  # fmt: skip
         residual, bound = np.sqrt(options.reference_pressure) * estimates
-        time = state["start_time"] + (n_before + due) / frequency
-        return after, Trace(time, {"residual": residual, "exceedance": residual - bound, "bound": bound})
+        return {"residual": residual, "exceedance": residual - bound, "bound": bound}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
         """Means over the windows with information."""

@@ -44,11 +44,9 @@ class UkfJoint(EkfJoint):
     Options = UnscentedOptions
     options: UnscentedOptions
 
-    def start(self, records: RecordBatch) -> State:
+    def begin(self, records: RecordBatch) -> State:
         """State of the filters before the first sample."""
-        streams = Streams.of(records.n_record, self.options.places.size)
-        begun = {"n_seen": np.zeros(1, dtype=np.int64), "start_time": np.array([records.start_time])}
-        return begun | streams._asdict()
+        return Streams.of(records.n_record, self.options.places.size)._asdict()
 
     def follow(
         self, state: dict[str, NDArray[Any]], n_before: int, samples: tuple[Array, Array, Array],

@@ -40,7 +40,7 @@ from hydrofdi.indicators.estimation.weak_rls import (
     new_scratch,
     new_state,
 )
-from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace, instants
+from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
 
@@ -112,13 +112,11 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         """Message if the record is too short for estimates, or has too few windows."""
         return super().obstacle(records) or self.options.lack_of_windows(records)
 
-    def start(self, records: RecordBatch) -> State:
+    def begin(self, records: RecordBatch) -> State:
         """Initial state: only the priors."""
         n_record, n_chamber = records.n_record, 2 if self._both else 1
         rls = new_state(n_record, len(self._decays(records)), n_chamber)
         return {
-            "n_sample": np.array(0),
-            "start_time": np.array(records.start_time),
             "spool": np.full((n_record, 2), np.nan),
             "gate": new_gate(n_record),
             "unclear": new_counts(n_record),
@@ -129,25 +127,23 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             **rls._asdict(),
         }
 
-    def step(self, state: State, chunk: RecordBatch) -> tuple[State, Trace]:
+    def advance(
+        self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
+    ) -> Mapping[str, Array]:
         """Estimates with the memory, and, as ``whole_…``, from all samples so far."""
-        n_before, after = int(state["n_sample"]), {name: array.copy() for name, array in state.items()}
-        after["n_sample"] += chunk.n_time
-        places = instants(n_before, chunk.n_time, self.samples_per_estimate(chunk.sampling_frequency))
-        spool = self.options.spool_of_stream(chunk, n_before == 0, after["spool"])
-        unclear = self._unclear(chunk, spool, n_before, after["gate"])
-        supply, reference = self._supply(chunk, n_before, after["means"])
-        columns, targets = self._equations(chunk, spool, supply, reference, n_before, after["sums"])
+        spool = self.options.spool_of_stream(chunk, n_before == 0, state["spool"])
+        unclear = self._unclear(chunk, spool, n_before, state["gate"])
+        supply, reference = self._supply(chunk, n_before, state["means"])
+        columns, targets = self._equations(chunk, spool, supply, reference, n_before, state["sums"])
         counts = np.zeros(columns.shape[:2])
-        count_windows(unclear, n_before, self.options.half_window, after["unclear"], counts)
-        due = self._windows_due(n_before, places)
-        noise = np.ascontiguousarray(self._noise(chunk, unclear, after)[:, places])
-        supply, reference = supply[:, places], reference[:, places]
-        found = self._follow(chunk, (columns, targets, counts), due, supply, reference, noise, after)
+        count_windows(unclear, n_before, self.options.half_window, state["unclear"], counts)
+        windows = self._windows_due(n_before, due)
+        noise = np.ascontiguousarray(self._noise(chunk, unclear, state)[:, due])
+        supply, reference = supply[:, due], reference[:, due]
+        found = self._follow(chunk, (columns, targets, counts), windows, supply, reference, noise, state)
         deviations = self._deviations(chunk)
         values, whole = (self._named(found[:, place], reference, deviations) for place in (0, -1))
-        time = state["start_time"] + (n_before + places) / chunk.sampling_frequency
-        return after, Trace(time, values | {f"whole_{name}": array for name, array in whole.items()})
+        return values | {f"whole_{name}": array for name, array in whole.items()}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
         """Estimates from the whole record."""

@@ -7,9 +7,9 @@ constant offsets in one record, so that the compiler can prove that they do not 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,6 @@ from hydrofdi.physics.friction import FRICTION_LAWS, PAPER_FRICTION, Choice, cho
 HALF_WIDTH = 16
 WIDTH = 2 * HALF_WIDTH
 """Number of lanes that the kernel advances together."""
-
-_OF_FRICTION = [name for name in FrictionConfig.model_fields if name not in ("law", "scale")]
 
 SPOOL_PARAMETERS = {
     "spool_frequency": "valve.angular_frequency",
@@ -208,18 +206,12 @@ class ModelOptions(NamedTuple):
         )
 
 
-def group_by_options(runs: Sequence[RunParameters]) -> list[tuple[ModelOptions, list[int]]]:
-    """Distinct options, each with the positions of its runs."""
-    groups: dict[ModelOptions, list[int]] = {}
-    for position, run in enumerate(runs):
-        groups.setdefault(ModelOptions.of(run), []).append(position)
-    return list(groups.items())
+Key = TypeVar("Key", bound=Hashable)
 
 
-def group_by_kernel(runs: Sequence[RunParameters]) -> dict[tuple[ModelOptions, int], list[int]]:
-    """Groups of runs that one kernel call can advance: by options and, in closed loop, steps per control."""
-    groups: dict[tuple[ModelOptions, int], list[int]] = {}
-    for position, run in enumerate(runs):
-        steps = round(run.control.sample_time / run.record.step) if run.control.is_closed else 1
-        groups.setdefault((ModelOptions.of(run), steps), []).append(position)
-    return groups
+def positions_by(keys: Iterable[Key]) -> dict[Key, list[int]]:
+    """Distinct keys of runs, such as `ModelOptions`, each with the positions of its runs."""
+    positions: dict[Key, list[int]] = {}
+    for position, key in enumerate(keys):
+        positions.setdefault(key, []).append(position)
+    return positions

@@ -34,6 +34,7 @@ def common_motion(pieces: Array, group: NDArray[np.intp]) -> tuple[Array, Array]
     first = np.flatnonzero(np.diff(group, prepend=-1))
     products = _pencil_products(pieces, first, min(n_time // 3, _LONGEST_PENCIL))
     products[~np.isfinite(products).all(axis=(1, 2))] = np.eye(products.shape[1])
+    # Shift invariance of the two-dimensional signal space: its step over one sample has the poles as roots.
     space = np.linalg.eigh(products)[1][:, :, -2:]
     last = space[:, -1]
     step = space[:, :-1].transpose(0, 2, 1) @ space[:, 1:]
@@ -191,6 +192,7 @@ def _products(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Arr
 
 def _slopes(a: Array, b: Array, products: Array, with_rest: Array) -> tuple[Array, Array]:
     """Best motion (n_piece, 4), and its derivatives by c_1, c_2, a and b, in terms of C, S, tC, tS."""
+    # Basis C, S, tC, tS: amplitudes c_1, c_2 of C and S by Cramer's rule, then the chain rule by a and b.
     determinant = products[:, 0, 0] * products[:, 1, 1] - products[:, 0, 1] ** 2
     motion = np.zeros_like(with_rest)
     motion[:, 0] = products[:, 1, 1] * with_rest[:, 0] - products[:, 0, 1] * with_rest[:, 1]

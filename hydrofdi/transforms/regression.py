@@ -88,6 +88,7 @@ def _solved(columns: Array, weighed: Array, target: Array, known: Array) -> tupl
     size = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
     with np.errstate(invalid="ignore", divide="ignore"):
         normal = normal / size[:, :, None] / size[:, None, :]
+    # `eigh` refuses what is not finite: such a record takes the identity, and becomes NaN below.
     is_known = np.asarray(np.isfinite(normal).all(axis=(1, 2)))
     lengths, directions = np.linalg.eigh(np.where(is_known[:, None, None], normal, np.eye(n_unknown)))
     lengths = np.where(is_known[:, None], np.maximum(lengths, 0.0), np.nan)

@@ -4,7 +4,7 @@ import numpy as np
 
 from hydrofdi.indicators.estimation import ekf_stream as ekf
 from hydrofdi.indicators.estimation.plant import N_MOVING
-from hydrofdi.indicators.estimation.square_root import find_gain, shrink
+from hydrofdi.indicators.estimation.square_root import find_gain, measurement_update
 from hydrofdi.indicators.estimation.ukf_stream import gather_points, place_points
 
 
@@ -31,7 +31,7 @@ class UnscentedFilter:
         for (k, value), deviation in zip(values.items(), deviations, strict=True):
             variance = find_gain(self.root, k, deviation**2, self.gain)
             self.mean += self.gain * (value - self.mean[k])
-            shrink(self.root, k, deviation**2 / variance, self.gain)
+            measurement_update(self.root, k, deviation**2 / variance, self.gain)
 
 
 class ExtendedFilter:

@@ -16,7 +16,7 @@ from estimation.walking import (
     square_wave,
 )
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, STATES, follow_command, spool_transition
-from hydrofdi.indicators.estimation.square_root import find_gain, grow, shrink, triangularise
+from hydrofdi.indicators.estimation.square_root import find_gain, inflate, measurement_update, triangularise
 
 WITHOUT_FRICTION = ["friction.coulomb=0 N", "friction.breakaway=0 N", "friction.viscous=0 N*s/m"]
 LAPPED = ["valve.lap=0.8 um", "valve.lap_leakage=2e-14 m^3/(s*Pa)", "valve.null_offset=0.4 um"]
@@ -218,8 +218,8 @@ def test_a_measurement_with_any_gain_has_joseph_s_covariance(random, trusted):
     error, gain = np.where(np.arange(N) < trusted, 0.0, gain), np.where(np.arange(N) < trusted, gain, 0.0)
     kept = np.eye(N) - np.outer(gain, np.eye(N)[k])
     expected = kept @ covariance @ kept.T + variance * np.outer(gain, gain)
-    shrink(root, k, variance / total, gain + error)
-    grow(root, np.sqrt(total) * error, np.zeros((N + 2, N)))
+    measurement_update(root, k, variance / total, gain + error)
+    inflate(root, np.sqrt(total) * error, np.zeros((N + 2, N)))
     np.testing.assert_allclose(root @ root.T, expected, atol=1e-12)
 
 

@@ -87,6 +87,7 @@ def slopes(moving: Moving, spool: float, a: Actual, plant: Plant) -> Slopes:
     rate, micrometre, by_gain = rates(moving, spool, a, plant), 1e-3, plant.flow_gain / a.flow_gain
     stiff_1 = a.bulk_modulus / (plant.volume_1 + plant.area_1 * moving.position)
     stiff_2 = a.bulk_modulus / (plant.volume_2 - plant.area_2 * moving.position)
+    # By P_1, P_2, x_p, v_p, leakage, ln β, ln P_s, flow gain, offset, lap and clearance.
     chamber_1 = ChamberSlopes(
         -stiff_1 * (feed_1.by_drop + drain_1.by_drop + leak),
         stiff_1 * leak,

@@ -44,7 +44,7 @@ def find_gain(root: Array, k: int, variance: float, gain: Array) -> float:
 
 
 @equation
-def shrink(root: Array, k: int, ratio: float, gain: Array) -> None:
+def measurement_update(root: Array, k: int, ratio: float, gain: Array) -> None:
     """Update a root for a measurement of state k with its gain, in place.
 
     S −= K φᵀ/(1 + √(R/s)), where φ is row k of S.
@@ -61,6 +61,7 @@ def shrink(root: Array, k: int, ratio: float, gain: Array) -> None:
         From `find_gain`.
     """
     share = 1.0 / (1.0 + np.sqrt(ratio))
+    # Row k is the last one to change, because all others need it.
     for i in range(gain.size):
         if i != k:
             for j in range(gain.size):
@@ -70,7 +71,7 @@ def shrink(root: Array, k: int, ratio: float, gain: Array) -> None:
 
 
 @equation
-def grow(root: Array, error: Array, rows: Array) -> None:
+def inflate(root: Array, error: Array, rows: Array) -> None:
     """Add the outer product of a vector to a covariance, in place.
 
     With a gain K − e instead of K, the covariance after a measurement increases by s e eᵀ.
@@ -118,6 +119,7 @@ def triangularise(rows: Array, n_row: int) -> None:
         for i in range(k, n_row):
             square += rows[i, k] * rows[i, k]
         if square > 0.0:
+            # The sign opposite to the head avoids cancellation in the difference.
             diagonal = -np.copysign(np.sqrt(square), rows[k, k])
             head = rows[k, k] - diagonal
             rows[k, k] = head

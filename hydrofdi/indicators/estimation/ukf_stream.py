@@ -11,7 +11,13 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.indicators.estimation.ekf_stream import FIRST_PARAMETER, N_MEASURED, Tuning, find_path
 from hydrofdi.indicators.estimation.plant import N_STATE, Plant, actual, step_of
 from hydrofdi.indicators.estimation.prediction import held_of, keep_moving, moving_of
-from hydrofdi.indicators.estimation.square_root import find_gain, grow, shrink, take_triangle, triangularise
+from hydrofdi.indicators.estimation.square_root import (
+    find_gain,
+    inflate,
+    measurement_update,
+    take_triangle,
+    triangularise,
+)
 from hydrofdi.physics.equation import equation
 from hydrofdi.records import Array
 
@@ -69,6 +75,7 @@ def gather_points(
     """
     n = places.size
     weight = 1.0 / (2.0 * spread * spread * n)
+    # The weight of the centre is split off, so that all weights under a root are positive.
     share, centre = np.sqrt(weight), np.sqrt(GAUSSIAN - spread * spread)
     last = 2 * n
     for i in range(n):
@@ -205,14 +212,14 @@ def take_in(measured: Array, is_open: bool, tuning: Tuning, places: Places, work
     for k in range(N_MEASURED):
         innovation = measured[k] - work.mean[k]
         variance = find_gain(work.root, k, tuning.sensors[k], work.gain)
-        shrink(work.root, k, tuning.sensors[k] / variance, work.gain)
+        measurement_update(work.root, k, tuning.sensors[k] / variance, work.gain)
         for i in range(places.size):
             if is_open or places[i] < FIRST_PARAMETER:
                 work.mean[i] += work.gain[i] * innovation
                 work.gain[i] = 0.0
             work.gain[i] *= np.sqrt(variance)
         if not is_open:
-            grow(work.root, work.gain, work.rows)
+            inflate(work.root, work.gain, work.rows)
         total += innovation * innovation / variance
     return total
 

@@ -94,7 +94,7 @@ def new_scratch() -> Scratch:
 
 
 @equation
-def fade_in(moments: Any, decay: float, row: Any, share: float, last: Any) -> None:
+def discount_and_add(moments: Any, decay: float, row: Any, share: float, last: Any) -> None:
     """Discount the moments, and add the products of a row minus `share` times the last row."""
     for i in range(_WIDTH):
         factor = row[i] - share * last[i]
@@ -113,6 +113,7 @@ def factorise(matrix: Any, factor: Any) -> None:
             if i > j:
                 factor[i, j] = total / factor[j, j]
             else:
+                # A root that is always real and a select: no branch stops vectorisation.
                 root = np.sqrt(abs(total))
                 factor[j, j] = root if total > 0.0 else math.nan
 
@@ -120,6 +121,7 @@ def factorise(matrix: Any, factor: Any) -> None:
 @equation
 def invert(factor: Any, inverse: Any) -> None:
     """Inverse of the matrix with Cholesky factor L: invert L in place, then L⁻ᵀ L⁻¹."""
+    # Forward substitution with the identity overwrites L column by column with its inverse.
     for j in range(N_UNKNOWN):
         factor[j, j] = 1.0 / factor[j, j]
         for i in range(j + 1, N_UNKNOWN):
@@ -136,7 +138,7 @@ def invert(factor: Any, inverse: Any) -> None:
 
 
 @equation
-def left_over(moments: Any, values: Any) -> float:
+def residual_sum_of_squares(moments: Any, values: Any) -> float:
     """Sum of squared residuals of the equations with these moments, for given estimates."""
     total = moments[N_UNKNOWN, N_UNKNOWN]
     for i in range(N_UNKNOWN):
@@ -153,7 +155,7 @@ def misfit(moments: Any, count: float, values: Any) -> float:
     """RMS residual of the equations, in units of `error`."""
     total, n_kind = 0.0, moments.shape[0]
     for kind in range(n_kind):
-        total += left_over(moments[kind, EQUATIONS], values)
+        total += residual_sum_of_squares(moments[kind, EQUATIONS], values)
     size: float = np.sqrt(total / (n_kind * max(count, 1.0)))
     return size
 
@@ -166,9 +168,13 @@ def spread_of_products(moments: Any, count: float, last: Any, values: Any, sprea
         for j in range(i + 1):
             spread[i, j] = 1.0 if i == j else 0.0
     for kind in range(n_kind):
-        variance = (left_over(moments[kind, EQUATIONS], values) + N_UNKNOWN) / (count + N_UNKNOWN)
+        # N_UNKNOWN windows with the stated error are added, so that few windows do not claim a small one.
+        variance = (residual_sum_of_squares(moments[kind, EQUATIONS], values) + N_UNKNOWN) / (
+            count + N_UNKNOWN
+        )
         for i in range(N_UNKNOWN):
             for j in range(i + 1):
+                # The newest equation has no successor: its half is added to the products of differences.
                 ends = last[kind, i] * last[kind, j]
                 spread[i, j] += 0.5 * variance * (moments[kind, DIFFERENCES, i, j] + ends)
     for i in range(N_UNKNOWN):
@@ -223,7 +229,7 @@ def add_prior(moments: Any, prior: Any, s: Scratch) -> None:
 
 
 @equation
-def take_noise_out(noise: float, s: Scratch) -> float:
+def compensate_noise_bias(noise: float, s: Scratch) -> float:
     """Correct the inverse for noise in the column of 1/β, and return the information that was only noise.
 
     Without this correction, 1/β is underestimated. The remaining information of the column is at least that
@@ -235,6 +241,7 @@ def take_noise_out(noise: float, s: Scratch) -> float:
     taken = noise if noise < most else most
     for i in range(N_UNKNOWN):
         s.values[i] = s.inverse[i, COMPRESSIBILITY]
+    # Sherman-Morrison downdate: the inverse of (normal matrix minus `taken` at one place of its diagonal).
     share = taken / (1.0 - taken * own)
     for i in range(N_UNKNOWN):
         for j in range(N_UNKNOWN):
@@ -250,7 +257,7 @@ def write_estimate(
     """Write the maximum a posteriori estimate and its standard deviations."""
     invert(s.factor, s.inverse)
     if deviations[COMPRESSIBILITY] > 0.0:
-        taken = take_noise_out(count * noise, s)
+        taken = compensate_noise_bias(count * noise, s)
         s.normal[COMPRESSIBILITY, COMPRESSIBILITY] -= taken
         s.right[COMPRESSIBILITY] += taken / (modulus * deviations[COMPRESSIBILITY])
     for i in range(N_UNKNOWN):
@@ -273,8 +280,9 @@ def write_estimate(
 
 
 @equation
-def blank_unless_finite(out: Any) -> None:
+def nan_unless_finite(out: Any) -> None:
     """Set all values of an estimate to NaN unless all are finite."""
+    # 0 x is NaN if x is NaN or infinite: the sum spreads it without a branch.
     nothing = 0.0
     for i in range(N_ESTIMATE):
         nothing += 0.0 * out[i]
@@ -305,8 +313,8 @@ def take_window(
             row[N_UNKNOWN] = scale * (targets[0] + sign * second)
         for memory in range(decays.shape[0]):
             decay, moments = decays[memory], state.moments[r, memory, kind]
-            fade_in(moments[EQUATIONS], decay, row, 0.0, last)
-            fade_in(moments[DIFFERENCES], decay * decay, row, decay, last)
+            discount_and_add(moments[EQUATIONS], decay, row, 0.0, last)
+            discount_and_add(moments[DIFFERENCES], decay * decay, row, decay, last)
         for i in range(_WIDTH):
             last[i] = row[i]
     for memory in range(decays.shape[0]):
@@ -325,7 +333,7 @@ def estimate(
     write_estimate(
         moments, state.counts[r, memory], state.last[r], noise, modulus, deviations, combination, scratch, out
     )
-    blank_unless_finite(out)
+    nan_unless_finite(out)
 
 
 @kernel

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "
-    " set wavelet: {phase: all}."
+    "set wavelet: {phase: all}."
 )
 _UNSETTLED = (
     "No run has settled features: no record holds two whole periods that agree. Lengthen record.duration."
@@ -92,17 +92,22 @@ def _claims_table(study: StudyReport) -> Table:
     return Table.of_records(plain(records), nested, title="Claims", key="claims", notes=(note,))
 
 
-def standing_block(study: StudyReport) -> Block:
-    """In how many start phases claims and sealed alarms hold, as configured and settled, and by how much."""
+def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
+    """Which claims and sealed alarms survive every start phase, as configured and settled; their numbers."""
     named = [] if study.grid.lack else [(each.name, each) for each in study.claim_outcomes]
-    named += [(f"d3 alarm, sealed, {each.name}", each) for each in study.alarm_outcomes]
+    named += [(f"d3 alarm at {each.name} without a leak", each) for each in study.alarm_outcomes]
     rows: dict[str, dict[str, Any]] = {}
+    survival: dict[str, list[str]] = {}
     for name, each in named:
         lead = "" if each.records == study.standings[0].title else f"{each.records} "
         numbers = {end: each.spread[end] for end in ("least", "largest")} | {"number": each.number}
         row = rows.setdefault(name, {"what": name})
         row[f"{lead}phases"] = f"{each.held} of {each.of}" if each.of else None
         row |= {f"{lead}{key}": number for key, number in numbers.items()}
+        if each.of:
+            where = {0: "Hold at no", each.of: "Hold at every"}.get(each.held, "Depend on the")
+            share = f" ({each.held} of {each.of})" if 0 < each.held < each.of else ""
+            survival.setdefault(f"{where} start phase ({each.records})", []).append(f"{name}{share}")
     note = (
         "Phases in which it holds. Least, largest: margins in percentage points, δd3 in percent. Phase p: the"
         " record from its sample p on; phases of settled records repeat if a period has fewer samples."
@@ -112,9 +117,13 @@ def standing_block(study: StudyReport) -> Block:
     title = "Margins of the claims and δd3 of the sealed alarms over the start phases"
     table = Table.of_records([*rows.values()], title=title, key="phases-numbers", notes=(note,))
     has_phases = study.standings[0].n_phase > 1
-    said = [*([] if has_phases else [_ONE_PHASE]), *([_UNSETTLED] if len(study.standings) == 1 else [])]
-    title, figures = "What survives: start phases and settled records", ("phases",) if has_phases else ()
-    return Block("phases", title, tuple(said), (table,), figures)
+    said = [f"{where}: {joined(which)}." for where, which in survival.items()] if has_phases else [_ONE_PHASE]
+    said += [_UNSETTLED] if len(study.standings) == 1 else []
+    title = "Claims and the sealed alarm over the start phases"
+    return (
+        Block("standing", "What survives: start phases and settled records", tuple(said)),
+        Block("phases", title, (), (table,), ("phases",) if has_phases else ()),
+    )
 
 
 def controls(table: RunTable) -> tuple[RunTable, RunTable]:

@@ -143,8 +143,10 @@ class StudyReport(Report):
         yield from table3_blocks(self)
         yield changes.settled_block(self)
         yield table2_block(self)
+        standing, phases = conclusions.standing_blocks(self) if self.has_baseline else (None, None)
         yield conclusions.claims_block(self)
-        yield from answers(conclusions.standing_block(self) if self.has_baseline else None)
+        yield from answers(standing)
+        yield phases
         yield reference_block(self)
         yield indicators_block(self.indicators, has_replicates=self.data.has_replicates)
         figures = ("figure2", "figure3", "figure4", "spectrum", "mode_plane")

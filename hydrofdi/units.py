@@ -98,13 +98,7 @@ _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 @lru_cache(maxsize=256)
 def parse_unit(text: str) -> Unit:
-    """The unit that an expression such as ``"N·s/m"``, ``"m^3.5/kg^0.5"`` or ``"Pa/√Hz"`` stands for.
-
-    Raises
-    ------
-    ValueError
-        The expression is malformed or names a unit that hydrofdi does not know.
-    """
+    """The unit that an expression such as ``"N·s/m"``, ``"m^3.5/kg^0.5"`` or ``"Pa/√Hz"`` stands for."""
     if len(text) > MOST_CHARACTERS:
         raise ValueError(f"a unit has at most {MOST_CHARACTERS} characters; found {len(text)}")
     result, power_sign, open_signs, pending = SYMBOLS["1"], 1, [1], None
@@ -232,13 +226,7 @@ class Quantity(float):
         return quantity
 
     def to(self, unit: str) -> float:
-        """The number in another unit, e.g. ``"L/min"``.
-
-        Raises
-        ------
-        ValueError
-            The unit is unknown or has another dimension.
-        """
+        """The number in another unit, e.g. ``"L/min"``."""
         if _given_unit(unit, self.unit).exponents != parse_unit(self.unit or "1").exponents:
             raise ValueError(f"{unit} has the wrong dimension; it must be convertible to {self.unit or 1}")
         return convert(self, unit)
@@ -253,11 +241,6 @@ def parse_quantity(text: str, unit: str) -> float:
         A number, or a number and a unit of the same dimension as `unit`.
     unit : str
         Unit of the returned number, e.g. ``"Pa"``; also the unit of a bare number.
-
-    Raises
-    ------
-    ValueError
-        The text is not a number with a unit, or the unit has another dimension.
     """
     match = _NUMBER.fullmatch(text)
     if match is None or match[2].startswith(","):
@@ -273,13 +256,7 @@ def parse_quantity(text: str, unit: str) -> float:
 
 
 def parse_si(text: str) -> float:
-    """A quantity such as ``"551 MPa"`` in the SI unit of its dimension.
-
-    Raises
-    ------
-    ValueError
-        The text is not a number with a unit.
-    """
+    """A quantity such as ``"551 MPa"`` in the SI unit of its dimension."""
     match = _NUMBER.fullmatch(text)
     if match is None:
         raise ValueError(f"{text!r} is not a number with a unit")
@@ -293,7 +270,6 @@ def stated_unit(text: str, unit: str) -> str | None:
 
     Parameters
     ----------
-    text : str
     unit : str
         Unit of the same dimension.
 

@@ -25,13 +25,7 @@ def refusal(name: str, expected: str, found: object) -> ConfigError:
 
 
 def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
-    """A finite number above zero, with a unit or in SI.
-
-    Raises
-    ------
-    ConfigError
-        The value has another type or unit, or is out of range.
-    """
+    """A finite number above zero, with a unit or in SI."""
     if isinstance(given, bool) or not isinstance(given, str | Real):
         raise refusal(name, expected, given)
     try:
@@ -44,13 +38,7 @@ def positive_of(name: str, given: Any, unit: str, expected: str) -> float:
 
 
 def count_of(name: str, given: Any) -> int:
-    """An integer from 1.
-
-    Raises
-    ------
-    ConfigError
-        The value has another type or unit, or is out of range.
-    """
+    """An integer from 1."""
     if isinstance(given, bool) or not isinstance(given, Integral):
         raise refusal(name, "an integer", given)
     if given < 1:
@@ -59,13 +47,7 @@ def count_of(name: str, given: Any) -> int:
 
 
 def names_of(name: str, given: Any, expected: str) -> list[str]:
-    """Names or numbers, one or several, as texts.
-
-    Raises
-    ------
-    ConfigError
-        The value has another type.
-    """
+    """Names or numbers, one or several, as texts."""
     several = [given] if isinstance(given, str | Integral) or not isinstance(given, Iterable) else [*given]
     if any(isinstance(each, bool) or not isinstance(each, str | Integral) for each in several):
         raise refusal(name, expected, given)
@@ -73,13 +55,7 @@ def names_of(name: str, given: Any, expected: str) -> list[str]:
 
 
 def path_of(place: Any) -> Path:
-    """A path, with ``~`` as the home of the user; for stored results, their folder.
-
-    Raises
-    ------
-    ConfigError
-        The value has another type.
-    """
+    """A path, with ``~`` as the home of the user; for stored results, their folder."""
     place = getattr(place, "folder", place)
     if not isinstance(place, str | PathLike):
         raise ConfigError(f"expected a path, found {brief(place)}")

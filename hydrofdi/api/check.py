@@ -67,10 +67,8 @@ class Check(SimpleNamespace):
         Part of the model → longest stable step over all runs [s].
     binding : str
         The part that allows the shortest step only.
-    modes : list of dict
     bands : list of (float, float)
         Band of each level [Hz].
-    n_sample : int
     n_period : float
         Periods of the input in the record; NaN if it has none.
     boundary_shares : list of float
@@ -479,11 +477,6 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
 
     Where there are more, the first run of every EBM × leakage is chosen, or of every population of a study,
     then the second, and so on. In an ensemble, a leakage that cannot be reached is a run without K_i.
-
-    Raises
-    ------
-    ConfigError
-        A leakage flow cannot be reached.
     """
     table = expand_runs(experiment)
     labels = tuple(

@@ -55,13 +55,7 @@ class Left(Counted):
     _seen: dict[bytes, RecordMeasures] = field(default_factory=dict)
 
     def count(self, records: Iterable[RecordMeasures]) -> Iterator[RecordMeasures]:
-        """The records as they come, without those that repeat the samples of another.
-
-        Raises
-        ------
-        ConfigError
-            Records with the same samples have different labels.
-        """
+        """The records as they come, without those that repeat the samples of another."""
         for record in super().count(records):
             self.labels |= {record.label} - {""}
             if record.has_numbers and self._is_repeat(record):

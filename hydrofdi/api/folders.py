@@ -77,7 +77,6 @@ class Explanation(SimpleNamespace):
 
     Attributes
     ----------
-    run_id, record_id, status, message, log : str
     reason : str
         Why it is to be computed: what of its request is not stored, its record or its analysis; empty where
         it is stored.
@@ -144,7 +143,6 @@ class Rerun:
 
     Attributes
     ----------
-    run_id : str
     differing : list of str
         Variables that differ.
     """

@@ -145,13 +145,7 @@ class Counted:
 def measured_records(
     data: Any, indicators: Indicators, said: Said
 ) -> tuple[Sequence[Column], Iterator[RecordMeasures], tuple[str, ...]]:
-    """Columns, records that are measured as they are asked for, and remarks on all numbers, of `measure`.
-
-    Raises
-    ------
-    ConfigError, DataError, StoreError
-        An argument is invalid, or the records cannot be read.
-    """
+    """Columns, records that are measured as they are asked for, and remarks on all numbers, of `measure`."""
     chosen = indicators_of(indicators)
     sources = sources_of(data, used_channels(chosen), said)
     return *measure_sources(sources, chosen), assumed_plants(sources, chosen)
@@ -160,13 +154,7 @@ def measured_records(
 def write_measures(
     path: Path, form: str, columns: Sequence[Column], records: Iterable[RecordMeasures]
 ) -> None:
-    """Write what was measured, whole or not at all, as ``csv``, ``json`` or ``parquet``.
-
-    Raises
-    ------
-    ReportError, StoreError
-        The file cannot be written or belongs to something else, or a library is not installed.
-    """
+    """Write what was measured, whole or not at all, as ``csv``, ``json`` or ``parquet``."""
     from hydrofdi.report.forms.measures import OWN, csv_lines, json_parts, write_parquet
     from hydrofdi.store.files import require_own, whole_file
 
@@ -180,13 +168,7 @@ def write_measures(
 
 
 def with_options(indicators: Indicators, options: Mapping[str, Any] | None) -> Indicators:
-    """An indicator with its options as label → options; indicators as they are if no options are given.
-
-    Raises
-    ------
-    ConfigError
-        Options are given, but not with the name of one indicator.
-    """
+    """An indicator with its options as label → options; indicators as they are if no options are given."""
     if options is None:
         return indicators
     if not isinstance(options, Mapping):
@@ -200,13 +182,7 @@ def with_options(indicators: Indicators, options: Mapping[str, Any] | None) -> I
 
 
 def indicators_of(given: Indicators) -> dict[str, Any]:
-    """Label → indicator.
-
-    Raises
-    ------
-    ConfigError
-        With every mistake.
-    """
+    """Label → indicator."""
     if isinstance(given, int | float):
         raise ConfigError(f"indicators: found {given!r}; is it meant as sampling_frequency={given!r}?")
     if isinstance(given, str | PathLike):

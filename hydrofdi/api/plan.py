@@ -47,7 +47,6 @@ class SweepPlan:
 
     Attributes
     ----------
-    experiment : ExperimentConfig
     directory : Path
         Folder of the experiment.
     table : RunTable
@@ -191,23 +190,7 @@ def plan_sweep(
     retry_failed: bool = False,
     run_ids: tuple[str, ...] | None = None,
 ) -> SweepPlan:
-    """The runs of an experiment, and which of them are stored. Writes nothing.
-
-    Parameters
-    ----------
-    experiment : ExperimentConfig
-    directory : Path
-        Folder of the experiment.
-    retry_failed : bool
-        Whether runs that failed without a result count as missing.
-    run_ids : tuple of str, optional
-        The identities of its runs, where an indicator is not installed that belongs to them.
-
-    Raises
-    ------
-    ConfigError
-        The sweep is impossible.
-    """
+    """The runs of an experiment, and which of them are stored. Writes nothing."""
     table = expand_runs(experiment)
     records = [run.record for run in table.runs.distinct("record")]
     time_grids = {(record.n_sample, record.sampling_frequency) for record in records}
@@ -273,7 +256,6 @@ class Plan(SimpleNamespace):
         Leakage flows, conditions and total of the leakage coefficients K_i to solve.
     calibrated_at : str
         Whether K_i is solved for each run, or at the nominal actuator.
-    workers : int
     predicted_seconds, predicted_seconds_most : float
         Least and most wall time to expect with so many workers, from a few runs that were tried [s].
     predicted_file_bytes, free_bytes : int

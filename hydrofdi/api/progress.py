@@ -127,13 +127,7 @@ class StandardError(Watching):
 
 @contextmanager
 def watching(progress: bool | Callable[[Progress], object]) -> Iterator[Watching]:
-    """The watcher that a caller chose.
-
-    Raises
-    ------
-    ConfigError
-        The value is neither a boolean nor a function.
-    """
+    """The watcher that a caller chose."""
     if not callable(progress) and not isinstance(progress, bool):
         raise refusal("progress", "True, False or a function", progress)
     if progress is not True:

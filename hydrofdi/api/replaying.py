@@ -131,25 +131,7 @@ Send = Callable[[Chunk], None]
 def sample_target(
     to: str, form: str | None, config: Path | None, stream: TextIO, tell: Callable[[str], None]
 ) -> Iterator[Send]:
-    """Receiver of blocks of samples; it has received all when it is closed.
-
-    Parameters
-    ----------
-    to : str
-        ``-`` for the stream of text, or ``mqtt://host:port/topic``.
-    form : {"csv", "json"}, optional
-        Of text.
-    config : Path, optional
-        How a broker is reached.
-    stream : file object
-    tell : callable
-        Called with messages on the connection.
-
-    Raises
-    ------
-    ConfigError
-        The target is neither, or a setting does not fit.
-    """
+    """Receiver of blocks of samples; it has received all when it is closed."""
     if to == "-":
         if config is not None:
             raise ConfigError("config: is for a broker; give its topic as 'to'")

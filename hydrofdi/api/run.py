@@ -118,13 +118,7 @@ class Run:
         return self.signals[names.TIME]
 
     def __getitem__(self, name: str) -> Any:
-        """A signal, shape (n_time,), or a feature, by its name or symbol, in SI.
-
-        Raises
-        ------
-        UnknownNameError
-            There is no such signal or feature.
-        """
+        """A signal, shape (n_time,), or a feature, by its name or symbol, in SI."""
         found = {**self.signals, **self.features}
         if name not in found:
             raise UnknownNameError(f"no signal or feature {name!r}{nearest(str(name), [*found])}")

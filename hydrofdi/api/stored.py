@@ -39,13 +39,7 @@ _LIBRARIES = ("h5py", "numba", "numpy", "pywavelets", "scipy")
 
 
 def experiment_directory(experiment: ExperimentConfig, out: Path | None = None) -> Path:
-    """Folder of an experiment: `out`, or ``results/<name>``.
-
-    Raises
-    ------
-    ConfigError
-        `out` is the working directory itself.
-    """
+    """Folder of an experiment: `out`, or ``results/<name>``."""
     if out is None:
         return RESULTS / experiment.name
     if out.resolve() == Path.cwd():
@@ -64,13 +58,7 @@ def results_files(directory: Path) -> list[Path]:
 
 
 def require_single(directory: Path, files: Sequence[Path]) -> None:
-    """Check that a folder without a sweep contains a single file with records, so that none is ignored.
-
-    Raises
-    ------
-    StoreError
-        It contains several files.
-    """
+    """Check that a folder without a sweep contains a single file with records, so that none is ignored."""
     if len(files) < 2:
         return
     raise StoreError(
@@ -80,13 +68,7 @@ def require_single(directory: Path, files: Sequence[Path]) -> None:
 
 
 def newest_directory() -> Path:
-    """The folder below ``results/`` that was swept last.
-
-    Raises
-    ------
-    ReportError
-        There is none.
-    """
+    """The folder below ``results/`` that was swept last."""
     finished = list(RESULTS.glob("*/[!.]*.h5"))
     folders = {file.parent for file in finished}
     requested = [file for file in RESULTS.glob(f"*/{REQUEST_FILE}") if file.parent not in folders]
@@ -97,20 +79,7 @@ def newest_directory() -> Path:
 
 
 def read_results(place: Path | None = None) -> ExperimentData:
-    """An experiment as far as it is stored.
-
-    Parameters
-    ----------
-    place : Path, optional
-        Its folder, or its file; by default the folder below ``results/`` that was swept last.
-
-    Raises
-    ------
-    ReportError
-        There is none.
-    StoreError
-        Its file is damaged or of another version, or the folder of no sweep contains several files.
-    """
+    """An experiment as far as it is stored."""
     if place is not None and not place.is_dir():
         if not place.exists():
             meant = similar(place.name, [str(folder) for folder in sorted(RESULTS.glob("*/"))])
@@ -176,13 +145,7 @@ def _read_shards(
 
 
 def rows_named(wanted: str, run_ids: Sequence[str], record_ids: Sequence[str], place: str) -> Sequence[int]:
-    """Rows of runs that a position, a range such as ``3-9``, or the beginning of an identity names.
-
-    Raises
-    ------
-    StoreError
-        There is no such run, or several have an identity that begins so; a range runs backwards.
-    """
+    """Rows of runs that a position, a range such as ``3-9``, or the beginning of an identity names."""
     if wanted.isdecimal() and wanted not in (*run_ids, *record_ids):
         if int(wanted) >= len(run_ids):
             raise StoreError(f"{place}: has no row {wanted}, but rows 0 to {len(run_ids) - 1}")
@@ -212,15 +175,7 @@ _PHYSICS = "physics version"
 
 
 def changes_since(directory: Path, asked: ExperimentConfig) -> dict[str, tuple[Any, Any]]:
-    """Key → (value of the latest sweep that stored runs, value now), where they differ, in SI.
-
-    Parameters
-    ----------
-    directory : Path
-        Folder of the experiment.
-    asked : ExperimentConfig
-        What is asked for now.
-    """
+    """Key → (value of the latest sweep that stored runs, value now), where they differ, in SI."""
     made = next((record for record in reversed(read_provenance(directory)) if record.get("computed")), None)
     if made is None:
         return {}

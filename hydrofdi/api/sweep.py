@@ -146,13 +146,7 @@ def sweep(
 
 
 def _engine(name: str, workers: int | None, scheduler: str | None, *, shared_directory: bool) -> Engine:
-    """An engine by its name; `workers` of a local pool are by default the cores that this process may use.
-
-    Raises
-    ------
-    ConfigError
-        The options do not fit the engine, or Dask is not installed.
-    """
+    """An engine by its name; `workers` of a local pool are by default the cores that this process may use."""
     if name not in (known := ("local", "in-process", "dask")):
         raise ConfigError(f"engine: {name!r} is unknown{nearest(str(name), known)}")
     if name == "dask":
@@ -174,30 +168,7 @@ def run_sweep(
     *,
     retry_failed: bool = False,
 ) -> SweepSummary:
-    """Compute the missing runs of an experiment and build its experiment file.
-
-    Parameters
-    ----------
-    experiment : ExperimentConfig
-    directory : Path
-        Folder of the results.
-    engine : Engine, optional
-        Where the runs are computed, not entered yet; by default a pool of processes on this machine.
-    watcher : Watching, optional
-        Receives news of the progress.
-    retry_failed : bool
-        Whether runs that failed without a result are tried again.
-
-    Raises
-    ------
-    ConfigError
-        The sweep is impossible, or none of its leakage flows can be reached; nothing is written then.
-    StoreError
-        The folder is in use by another sweep, or cannot be written, or a file of something else has the name
-        of the experiment file.
-    SweepInterrupted
-        It was stopped before what ran could be finished.
-    """
+    """Compute the missing runs of an experiment and build its experiment file."""
     start, completed = time.perf_counter(), 0
     engine = engine or LocalPoolEngine(available_cores())
     watcher = watcher or Watching(lambda _: None)

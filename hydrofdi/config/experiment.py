@@ -54,13 +54,7 @@ class IndicatorChoice:
 
     @property
     def identity(self) -> str:
-        """Name, version and options of each indicator; empty if they are the default.
-
-        Raises
-        ------
-        ConfigError
-            An indicator is not installed, so its version is unknown.
-        """
+        """Name, version and options of each indicator; empty if they are the default."""
         return _identity(self.text)
 
 
@@ -105,8 +99,6 @@ class Analysis:
     ----------
     n_discarded : int
         Samples at its start that are left out.
-    wavelet : WaveletConfig
-    choice : IndicatorChoice
     """
 
     n_discarded: int = 0

@@ -48,14 +48,7 @@ def _block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
 
 
 def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> list[str]:
-    """A sentence on each parameter of which some value is far from the usual ones.
-
-    Parameters
-    ----------
-    experiment : ExperimentConfig
-    with_sweep : bool
-        Whether values of ``sweep`` and ``ensemble`` count; without them, the nominal run is looked at.
-    """
+    """A sentence on each parameter of which some value is far from the usual ones."""
     values = _values(experiment, with_sweep=with_sweep)
     sentences = [sentence for name in values for sentence in _sentences(name, values[name])]
     breakaway, coulomb = (max(values[f"friction.{part}"]) for part in ("breakaway", "coulomb"))

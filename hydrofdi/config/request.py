@@ -203,13 +203,7 @@ def section_text(name: str, section: Section) -> str:
 
 
 def replace_fields(section: Section, fields: tuple[tuple[str, Any], ...]) -> Section:
-    """A section with fields replaced; either form of the internal leakage replaces the other.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        They are invalid, or do not fit the others.
-    """
+    """A section with fields replaced; either form of the internal leakage replaces the other."""
     new, kind = dict(fields), type(section)
     values = {name: section.__dict__[name] for name in kind.model_fields}
     if isinstance(section, machine.LeakageConfig) and new.keys() & {"internal_coefficient", "internal_flow"}:
@@ -282,13 +276,7 @@ def parameter_names(kind: type[RunParameters] = RunRequest) -> tuple[str, ...]:
 
 
 def validate_parameter(name: str, value: Any) -> Any:
-    """A value for a dotted name, in SI, checked on its own.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        The value is not one that the parameter can take.
-    """
+    """A value for a dotted name, in SI, checked on its own."""
     return _adapter(name).validate_python(value)
 
 

@@ -86,15 +86,7 @@ def shown_options(options: Section) -> str:
 
 
 def shown_value(name: str, value: Any) -> str:
-    """A value of a dotted parameter with its unit, such as ``689 MPa``, or its distribution.
-
-    Parameters
-    ----------
-    name : str
-        Dotted name.
-    value
-        A value in SI, or a distribution as an experiment file states it, such as ``{"uniform": [4e8, 6e8]}``.
-    """
+    """A value of a dotted parameter with its unit, such as ``689 MPa``, or its distribution."""
     kind, arguments = next(iter(value.items())) if isinstance(value, dict) and value else ("", [value])
     if not isinstance(arguments, list | tuple):
         return str(without_contents(value))

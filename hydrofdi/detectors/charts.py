@@ -71,7 +71,6 @@ class Chart(Method[Chosen]):
 
         Parameters
         ----------
-        state : mapping of str to ndarray
         scores : array_like, shape (n_stream, n_time)
             Standardised [-].
         limit : float
@@ -79,7 +78,6 @@ class Chart(Method[Chosen]):
 
         Returns
         -------
-        state : mapping of str to ndarray
         statistic : ndarray, shape (n_stream, n_time)
             Alarm if statistic >= limit.
         """

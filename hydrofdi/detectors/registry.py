@@ -67,27 +67,13 @@ class Registry(Generic[Made]):
         return sorted(self._kinds)
 
     def kind(self, name: str) -> Any:
-        """The class of a name.
-
-        Raises
-        ------
-        ConfigError
-            There is none.
-        """
+        """The class of a name."""
         if name not in self._kinds:
             raise ConfigError(f"there is no {self._noun} {name!r}{nearest(name, self.names())}")
         return self._kinds[name]
 
     def make(self, name: str, options: Mapping[str, Any] | None = None) -> Made:
-        """An instance with options.
-
-        Raises
-        ------
-        ConfigError
-            There is no such name.
-        ValidationError
-            The options are not valid.
-        """
+        """An instance with options."""
         kind = self.kind(name)
         made: Made = kind(kind.Options.model_validate(dict(options or {})))
         return made

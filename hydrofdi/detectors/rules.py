@@ -40,13 +40,7 @@ class Promise(Section):
     generalised Pareto model of the largest scores, for rates of 0.1 % and less."""
 
     def set_threshold(self, healthy: ArrayLike, direction: Direction) -> Threshold:
-        """Set a threshold from healthy fit scores, shape (n_record,).
-
-        Raises
-        ------
-        NotStatedError
-            There are too few scores, or the tail model is rejected.
-        """
+        """Set a threshold from healthy fit scores, shape (n_record,)."""
         method = THRESHOLDS[self.threshold]
         return method(healthy, self.false_alarm_rate, direction=direction, confidence=self.confidence)
 

@@ -40,7 +40,6 @@ class AlarmLimit:
         Mean time between false alarms [s]; infinite if there was no alarm.
     low, high : float
         Confidence interval of the mean time [s].
-    confidence : float
     n_alarm : float
         Mean number of false alarms per resampled healthy operation of the length of the data.
     duration : float
@@ -70,7 +69,6 @@ class FalseAlarms:
 
     Parameters
     ----------
-    chart : Chart
     streams : array_like, shape (n_stream, n_time)
         Standardised scores of healthy records [-]. Cut a long record into nearly independent pieces, and omit
         its transient; NaN scores are skipped.
@@ -80,12 +78,6 @@ class FalseAlarms:
         Group of each stream; streams of a group are drawn together.
     n_draw : int
         Number of resamples for an interval; the search for a limit uses a tenth.
-    seed : int
-
-    Raises
-    ------
-    NotStatedError
-        There are fewer than five groups, or no scores.
     """
 
     def __init__(
@@ -119,11 +111,6 @@ class FalseAlarms:
         The interval is that of a Poisson count (Garwood, Biometrika 28 (1936) 437) with an effective number
         of alarms from the variance over the resamples, at most the actual number. A percentile bootstrap is
         not suitable: with few alarms it cannot extrapolate beyond the largest score.
-
-        Parameters
-        ----------
-        limit : float
-        confidence : float
         """
         from scipy.special import gammaincinv
 
@@ -148,12 +135,6 @@ class FalseAlarms:
         ----------
         mean_time : float
             Required mean time between false alarms [s].
-        confidence : float
-
-        Raises
-        ------
-        NotStatedError
-            The total length of the healthy records is shorter than the required time.
         """
         wanted = math.floor(self.duration / mean_time + 1e-9)
         if not wanted:
@@ -232,8 +213,6 @@ def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int) -> Iterat
     ----------
     groups : list of ndarray of int
         Positions of the streams of each group.
-    n_draw : int
-    seed : int
 
     Yields
     ------
@@ -277,11 +256,6 @@ class Delays:
 
         Its distribution-free interval is that of order statistics: David and Nagaraja, Order Statistics
         (2003), section 7.1.
-
-        Parameters
-        ----------
-        share : float
-        confidence : float
         """
         share_between_0_and_1("the share of leaks", share)
         ordered = np.sort(self.values)

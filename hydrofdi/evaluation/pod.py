@@ -100,13 +100,6 @@ def tally(severity: ArrayLike, outcomes: ArrayLike) -> Tally:
         Positive severity; records without a fault belong to the false alarms.
     outcomes : array_like, shape (n_record,)
         1 detected, 0 not, NaN not measurable.
-
-    Raises
-    ------
-    ValueError
-        A severity is not a positive number.
-    NotStatedError
-        No record has a score.
     """
     levels, values = np.asarray(severity, dtype=float), np.asarray(outcomes, dtype=float)
     if not np.all((levels > 0.0) & np.isfinite(levels)):
@@ -149,8 +142,6 @@ def last_shown(
     severity : ndarray, shape (n_level,)
         Ascending.
     shown : ndarray of bool, shape (n_level,)
-    probability : float
-    confidence : float or None
     """
     n_shown = int(np.cumprod(shown[::-1]).sum())
     if not n_shown:
@@ -165,11 +156,6 @@ def interpolated_level(counted: Tally, *, probability: float = 0.9) -> Detectabl
 
     Between levels it is interpolated in the logarithm of the severity: Stylianou and Flournoy, Biometrics 58
     (2002) 171.
-
-    Parameters
-    ----------
-    counted : Tally
-    probability : float
     """
     levels = counted.pooled(MOST_LEVELS) if counted.severity.size > 3 * MOST_LEVELS else counted
     level, estimate = levels.severity, isotonic(levels)
@@ -233,7 +219,6 @@ def log_likelihood(predictor: Array, tally: Tally, floor: float) -> float:
     Parameters
     ----------
     predictor : ndarray, shape (n_level,)
-    tally : Tally
     floor : float
         α.
     """
@@ -252,8 +237,6 @@ def maximise(design: Array, offset: Array, tally: Tally, floor: float, start: fl
     ----------
     design : ndarray, shape (n_level, n_coefficient)
     offset : ndarray, shape (n_level,)
-    tally : Tally
-    floor : float
     start : float
         Initial value of all coefficients.
 
@@ -315,7 +298,6 @@ class PodCurve:
         α, the floor.
     intercept, slope : float
         -µ/s and 1/s; the slope is 0 if detection does not increase with severity.
-    log_likelihood : float
     axis : Axis
         x(a).
     """
@@ -378,13 +360,6 @@ def probability_of_detection(
         α, as measured on healthy records; below 1.
     axis : str
         ``log`` or ``linear`` in severity.
-
-    Raises
-    ------
-    ValueError
-        A severity is not positive, or the false-alarm rate is not between 0 and 1.
-    NotStatedError
-        No record has a score.
     """
     if not 0.0 <= false_alarm_rate < 1.0:
         raise ValueError(f"the false-alarm rate must be from 0 to 1; found {false_alarm_rate}")
@@ -420,10 +395,6 @@ def lack_of_fit(curve: PodCurve) -> float:
     Hosmer and Lemeshow, Communications in Statistics A 9 (1980) 1043; Cochran, Biometrics 10 (1954) 417, on
     the minimum expected count. A small p-value means that the quantiles of the curve must not be used; NaN if
     there are too few cells.
-
-    Parameters
-    ----------
-    curve : PodCurve
     """
     from scipy.special import chdtrc
 
@@ -482,7 +453,6 @@ def lower_bound(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.9
 
     Parameters
     ----------
-    curve : PodCurve
     severity : array_like, shape (n,)
     confidence : float
         From 0.5.
@@ -521,7 +491,6 @@ def smallest_detectable(
 
     Parameters
     ----------
-    curve : PodCurve
     probability : float
         p.
     confidence : float or None

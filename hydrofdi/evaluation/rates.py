@@ -25,7 +25,6 @@ class HealthyPair:
 
     Attributes
     ----------
-    fit_group, test_group : str
     area : Area
         Area under the ROC curve of the test group against the fit group; 0.5 if they do not differ.
     rate : Rate or None
@@ -49,17 +48,10 @@ def left_out_outcomes(healthy: ArrayLike, groups: Sequence[str], rule: Rule) -> 
     Parameters
     ----------
     healthy : array_like, shape (n_record,)
-    groups : sequence of str, length n_record
-    rule : callable
 
     Returns
     -------
     outcomes : ndarray, shape (n_record,)
-
-    Raises
-    ------
-    NotStatedError
-        There is only one group, or the others contain too few records for the rule.
     """
     scores, names = np.asarray(healthy, dtype=float), np.asarray(groups)
     distinct = np.unique(names)
@@ -82,9 +74,6 @@ def healthy_against_healthy(
     Parameters
     ----------
     healthy : array_like, shape (n_record,)
-    groups : sequence of str, length n_record
-    rule : callable
-    confidence : float
     """
     scores, names = np.asarray(healthy, dtype=float), np.asarray(groups)
     parts = {str(name): scores[names == name] for name in dict.fromkeys(groups)}
@@ -112,7 +101,6 @@ class Rate:
         Number of further records without a score.
     low, high : float
         Limits of the interval; 0 and 1 if there are no records.
-    confidence : float
     n_group : int or None
         Number of groups of possibly dependent records; None if all records are independent.
     """
@@ -140,7 +128,6 @@ def clopper_pearson(count: float, total: float, confidence: float = 0.95) -> tup
     ----------
     count, total : float
         Need not be integers: effective numbers of records are allowed.
-    confidence : float
     """
     from scipy.special import betaincinv
 
@@ -167,7 +154,6 @@ def alarm_rate(outcomes: ArrayLike, *, groups: Sequence[str] | None = None, conf
         1 for an alarm, 0 for none, NaN if not measurable.
     groups : sequence of str, length n_record, optional
         Equal for dependent records, such as those of one unit or day.
-    confidence : float
     """
     values = np.asarray(outcomes, dtype=float)
     is_known = ~np.isnan(values)

@@ -54,11 +54,6 @@ def roc_curve(healthy: ArrayLike, faulty: ArrayLike) -> RocCurve:
     Parameters
     ----------
     healthy, faulty : array_like, shape (n_record,)
-
-    Raises
-    ------
-    NotStatedError
-        There is no healthy or no faulty score.
     """
     below, above = _of_both_kinds(healthy, faulty)
     distinct = np.unique(np.concatenate((below, above)))[::-1]
@@ -129,12 +124,6 @@ def area_under_curve(healthy: ArrayLike, faulty: ArrayLike, *, confidence: float
     Parameters
     ----------
     healthy, faulty : array_like, shape (n_record,)
-    confidence : float
-
-    Raises
-    ------
-    NotStatedError
-        There is no healthy or no faulty score.
     """
     below, above = _of_both_kinds(healthy, faulty)
     of_healthy, of_faulty = placements(below, above)
@@ -210,13 +199,6 @@ def clustered_area(
     Parameters
     ----------
     healthy, faulty : array_like, shape (n_record,)
-    healthy_groups, faulty_groups : sequence of str, length n_record
-    confidence : float
-
-    Raises
-    ------
-    NotStatedError
-        There are fewer than thirty groups, or no scores of one kind.
     """
     from scipy.special import expit, logit, stdtrit
 
@@ -255,15 +237,6 @@ def grouped_area(
     Parameters
     ----------
     healthy, faulty : array_like, shape (n_record,)
-    healthy_groups, faulty_groups : sequence of str, length n_record
-    confidence : float
-    n_draw : int
-    seed : int
-
-    Raises
-    ------
-    NotStatedError
-        There are fewer than five groups, or no scores of one kind.
     """
     area = area_under_curve(healthy, faulty, confidence=confidence)
     below, above, places, n_group = _of_groups(healthy, faulty, healthy_groups, faulty_groups, FEWEST_GROUPS)

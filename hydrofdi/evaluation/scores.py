@@ -22,7 +22,6 @@ def measurable(scores: ArrayLike) -> tuple[Array, int]:
     -------
     known : ndarray, shape (n_known,)
         In the order given.
-    not_measurable : int
     """
     values = np.asarray(scores, dtype=float)
     missing = np.isnan(values)
@@ -30,13 +29,7 @@ def measurable(scores: ArrayLike) -> tuple[Array, int]:
 
 
 def share_between_0_and_1(name: str, value: float) -> None:
-    """Check that a rate, a probability or a confidence lies between 0 and 1.
-
-    Raises
-    ------
-    ValueError
-        It does not.
-    """
+    """Check that a rate, a probability or a confidence lies between 0 and 1."""
     if not 0.0 < value < 1.0:
         raise ValueError(f"{name} must be between 0 and 1; found {value}")
 
@@ -70,7 +63,6 @@ class Population:
     ----------
     name : str
         Name, such as ``healthy``, ``0.1 L/min``, ``stiffer``.
-    kind : Kind
     is_fit : bool
         Whether its records may be used to fit thresholds, directions and models; they are then never tested.
     severity : float
@@ -107,7 +99,6 @@ def suspicion(scores: ArrayLike, direction: Direction, centre: float = 0.0) -> A
     Parameters
     ----------
     scores : array_like, shape (n_record,)
-    direction : Direction
     centre : float
         Healthy reference value for both directions, such as the median of the fit records.
     """

@@ -42,14 +42,8 @@ def relative_spread(
     ----------
     alone, together : array_like, shape (n_record,)
         Scores of healthy records in which one nuisance varies, or all vary; NaN if a record has no score.
-    confidence : float
     seed : int
         Seed of the draws for the interval.
-
-    Raises
-    ------
-    NotStatedError
-        Fewer than 49 records of one kind have a score, or nine in ten scores with all nuisances are equal.
     """
     draw = np.random.default_rng(seed)
     scores = np.asarray(alone, dtype=float)
@@ -79,17 +73,11 @@ def quantiles_and_draws(
         NaN if a record has no score; infinite scores are not used.
     probabilities : sequence of float
         Ascending, between 0 and 1.
-    generator : Generator
 
     Returns
     -------
     quantiles : ndarray, shape (n_probability,)
     draws : ndarray, shape (N_DRAW, n_probability)
-
-    Raises
-    ------
-    NotStatedError
-        Too few records have a score: the limits of the inner range need 49, a median 4.
     """
     known, _ = measurable(scores)
     ordered = np.sort(known[np.isfinite(known)])
@@ -143,12 +131,6 @@ class Response:
         Confidence level of all intervals.
     seed : int
         Seed of the draws for the intervals.
-
-    Raises
-    ------
-    NotStatedError
-        There are fewer than two severities, fewer than 4 scores at one of them, or the severest fault does
-        not change the median.
     """
 
     def __init__(
@@ -184,11 +166,6 @@ class Response:
             Scores of healthy records with the nuisance.
         centre : array_like, shape (n_record,)
             Scores of healthy records without the nuisance; their median is the centre.
-
-        Raises
-        ------
-        NotStatedError
-            Fewer than 49 records with the nuisance, or 4 without it, have a score.
         """
         middle, middles = self._medians([centre])
         directed = self.sign * np.asarray(scores, dtype=float)

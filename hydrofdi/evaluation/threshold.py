@@ -20,7 +20,6 @@ def records_needed(false_alarm_rate: float, confidence: float, rank: int = 1) ->
 
     Parameters
     ----------
-    false_alarm_rate, confidence : float
     rank : int
         Rank, at least 1.
     """
@@ -51,12 +50,6 @@ def tolerance_threshold(
         α.
     confidence : float
         γ.
-    direction : Direction
-
-    Raises
-    ------
-    NotStatedError
-        There are too few records; the message states how many are needed.
     """
     from scipy.special import betaincinv
 
@@ -98,7 +91,6 @@ class Threshold:
         has no such limit.
     interval : tuple of float
         Interval of the true rate, at level `confidence`.
-    confidence : float
     n_healthy : int
         Number of healthy records used.
     not_measurable : int
@@ -131,7 +123,6 @@ def limits_at_rank(ordered: Array, rank: int, direction: Direction) -> tuple[flo
         Ascending.
     rank : int
         From 1; even for both directions.
-    direction : Direction
     """
     each = rank // direction.n_side
     low = -math.inf if direction is Direction.RISING else float(ordered[each - 1])
@@ -162,11 +153,6 @@ def quantile_threshold(
         For both directions, k/2 scores are beyond each limit.
     confidence : float
         Confidence level of the two-sided interval of the true rate.
-
-    Raises
-    ------
-    NotStatedError
-        There are too few records: α (n + 1) is less than 1, or less than 2 for both directions.
     """
     from scipy.special import betaincinv
 
@@ -249,7 +235,6 @@ def anderson_darling(distribution: GeneralisedPareto, excesses: Array) -> Array:
 
     Parameters
     ----------
-    distribution : GeneralisedPareto
     excesses : ndarray, shape (..., n)
         Ascending along the last axis.
     """
@@ -312,11 +297,6 @@ def tail_threshold(
         The model is rejected if A² exceeds its (1 − significance) quantile in the bootstrap.
     seed : int
         Seed of the bootstrap.
-
-    Raises
-    ------
-    NotStatedError
-        There are too few records, the rate is not in the tail, or the model does not fit the tail.
     """
     share_between_0_and_1("the false-alarm rate", false_alarm_rate)
     known, missing = measurable(healthy)

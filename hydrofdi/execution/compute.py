@@ -76,13 +76,7 @@ class BatchReceipt:
 
 
 def compute_shard(batch: Batch) -> BatchReceipt:
-    """Measure the records of a batch, simulated or stored, and write its shard.
-
-    Raises
-    ------
-    StoreError
-        The shard cannot be written, or a record cannot be read.
-    """
+    """Measure the records of a batch, simulated or stored, and write its shard."""
     seconds: Seconds = {}
     compute = measure_stored if batch.is_stored else compute_columns
     columns = compute(batch.jobs, seconds=seconds)

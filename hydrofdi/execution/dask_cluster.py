@@ -15,21 +15,7 @@ from hydrofdi.store.shard import store_shard_bytes
 
 
 class DaskEngine:
-    """Tasks on the workers of a Dask scheduler; tasks of a worker that is lost are computed by another.
-
-    Parameters
-    ----------
-    scheduler : str
-        Address, e.g. ``tcp://host:8786``.
-    shared_directory : bool
-        Whether the workers reach the folder of the results under the same path. Otherwise they send their
-        shards back.
-
-    Raises
-    ------
-    ConfigError
-        Dask is not installed.
-    """
+    """Tasks on the workers of a Dask scheduler; tasks of a worker that is lost are computed by another."""
 
     def __init__(self, scheduler: str, *, shared_directory: bool = True) -> None:
         try:
@@ -45,13 +31,7 @@ class DaskEngine:
         self.workers = 1
 
     def __enter__(self) -> Self:
-        """Connect to the scheduler.
-
-        Raises
-        ------
-        ConfigError
-            Nobody answers, or it has no workers.
-        """
+        """Connect to the scheduler."""
         try:
             self._client = self._distributed.Client(self._scheduler, timeout="10s", set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:

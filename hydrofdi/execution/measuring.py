@@ -66,18 +66,7 @@ def needed_signals(indicators: Indicators) -> set[str]:
 def measured_columns(
     jobs: Sequence[Job], records: Columns, seconds: Seconds | None = None
 ) -> dict[str, NDArray[Any]]:
-    """What is measured of the records of jobs, one row per job; NaN if a run failed.
-
-    Parameters
-    ----------
-    jobs : sequence of Job, length n_job
-        All with the same duration and sampling frequency.
-    records : mapping
-        Signals as the sensors show them, each of shape (n_job, n_time), and ``status``, ``message`` and
-        ``settled_from`` of each record.
-    seconds : dict, optional
-        Label of an indicator → CPU time [s], to which that of these records is added.
-    """
+    """What is measured of the records of jobs, one row per job; NaN if a run failed."""
     columns: dict[str, NDArray[Any]] = {}
     for rows in _alike(jobs):
         part = _measured_alike([jobs[row] for row in rows], _at(records, rows), seconds)

@@ -37,8 +37,6 @@ class VolumeBalance:
 
     Attributes
     ----------
-    records : RecordBatch
-    actuator : NominalActuator
     both_pressures : bool
         Whether P_2 is measured; else P_2 = P_s + P_r − P_1, and only the balance of chamber 1 is used.
     by_spring : bool

@@ -195,7 +195,6 @@ class Information:
 
     Attributes
     ----------
-    unknowns : tuple of Unknown, length n
     covariance : ndarray, shape (n, n)
         Posterior covariance of the unknowns at the end of the record, in units of the prior deviations.
     n_motion : int

@@ -56,13 +56,7 @@ def _place(indicator: Indicator[Any], error: Exception) -> str:
 
 
 def require_sound_outputs(measured: Any, indicator: Indicator[Any], n_record: int) -> None:
-    """Check the values of an indicator against its declared outputs.
-
-    Raises
-    ------
-    FaultyIndicatorError
-        Outputs are missing or unknown, or one is not a floating-point array of the declared shape.
-    """
+    """Check the values of an indicator against its declared outputs."""
     fault = _fault_of_outputs(measured, indicator, n_record)
     if fault:
         raise FaultyIndicatorError(f"indicator {indicator.name!r} gives {fault}")
@@ -87,13 +81,7 @@ def _fault_of_outputs(measured: Any, indicator: Indicator[Any], n_record: int) -
 
 
 def made_soundly(kind: type[Indicator[Any]], name: str, options: Section) -> Indicator[Any]:
-    """Make an indicator and check its declaration.
-
-    Raises
-    ------
-    ConfigError
-        It cannot be made, its outputs are missing or cannot be stored, or a required channel does not exist.
-    """
+    """Make an indicator and check its declaration."""
     try:
         indicator = kind(options)
         fault = _fault_of_declaration(indicator)
@@ -170,7 +158,6 @@ def doubts_of(
 
     Parameters
     ----------
-    indicator : Indicator
     values : mapping of str to ndarray, shape (n_record, ...)
         Its outputs by name; outputs that are not there are not checked.
     prefix : str

@@ -21,7 +21,6 @@ class PlantConstant:
     ----------
     option : str
         The constant is used only if this option has one of the `values`; always if empty.
-    values : tuple
     """
 
     option: str = ""
@@ -191,7 +190,6 @@ class NominalActuator(Section):
 
         Parameters
         ----------
-        chunk : RecordBatch
         is_first : bool
             Whether this is the first chunk of the stream.
         state : ndarray, shape (n_record, 2)

@@ -25,7 +25,6 @@ class Column:
     ----------
     label : str
         Label of the indicator.
-    output : Output
     unit : str
         Unit of the values: SI, counts, or 1.
     channels : tuple of Channel
@@ -101,15 +100,7 @@ def used_channels(indicators: Indicators) -> frozenset[Channel]:
 def measure_sources(
     sources: Sequence[RecordSource], indicators: Indicators
 ) -> tuple[tuple[Column, ...], Iterator[RecordMeasures]]:
-    """Columns, and an iterator over the records of all sources; one batch is in memory at a time.
-
-    Raises
-    ------
-    DataError
-        A measured file cannot be used, or one source has a channel in counts that another has in SI.
-    StoreError
-        A stored file cannot be read.
-    """
+    """Columns, and an iterator over the records of all sources; one batch is in memory at a time."""
     batches = ((source, batch) for source in sources for batch in source.batches(labels=True))
     leading = []
     for source, batch in batches:

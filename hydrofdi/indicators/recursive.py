@@ -88,8 +88,6 @@ class RecursiveIndicator(Indicator[Chosen]):
 
         Parameters
         ----------
-        state : dict of str to ndarray
-        chunk : RecordBatch
         n_before : int
             Number of samples of the stream before the chunk.
         due : ndarray of int, shape (n_instant,)

@@ -56,15 +56,7 @@ def indicator_kind(name: str) -> Kind:
 
 
 def sound_indicator(name: str, options: Mapping[str, Any] | None = None) -> Indicator[Any]:
-    """Make an indicator with options, and check its declaration.
-
-    Raises
-    ------
-    ConfigError
-        There is no indicator of this name, it cannot be loaded, or its declaration is faulty.
-    ValidationError
-        The options are not valid.
-    """
+    """Make an indicator with options, and check its declaration."""
     kind = indicator_kind(name)
     chosen = kind.Options.model_validate(dict(options or {}))
     return made_soundly(kind, name, chosen)
@@ -128,7 +120,6 @@ class Option:
 
     Attributes
     ----------
-    name : str
     default : str
         With a unit that suits it, as a configuration may state it; ``–`` if there is none.
     unit : str
@@ -167,13 +158,7 @@ class Description:
 
 
 def describe(name: str) -> Description:
-    """Describe an indicator.
-
-    Raises
-    ------
-    ConfigError
-        There is no indicator of this name, or it cannot be loaded.
-    """
+    """Describe an indicator."""
     kind = indicator_kind(name)
     indicator, texts = sound_indicator(name), field_texts(kind.Options)
     options = []

@@ -145,13 +145,7 @@ def make_indicators(
 def make_chosen(
     options: Mapping[str, Any], source: Source, within: KeyPath = ()
 ) -> dict[str, Indicator[Any]]:
-    """Make indicators: label → indicator.
-
-    Raises
-    ------
-    ConfigError
-        One or more mistakes, including those collected in `source`.
-    """
+    """Make indicators: label → indicator."""
     made = {label: _make(label, given, source, (*within, label)) for label, given in options.items()}
     if source.mistakes:
         raise ConfigError(source.mistakes)

@@ -257,8 +257,6 @@ def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -
 
     Parameters
     ----------
-    records : RecordBatch
-    options : SteppingOptions
     signal : ndarray, shape (n_record, n_time)
         Signal used to find the steps if there is neither a command nor a period.
     """

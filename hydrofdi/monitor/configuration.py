@@ -34,8 +34,6 @@ class Address:
     ----------
     scheme : str
         ``mqtt``, ``mqtts`` (encrypted) or ``opc.tcp``.
-    host : str
-    port : int
     path : str
         Topic of the broker, or path of the server.
     """
@@ -49,12 +47,6 @@ class Address:
     def parse(cls, text: str) -> Self:
         """The address in a text such as ``mqtts://broker.example/press/samples``; MQTT is on this machine by
         default.
-
-        Raises
-        ------
-        ConfigError
-            It is not such an address, does not name a single topic, or contains ``@`` as for credentials
-            (write ``%40`` in a topic).
         """
         scheme, _, rest = text.partition("://")
         scheme, (server, _, path) = scheme.lower(), rest.partition("/")
@@ -219,13 +211,7 @@ _OF_RECORDS = {
 
 
 def load_monitor_config(path: Path | None) -> MonitorConfig:
-    """The configuration in a YAML file; the default without one. Paths in it are relative to its folder.
-
-    Raises
-    ------
-    ConfigError
-        The file is wrong; all mistakes are listed with their lines.
-    """
+    """The configuration in a YAML file; the default without one. Paths in it are relative to its folder."""
     if path is None:
         return MonitorConfig()
     source = read_yaml(path, "a configuration of a monitor")

@@ -27,17 +27,7 @@ _STEADY = 60.0
 
 
 class Connection:
-    """Connects again and again in a thread of its own, and reports when a connection is made or lost.
-
-    Parameters
-    ----------
-    peer : str
-        Address of a broker or a server.
-    say : callable
-        Takes events.
-    first_wait : float
-        Shortest wait after the first failure [s]; the longest is twice that. Both double, up to two minutes.
-    """
+    """Connects again and again in a thread of its own, and reports when a connection is made or lost."""
 
     def __init__(self, peer: str, say: Callable[[Event], None], first_wait: float) -> None:
         self._peer, self.say, self._first_wait = peer, say, first_wait
@@ -90,11 +80,6 @@ class Inbox(Generic[Item]):
 
     While it is full, it holds the sender up, or drops all until it is empty: one long gap, not many short
     ones.
-
-    Parameters
-    ----------
-    capacity : int
-        Largest sum of the sizes of its items.
     """
 
     def __init__(self, capacity: int) -> None:
@@ -169,13 +154,7 @@ _EXTRA = ("paho", "asyncua", "cryptography", "prometheus_client")
 
 @contextmanager
 def needing_extra() -> Iterator[None]:
-    """Imports of the libraries of an extra.
-
-    Raises
-    ------
-    ConfigError
-        It is not installed.
-    """
+    """Imports of the libraries of an extra."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -186,13 +165,7 @@ def needing_extra() -> Iterator[None]:
 
 
 def credentials(section: str, username: str, password_file: Path | None) -> tuple[str, str]:
-    """User and password of a section of the configuration, or else of the environment; empty without any.
-
-    Raises
-    ------
-    ConfigError
-        The file of the password does not contain exactly one line, or there is no user for a password.
-    """
+    """User and password of a section of the configuration, or else of the environment; empty without any."""
     variable = f"HYDROFDI_{section.upper()}"
     username = username or os.environ.get(f"{variable}_USERNAME", "")
     password = os.environ.get(f"{variable}_PASSWORD", "")

@@ -28,16 +28,7 @@ _LEAP = 2
 
 
 class StandardInput(StreamSource):
-    """Standard input, or another descriptor: a pipe, a file or a terminal. It cannot go back.
-
-    Parameters
-    ----------
-    config : MonitorConfig, optional
-        Its channels, its text and its limits.
-    descriptor : int
-    needed : collection of Channel
-        Channels whose columns are refused, not ignored, if their unit has another dimension.
-    """
+    """Standard input, or another descriptor: a pipe, a file or a terminal. It cannot go back."""
 
     may_repeat_all = True
 
@@ -53,13 +44,7 @@ class StandardInput(StreamSource):
         self._text = self._lines({})
 
     def open(self, position: Position) -> None:
-        """Begin; the count of samples without time continues after a gap.
-
-        Raises
-        ------
-        DataError
-            Standard input is closed.
-        """
+        """Begin; the count of samples without time continues after a gap."""
         try:
             os.fstat(self._descriptor)
         except OSError:
@@ -67,13 +52,7 @@ class StandardInput(StreamSource):
         self._text = self._lines({key: int(count) + _LEAP for key, count in position.items()})
 
     def read(self, timeout: float) -> Chunk | None:
-        """New samples; None after `timeout` seconds without any.
-
-        Raises
-        ------
-        DataError
-            The first line is not a usable header.
-        """
+        """New samples; None after `timeout` seconds without any."""
         if self.is_over or not select.select([self._descriptor], [], [], timeout)[0]:
             return None
         try:
@@ -96,21 +75,10 @@ _HEAD = 4096
 class FollowedFile:
     """An open file.
 
-    Parameters
-    ----------
-    path : path
-    offset : int
-                Byte at which reading begins.
-
     Attributes
     ----------
     offset : int
                 Position of the next byte.
-
-    Raises
-    ------
-    OSError
-        It cannot be opened.
     """
 
     def __init__(self, path: Path, offset: int = 0) -> None:
@@ -152,13 +120,7 @@ class FollowedFile:
 
 
 def found_again(path: Path, position: Position) -> FollowedFile | None:
-    """The file of a stored position, under its name or another one beside it; None if it is gone.
-
-    Raises
-    ------
-    OSError
-        The folder cannot be read.
-    """
+    """The file of a stored position, under its name or another one beside it; None if it is gone."""
     for candidate in (path, *sorted(path.parent.iterdir())):
         if not candidate.is_file() or candidate.stat().st_ino != position["inode"]:
             continue
@@ -174,11 +136,6 @@ def following(path: Path, file: FollowedFile) -> Path:
     """The file that was begun after `file` was renamed: a file that was renamed later, or the one at `path`.
 
     Renamed files are those in the folder of `path` whose names begin with its name, as with logrotate.
-
-    Raises
-    ------
-    OSError
-        The folder cannot be read.
     """
     later = [
         (found.stat().st_mtime_ns, found)
@@ -208,18 +165,6 @@ class GrowingFile(StreamSource):
     A renamed file is read to its end; then the new file with its name is read, once it is not empty. A file
     that was cut is read from its beginning, also if it has grown again. A file that does not exist yet is
     waited for.
-
-    Parameters
-    ----------
-    path : path
-    config : MonitorConfig, optional
-        Its channels, its text and its limits.
-    follow : bool
-        Whether to wait for more at the end.
-    needed : collection of Channel
-        Channels whose columns are refused, not ignored, if their unit has another dimension.
-    leaves_unended : bool
-        Whether a last line without a line end is left for a later run; else it is read if nobody follows.
     """
 
     def __init__(
@@ -240,13 +185,7 @@ class GrowingFile(StreamSource):
         self._trouble = ""
 
     def open(self, position: Position) -> None:
-        """Begin at the unfinished line of an earlier run, or at the beginning.
-
-        Raises
-        ------
-        DataError
-            It is a folder, compressed or not readable, or it does not exist and is not followed.
-        """
+        """Begin at the unfinished line of an earlier run, or at the beginning."""
         if self._path.suffix.lower() == ".gz":
             raise DataError(f"{self._path}: is compressed; decompress it first")
         if self._path.exists() and not self._path.is_file():
@@ -260,13 +199,7 @@ class GrowingFile(StreamSource):
             self._report(error)
 
     def read(self, timeout: float) -> Chunk | None:
-        """New samples; None after `timeout` seconds without any, or if something happened.
-
-        Raises
-        ------
-        DataError
-            The first line is not a usable header.
-        """
+        """New samples; None after `timeout` seconds without any, or if something happened."""
         end = time.monotonic() + timeout
         while True:
             chunk = self._next()

@@ -33,8 +33,6 @@ class WindowLine:
         From 0; it continues over gaps and restarts, so that repeated lines can be recognised.
     start, end : float
         Instants of the first and last sample [s].
-    verdict : Verdict
-    chart : ChartReading or None
     condition : Condition
         Condition after this window.
     """
@@ -51,19 +49,7 @@ Line = WindowLine | Event
 
 
 def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
-    """A line as an object for JSON; numbers that are not finite are None.
-
-    Parameters
-    ----------
-    line : WindowLine or Event
-    unit : str
-        Unit of scores, from the detector's file.
-
-    Returns
-    -------
-    dict
-        ``line`` is ``window`` or ``event``; instants (``start``, ``end``, ``time``) are in seconds.
-    """
+    """A line as an object for JSON; numbers that are not finite are None."""
     if isinstance(line, Event):
         record = {"line": "event", "event": line.kind.value, "time": _finite(line.time)}
         return {**record, "count": line.count, "is_end": line.is_end, "text": line.text}

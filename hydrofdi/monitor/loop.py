@@ -40,28 +40,6 @@ def monitor(
     If a step has lines, they go to the sinks. Then the state is stored, with the lines; then they go to the
     log, and the source may discard the samples of the step. After a crash, the log has each window once; a
     sink may receive the lines of the last step twice, with the same numbers.
-
-    Parameters
-    ----------
-    watch : Watch
-    source : StreamSource
-        This function opens and closes it.
-    sinks : sequence of Sink
-        This function closes them.
-    state_file : StateFile, optional
-        Without it, a restart begins anew.
-    log : WindowLog, optional
-    stop : callable
-        Whether to end; called several times a second.
-
-    Raises
-    ------
-    DataError
-        The source cannot be used.
-    StoreError
-        The state is damaged, in use, or of another monitor; or the log cannot be written at the start.
-    BaseException
-        Any other exception of a source or a sink.
     """
     with ExitStack() as stack:
         if state_file is not None:

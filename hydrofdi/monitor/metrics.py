@@ -29,19 +29,7 @@ _PATIENCE = 3.0
 
 
 class MetricsSink:
-    """Counts lines in a registry of its own, and serves the counts.
-
-    Parameters
-    ----------
-    address : str
-        ``host:port``; a free port if it is 0. ``[::1]:9464`` for IPv6.
-    file : DetectorFile
-
-    Raises
-    ------
-    ConfigError
-        It is not an address, or cannot be used.
-    """
+    """Counts lines in a registry of its own, and serves the counts."""
 
     def __init__(self, address: str, file: DetectorFile) -> None:
         host, port = _host_and_port(address)

@@ -42,19 +42,6 @@ class MqttConnection(Connection):
 
     Certificates and password are read anew for each client, so that they can be renewed. `prepare`,
     `connected` and `serve` are for subclasses.
-
-    Parameters
-    ----------
-    address : Address
-    config : MqttConfig
-    say : callable
-        Takes events.
-    first_wait : float
-        As of `Connection` [s].
-    client_id : str
-        If it is empty, the broker assigns one.
-    **wishes : int
-        Properties of the connection in MQTT 5.
     """
 
     def __init__(
@@ -72,13 +59,7 @@ class MqttConnection(Connection):
         self._is_lost, self._reason = False, ""
 
     def connect(self) -> None:
-        """Begin to connect.
-
-        Raises
-        ------
-        ConfigError
-            A file of the configuration cannot be used. A broker that does not answer is not an error.
-        """
+        """Begin to connect."""
         self._new_client()
         self.begin(self._doubts())
 
@@ -204,17 +185,6 @@ class MqttSource(MqttConnection, StreamSource):
 
     The broker keeps every message until a state that contains its samples is stored. At quality of service 1
     nothing is lost: while the inbox is full, nothing is read from the network.
-
-    Parameters
-    ----------
-    address : Address
-    config : MonitorConfig
-    detector : Path
-        File of the detector: monitors with other detectors have sessions of their own.
-    needed : collection of Channel
-        Channels whose keys are refused, not ignored, if their unit has another dimension.
-    first_wait : float
-        As of `Connection` [s].
     """
 
     def __init__(
@@ -243,13 +213,7 @@ class MqttSource(MqttConnection, StreamSource):
         self._was_connected, self._remark = False, ""
 
     def open(self, position: Position) -> None:
-        """Begin to connect; the broker knows where to continue.
-
-        Raises
-        ------
-        ConfigError
-            A file of the configuration cannot be used.
-        """
+        """Begin to connect; the broker knows where to continue."""
         self.connect()
 
     def read(self, timeout: float) -> Chunk | None:
@@ -323,26 +287,10 @@ def _client_id(address: Address, detector: Path) -> str:
 class Publisher(MqttConnection):
     """A bounded queue of messages; a new connection sends again what the broker did not acknowledge.
 
-    Parameters
-    ----------
-    address : Address
-    config : MqttConfig
-    capacity : int
-        Most messages that the broker has not acknowledged.
-    first_wait : float
-        As of `Connection` [s].
-    status : str
-        Retained topic that is ``online`` while there is a connection, and ``offline`` otherwise.
-
     Attributes
     ----------
     events : deque of Event
         Events of the connection, and messages that the broker refused.
-
-    Raises
-    ------
-    ConfigError
-        A file of the configuration cannot be used.
     """
 
     def __init__(
@@ -424,19 +372,7 @@ def payload_of(chunk: Chunk) -> bytes:
 
 
 class MqttSink(Publisher):
-    """Sends lines as JSON to a topic; its ``…/status`` is ``online`` or ``offline``, and retained.
-
-    Parameters
-    ----------
-    address : Address
-    config : MqttConfig
-    unit : str
-        Unit of scores.
-    capacity : int
-        Most messages that wait for the broker; further ones are lost.
-    first_wait : float
-        As of `Connection` [s].
-    """
+    """Sends lines as JSON to a topic; its ``…/status`` is ``online`` or ``offline``, and retained."""
 
     def __init__(
         self,

@@ -54,24 +54,7 @@ _OVERFLOW = 0x480
 
 
 class OpcUaSource(Connection, StreamSource):
-    """Nodes of an OPC UA server.
-
-    Parameters
-    ----------
-    address : Address
-    config : OpcUaConfig
-    channels : mapping of Channel to ChannelConfig
-        `column` is the node id; the unit must be stated.
-    sampling_frequency : float
-        Sampling frequency of the detector [Hz].
-    first_wait : float
-        As of `Connection` [s].
-
-    Raises
-    ------
-    ConfigError
-        Nodes, units, files or credentials cannot be used.
-    """
+    """Nodes of an OPC UA server."""
 
     def __init__(
         self,
@@ -334,14 +317,6 @@ class Joiner:
     If a node has no value for an instant, the sample is NaN. The instant is complete without it as soon as
     the node has sent a later value, or after `wait` seconds. Before the first instant with all nodes, up to
     `wait` seconds of other instants are dropped, because nodes do not begin together.
-
-    Parameters
-    ----------
-    n_channel : int
-    period : float
-        Sampling period [s].
-    wait : float
-        [s]
     """
 
     def __init__(self, n_channel: int, period: float, wait: float) -> None:
@@ -357,21 +332,7 @@ class Joiner:
         self._left_out = 0
 
     def add(self, values: Sequence[NodeValue], now: float) -> tuple[Array, Array]:
-        """Add values, those of a node in the order in which it sent them, and return the ready samples.
-
-        Parameters
-        ----------
-        values : sequence of NodeValue
-        now : float
-            Present instant on the clock of `arrival` [s].
-
-        Returns
-        -------
-        time : ndarray, shape (n_time,)
-            Instants that have all nodes, or have waited long enough [s].
-        samples : ndarray, shape (n_time, n_channel)
-            In the units of the nodes; NaN if a node has no value.
-        """
+        """Add values, those of a node in the order in which it sent them, and return the ready samples."""
         for value in values:
             self._latest[value.channel] = value.time
         self._pending = sorted((*self._pending, *values))

@@ -21,15 +21,7 @@ from hydrofdi.units import parse_quantity
 
 
 class SampleClock:
-    """Counts samples at a sampling frequency.
-
-    Parameters
-    ----------
-    sampling_frequency : float
-        [Hz]
-    n_sample : int
-        Number of earlier samples.
-    """
+    """Counts samples at a sampling frequency."""
 
     def __init__(self, sampling_frequency: float, n_sample: int = 0) -> None:
         self.sampling_frequency, self.n_sample = sampling_frequency, n_sample
@@ -51,17 +43,6 @@ class PayloadError(ValueError):
 class Lines:
     """Reads complete lines: as many at once as possible, and those that are not understood one by one.
 
-    Parameters
-    ----------
-    config : MonitorConfig
-        Its channels, its text and its limits.
-    clock : SampleClock, optional
-        Gives instants to samples without time; without a clock, such samples are refused.
-    needed : collection of Channel
-        Channels whose columns or keys are refused, not ignored, if their unit has another dimension.
-    name : str
-        The stream, for messages.
-
     Attributes
     ----------
     header : list of str
@@ -79,26 +60,14 @@ class Lines:
         self.config, self.clock, self.name, self.needed = config, clock, name, needed
 
     def chunks(self, lines: Sequence[str]) -> list[Chunk]:
-        """Samples of complete lines.
-
-        Raises
-        ------
-        DataError
-            The first line is not a usable header.
-        """
+        """Samples of complete lines."""
         chunks: list[Chunk] = []
         for place, found in runs(lines, self.block):
             chunks += self.line(lines[place], found) if isinstance(found, ValueError) else [found]
         return chunks
 
     def block(self, lines: Sequence[str]) -> Chunk:
-        """Samples of lines of the same form.
-
-        Raises
-        ------
-        ValueError
-            One of them is something else.
-        """
+        """Samples of lines of the same form."""
         raise NotImplementedError
 
     def is_row(self, line: str) -> bool:
@@ -130,13 +99,7 @@ class PayloadReader(Lines):
     _columns: tuple[Column | None, dict[Channel, Column]] = None, {}
 
     def read(self, payload: bytes) -> Chunk:
-        """The samples of a payload: one JSON object, or one on each line.
-
-        Raises
-        ------
-        PayloadError
-                    The payload is anything else.
-        """
+        """The samples of a payload: one JSON object, or one on each line."""
         if len(payload) > self.config.limits.payload:
             raise PayloadError(f"is larger than {counted(self.config.limits.payload, 'byte')}")
         lines = [line for line in payload.splitlines() if line.strip()]
@@ -157,13 +120,7 @@ class PayloadReader(Lines):
         return self.chunk({key: [found[key] for found in objects] for key in objects[0]})
 
     def chunk(self, found: Mapping[str, Any]) -> Chunk:
-        """The samples of one JSON object.
-
-        Raises
-        ------
-        PayloadError
-            Names, units, lengths or values are wrong.
-        """
+        """The samples of one JSON object."""
         time, channels = self._columns_of({key: value for key, value in found.items() if key != _FREQUENCY})
         values = {
             channel: column.in_si(_numbers(column.title, found[column.title]))
@@ -231,26 +188,7 @@ def stream_columns(
     *,
     has_clock: bool,
 ) -> tuple[Column | None, dict[Channel, Column]]:
-    """The column of time of a stream, and those of its channels.
-
-    Parameters
-    ----------
-    titles, units : sequence of str
-    place : str
-        The stream, for messages.
-    config : MonitorConfig
-    needed : collection of Channel
-        Channels whose columns are refused, not ignored, if their unit has another dimension.
-    dated : collection of int
-        Positions of columns with dates.
-    has_clock : bool
-        Whether a sampling frequency replaces dates that are not configured.
-
-    Raises
-    ------
-    DataError
-        Names or units are missing or contradict each other.
-    """
+    """The column of time of a stream, and those of its channels."""
     channels = columns_of(titles, units.__getitem__, place, config.channels, needed)
     for channel, column in channels.items():
         if is_counts(column.unit) and not column.config.unit:
@@ -262,13 +200,7 @@ def stream_columns(
 
 
 def parsed(text: bytes | str) -> dict[str, Any]:
-    """A JSON object.
-
-    Raises
-    ------
-    PayloadError
-                The text is not a JSON object.
-    """
+    """A JSON object."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):

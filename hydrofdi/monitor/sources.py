@@ -49,13 +49,7 @@ class StreamSource:
         self.events: deque[Event] = deque() if events is None else events
 
     def open(self, position: Position) -> None:
-        """Begin at the position that an earlier run stored; it is empty at the first start.
-
-        Raises
-        ------
-        DataError
-            It cannot be used: no such file, no permission. A server that does not answer is not an error.
-        """
+        """Begin at the position that an earlier run stored; it is empty at the first start."""
 
     def read(self, timeout: float) -> Chunk | None:
         """New samples, at most about 65,536; None if after `timeout` seconds there are none, or events."""
@@ -113,29 +107,7 @@ def open_stream(
     is_followed: bool = True,
     is_resumed: bool = False,
 ) -> StreamSource:
-    """The stream that a text means; nothing is read or connected yet.
-
-    Parameters
-    ----------
-    text : str
-        ``-``, a file, ``mqtt://…``, ``mqtts://…`` or ``opc.tcp://…``.
-    config : MonitorConfig
-    file : DetectorFile
-                The detector that judges it.
-    detector : Path
-        File of the detector.
-    sampling_frequency : float, optional
-        Sampling frequency of text without a time column [Hz].
-    is_followed : bool
-        Whether a file is expected to grow.
-    is_resumed : bool
-        Whether a later run continues: it reads a last line without a line end, when it is whole.
-
-    Raises
-    ------
-    ConfigError
-        It is none of these, an option does not fit, or an extra is not installed.
-    """
+    """The stream that a text means; nothing is read or connected yet."""
     from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 
     seen = {*file.channels, file.config.window.channel}
@@ -174,13 +146,7 @@ def open_stream(
 def open_sinks(
     config: MonitorConfig, file: DetectorFile, metrics: str | None, events: Sequence[str]
 ) -> list[Sink]:
-    """Sinks for metrics and for events; none stays open if one cannot be opened.
-
-    Raises
-    ------
-    ConfigError
-        An address is wrong, or a library is not installed.
-    """
+    """Sinks for metrics and for events; none stays open if one cannot be opened."""
     sinks: list[Sink] = []
     with needing_extra(), ExitStack() as stack:
         if metrics is not None:

@@ -48,15 +48,7 @@ class Stored:
 
 
 class StateFile:
-    """One file that is replaced atomically: a checksum, a line that names its owner, and arrays.
-
-    Parameters
-    ----------
-    path : Path
-    detector : DetectorFile
-    source : str
-        Name of the source.
-    """
+    """One file that is replaced atomically: a checksum, a line that names its owner, and arrays."""
 
     def __init__(self, path: Path, detector: DetectorFile, source: str) -> None:
         self.path = path.resolve()  # a link stays, what it leads to is replaced
@@ -64,26 +56,14 @@ class StateFile:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Lock the file for this process.
-
-        Raises
-        ------
-        StoreError
-            It is not a regular file, another monitor uses it, or its folder cannot be written.
-        """
+        """Lock the file for this process."""
         require_regular(self.path)
         lock = self.path.with_name(f".{self.path.name}.lock")
         with file_lock(lock, f"{self.path}: another monitor uses it"):
             yield
 
     def read(self) -> Stored | None:
-        """The stored state; None if nothing is stored yet.
-
-        Raises
-        ------
-        StoreError
-            It is damaged, or belongs to another detector or source.
-        """
+        """The stored state; None if nothing is stored yet."""
         if not self.path.exists():
             return None
         try:
@@ -106,13 +86,7 @@ class StateFile:
             ) from None
 
     def write(self, stored: Stored) -> None:
-        """Replace the file; the new state survives a crash of the machine.
-
-        Raises
-        ------
-        StoreError
-            It cannot be written, for example on a full disk, or the state contains more than plain arrays.
-        """
+        """Replace the file; the new state survives a crash of the machine."""
         header = {**self._owner, "position": dict(stored.position), "log": dict(stored.log)}
         body = io.BytesIO()
         try:
@@ -151,12 +125,6 @@ class WindowLog:
 
     The state file stores the lines of a step and their place before they are written, so that a restart
     writes those that are not there. If the file is renamed, the next step begins a new one.
-
-    Parameters
-    ----------
-    path : Path
-    unit : str
-                Unit of scores.
     """
 
     def __init__(self, path: Path, unit: str = "1") -> None:
@@ -165,13 +133,7 @@ class WindowLog:
         self._file: io.FileIO | None = None
 
     def open(self, position: Position) -> None:
-        """Continue at the end of the file, with the lines of a stored position that were not written.
-
-        Raises
-        ------
-        StoreError
-            It is a link, not a log of hydrofdi, in use by another monitor, or cannot be written.
-        """
+        """Continue at the end of the file, with the lines of a stored position that were not written."""
         file = self._opened()
         try:
             self._waiting = _unwritten(position, file) if position else b""
@@ -180,13 +142,7 @@ class WindowLog:
 
     @property
     def position(self) -> Position:
-        """Waiting lines, and their place: path and end of the file.
-
-        Raises
-        ------
-        StoreError
-            The file cannot be used.
-        """
+        """Waiting lines, and their place: path and end of the file."""
         file = self._opened()
         place = place_in(file.fileno(), os.fstat(file.fileno()).st_size)
         return {"path": str(self.path.resolve()), "waiting": self._waiting.decode(), **place}
@@ -200,13 +156,7 @@ class WindowLog:
             ]
 
     def write(self) -> None:
-        """Write all waiting lines, or none, at `position`, and make them survive a crash of the machine.
-
-        Raises
-        ------
-        StoreError
-            The disk is full, or the file cannot be written.
-        """
+        """Write all waiting lines, or none, at `position`, and make them survive a crash of the machine."""
         if not self._waiting:
             return
         file = self._file

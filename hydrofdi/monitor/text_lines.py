@@ -120,19 +120,7 @@ class CsvLines(Lines):
 
 
 class TextLines:
-    """Reads CSV with a header, or JSON lines: the first character decides.
-
-    Parameters
-    ----------
-    config : MonitorConfig
-        Its channels, its text and its limits.
-    name : str
-        The stream, for messages.
-    position : mapping
-        `position` of an earlier run.
-    needed : collection of Channel
-        Channels whose columns are refused, not ignored, if their unit has another dimension.
-    """
+    """Reads CSV with a header, or JSON lines: the first character decides."""
 
     def __init__(
         self,
@@ -183,19 +171,7 @@ class TextLines:
         self._rest, self._is_skipping, self._n_skip = b"", False, self._n_preamble
 
     def read(self, data: bytes, *, is_end: bool = False) -> Chunk | None:
-        """Samples of the lines that are now complete; None without one.
-
-        Parameters
-        ----------
-        data : bytes
-        is_end : bool
-            Whether nothing follows; the last line then needs no line end.
-
-        Raises
-        ------
-        DataError
-            It begins with UTF-16 or binary data, or the first line is not a usable header.
-        """
+        """Samples of the lines that are now complete; None without one."""
         self._require_text(data)
         text = self._rest + data
         half = b"\r" if text.endswith(b"\r") and not is_end else b""  # a line end may come in two pieces

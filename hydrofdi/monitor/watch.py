@@ -230,17 +230,7 @@ _Stepped = tuple[State, list[Chunk], list[Event]]
 
 
 class Watch:
-    """Turns samples into lines. The lines of a stream do not depend on its chunks.
-
-    Parameters
-    ----------
-    file : DetectorFile
-
-    Raises
-    ------
-    ConfigError
-        The indicator or the chart is invalid.
-    """
+    """Turns samples into lines. The lines of a stream do not depend on its chunks."""
 
     def __init__(self, file: DetectorFile) -> None:
         self.file = file
@@ -263,14 +253,7 @@ class Watch:
         )
 
     def resume(self, state: State, *, may_repeat: bool = True) -> State:
-        """A stored state that continues: samples that are sent again are dropped without a report.
-
-        Parameters
-        ----------
-        state : State
-        may_repeat : bool
-            Whether the whole stream may be sent again. If not, a clock that was set back is detected.
-        """
+        """A stored state that continues: samples that are sent again are dropped without a report."""
         parts = _parts(state)
         return _flat({**parts, "stream": self._stream.resumed(parts["stream"], may_repeat=may_repeat)})
 

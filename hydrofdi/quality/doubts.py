@@ -51,7 +51,6 @@ def settled_start(run: RunParameters, n_period: int, settled_from: float, n_disc
 
     Parameters
     ----------
-    run : RunParameters
     n_period : int
         Samples of a period.
     settled_from : float
@@ -76,7 +75,6 @@ def how_records_settle(runs: Sequence[RunParameters], pressure: NDArray[np.float
 
     Parameters
     ----------
-    runs : sequence of RunParameters, length n_run
     pressure : ndarray, shape (n_run, n_time)
         Chamber-1 pressure as it really is [Pa].
     """
@@ -223,7 +221,6 @@ def saturation_warning(run: RunParameters, voltage: NDArray[np.float64]) -> str:
 
     Parameters
     ----------
-    run : RunParameters
     voltage : ndarray, shape (n_time,)
         Input voltage [V].
     """

@@ -47,8 +47,6 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
 
     Parameters
     ----------
-    parameters : RunParameters
-    trajectory : Trajectory
     run : int
         Row of the trajectory.
 
@@ -248,7 +246,6 @@ def assess_runs(
 
     Parameters
     ----------
-    runs : sequence of RunParameters, length n_run
     trajectory : Trajectory
         What really happened.
     measured : Trajectory

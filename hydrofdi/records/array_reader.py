@@ -23,21 +23,7 @@ _PACKING = {"scale_factor", "add_offset"} | _MISSING
 
 
 def open_hdf5(content: Any) -> Any:
-    """Open an HDF5 file, which may come from somebody else, for reading.
-
-    Parameters
-    ----------
-    content : str, Path or file object
-
-    Returns
-    -------
-    h5py.File
-
-    Raises
-    ------
-    OSError
-        It cannot be read, or it refers to other files, which may be any that the user can read.
-    """
+    """Open an HDF5 file, which may come from somebody else, for reading."""
     import h5py
 
     file: Any = h5py.File(content, "r")

@@ -126,13 +126,7 @@ class RecordBatch:
     labels: tuple[str, ...] | None = field(default=None)
 
     def __post_init__(self) -> None:
-        """Fill in what is omitted, and check that all attributes have the same number of records.
-
-        Raises
-        ------
-        ValueError
-            They have not, or channels differ in length.
-        """
+        """Fill in what is omitted, and check that all attributes have the same number of records."""
         n_record = self.n_record
         defaults = {"sources": ("",) * n_record, "groups": ("",) * n_record, "remarks": ((),) * n_record}
         for name, value in defaults.items():

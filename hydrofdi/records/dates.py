@@ -29,7 +29,6 @@ class Instant(NamedTuple):
     ----------
     nanoseconds : int
         Time since 1970-01-01T00:00 [ns], in UTC if the zone is known.
-    has_zone : bool
     """
 
     nanoseconds: int
@@ -42,13 +41,7 @@ def is_dated(text: str) -> bool:
 
 
 def time_zone(name: str) -> tzinfo:
-    """A time zone by its name, such as ``Europe/Berlin``, or its offset, such as ``+01:00``.
-
-    Raises
-    ------
-    ValueError
-                There is no such time zone.
-    """
+    """A time zone by its name, such as ``Europe/Berlin``, or its offset, such as ``+01:00``."""
     try:
         offset = datetime.fromisoformat(f"1970-01-01T00:00{name}").tzinfo if name[:1] in "+-" else None
         return offset or ZoneInfo(name)
@@ -62,14 +55,8 @@ def instant(text: str, zone: tzinfo | None = None) -> Instant:
 
     Parameters
     ----------
-    text : str
     zone : tzinfo, optional
         Zone of a text without one; in an hour that repeats, the first pass is taken.
-
-    Raises
-    ------
-    ValueError
-        It is not a date.
     """
     written = text.strip()
     try:
@@ -91,13 +78,7 @@ def _turned(match: re.Match[str]) -> str:
 
 
 def seconds_since(first: Instant | None, instants: Sequence[Instant | None]) -> Array:
-    """Time since an instant [s], shape (n_time,); NaN for None. Rounded once, after the difference.
-
-    Raises
-    ------
-    ValueError
-        Some have a zone and others have none.
-    """
+    """Time since an instant [s], shape (n_time,); NaN for None. Rounded once, after the difference."""
     if any(found and first and found.has_zone != first.has_zone for found in instants):
         raise ValueError("some dates have a zone and others have none")
     start = first.nanoseconds if first else 0
@@ -110,14 +91,8 @@ def unix_seconds(texts: Sequence[str], zone: tzinfo | None = None) -> Array:
 
     Parameters
     ----------
-    texts : sequence of str
     zone : tzinfo, optional
         Zone of texts without one.
-
-    Raises
-    ------
-    ValueError
-        A text is not a date, or its zone is not known.
     """
     instants = [instant(text, zone) for text in texts]
     if not all(found.has_zone for found in instants):

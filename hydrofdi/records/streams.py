@@ -65,7 +65,6 @@ class Event:
 
     Attributes
     ----------
-    kind : EventKind
     text : str
         The event in words.
     time : float or None
@@ -124,7 +123,6 @@ class EvenStream:
 
         Parameters
         ----------
-        state : State
         may_repeat : bool
             Whether the whole stream may be sent again, of any length. It is recognised by its first minute.
             Otherwise a minute of earlier samples means that the clock was set back.
@@ -382,7 +380,6 @@ class TimeWindower(Windower):
         Samples of a window.
     n_every : int
         Samples from the start of one window to the start of the next.
-    channels : sequence of Channel
     sampling_frequency : float
         [Hz]
     """
@@ -421,7 +418,6 @@ class CycleWindower(Windower):
     ----------
     n_sample : int
         Samples of a window.
-    channels : sequence of Channel
     sampling_frequency : float
         [Hz]
     drive_channel : Channel
@@ -479,7 +475,6 @@ def fault_of(
         [s]
     samples : ndarray, shape (n_channel, n_time)
         In SI.
-    channels : tuple of Channel, length n_channel
     n_sample : int
         Samples that a window should have.
     sampling_frequency : float

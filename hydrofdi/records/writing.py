@@ -26,7 +26,6 @@ class Column:
     ----------
     name : str
         Symbol of the channel, or ``time``.
-    unit : str
     values : ndarray, shape (n_time,)
     """
 
@@ -61,13 +60,7 @@ class Selection:
     units: Mapping[Channel, str]
 
     def columns(self, batch: RecordBatch, row: int) -> Iterator[Column]:
-        """Time and the channels of a record.
-
-        Raises
-        ------
-        DataError
-            The record does not have a requested channel.
-        """
+        """Time and the channels of a record."""
         yield Column("time", "s", batch.time)
         for channel in self.channels or batch.channels:
             if channel not in batch.channels:
@@ -91,11 +84,6 @@ def selection(channels: Collection[str], units: Collection[str]) -> Selection:
         Symbols or names: ``P1``, ``chamber_1_pressure``, ``position``.
     units : collection of str
         Such as ``bar`` and ``mm``, each for the channels of its dimension.
-
-    Raises
-    ------
-    ConfigError
-        A channel or a unit is unknown, a unit fits no channel that is written, or two fit the same one.
     """
     chosen, of = tuple(dict.fromkeys(map(channel_called, channels))), dict[Channel, str]()
     for unit in units:
@@ -128,13 +116,7 @@ def write_csv(path: Path, columns: Sequence[Column]) -> None:
 
 
 def write_parquet(path: Path, columns: Sequence[Column]) -> None:
-    """Columns named as in CSV; their units are also metadata ``units`` of the fields.
-
-    Raises
-    ------
-    DataError
-        pyarrow is not installed.
-    """
+    """Columns named as in CSV; their units are also metadata ``units`` of the fields."""
     parquet = parquet_library()
     import pyarrow
 
@@ -146,13 +128,7 @@ def write_parquet(path: Path, columns: Sequence[Column]) -> None:
 
 
 def write_mat(path: Path, columns: Sequence[Column]) -> None:
-    """Column vectors ``time``, ``P1``, … and a structure ``units`` with the unit of each; MAT version 5.
-
-    Raises
-    ------
-    DataError
-        The record is too long for such a file.
-    """
+    """Column vectors ``time``, ``P1``, … and a structure ``units`` with the unit of each; MAT version 5."""
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError
 

@@ -100,10 +100,8 @@ class MeasuredOutput:
     ----------
     label : str
         Name of the indicator in the experiment.
-    output : Output
     values : ndarray, shape (n_run, *dims)
         In the unit of the output; NaN if a run has none.
-    data : ExperimentData
     """
 
     label: str

@@ -19,13 +19,6 @@ def wilson_interval(share: float, n: float) -> tuple[float, float]:
     """95 % score interval of a share of `n` independent draws.
 
     Wilson, Journal of the American Statistical Association 22 (1927) 209.
-
-    Parameters
-    ----------
-    share : float
-        0 … 1.
-    n : float
-        Number of draws, or their effective number.
     """
     z = Z_95
     centre = share + z * z / (2.0 * n)
@@ -40,12 +33,6 @@ def clustered_share(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDArr
     The interval is Wilson's for the effective number of draws: the number of independent ones that would
     give the share the variance that it has between clusters, at most the number of outcomes. Where all
     clusters agree it is the number of clusters. After Rao and Scott, Biometrics 48 (1992) 577.
-
-    Parameters
-    ----------
-    outcomes : ndarray of bool, shape (n,)
-    clusters : sequence of int, shape (n,)
-        Equal for draws that depend on each other.
     """
     total = int(outcomes.size)
     if not total:
@@ -108,11 +95,6 @@ def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
     The standard error follows from the influence of each run on ρ, which assumes no distribution; the
     interval is taken on Fisher's scale, artanh ρ. Without dependence ρ has the variance 1/(n − 1).
     Kendall and Gibbons, Rank Correlation Methods, 5th edition, 1990.
-
-    Parameters
-    ----------
-    parameter, feature : ndarray, shape (n_run,)
-        NaN if there is no number.
     """
     known = np.isfinite(parameter) & np.isfinite(feature)
     n_run = int(known.sum())

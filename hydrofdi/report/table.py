@@ -208,13 +208,7 @@ class Table:
         return self.notes
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Values of a column.
-
-        Raises
-        ------
-        UnknownNameError
-            There is no such column.
-        """
+        """Values of a column."""
         if name not in self:
             raise UnknownNameError(f"no column {name!r}{nearest(name, self.columns)}")
         return next(column.array for column in self.content if column.name == name)
@@ -370,13 +364,7 @@ def _short(text: str) -> str:
 
 
 def library(name: str) -> Any:
-    """A library of an extra.
-
-    Raises
-    ------
-    ReportError
-        It is not installed.
-    """
+    """A library of an extra."""
     try:
         return import_module(name)
     except ImportError:

@@ -107,8 +107,6 @@ def sensor_reading(channel: Channel, run: RunParameters, samples: Signal, time: 
 
     Parameters
     ----------
-    channel : Channel
-    run : RunParameters
     samples : ndarray, shape (n_time,)
         True values after all lags, in the unit of the channel.
     time : ndarray, shape (n_time,)
@@ -160,7 +158,6 @@ def quantised(signal: Value, lowest: float, resolution: float) -> Value:
 
     Parameters
     ----------
-    signal : array_like
     lowest : float
         The first level, in the unit of the signal.
     resolution : float

@@ -65,7 +65,6 @@ def random_generator(run: RunParameters, source: str) -> np.random.Generator:
 
     Parameters
     ----------
-    run : RunParameters
     source : str
         Section of a sensor, or `CLOCK`.
     """
@@ -147,8 +146,6 @@ def gaussian_noise(
     ----------
     autocovariance : tuple of float
         At lags 0, 1, … [samples]; zero beyond.
-    n_time : int
-    generator : Generator
 
     Returns
     -------

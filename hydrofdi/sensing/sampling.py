@@ -139,7 +139,6 @@ def sampling_instants(
         Nominal instants [s].
     jitter : float
         Standard deviation of the jitter [s].
-    generator : Generator
 
     Returns
     -------

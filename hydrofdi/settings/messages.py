@@ -36,15 +36,7 @@ _EXPECTED = {
 
 
 def nearest(name: str, known: Sequence[str], elsewhere: Sequence[str] = ()) -> str:
-    """The end of a message on an unknown name: the known one that it probably means, or all if they are few.
-
-    Parameters
-    ----------
-    name : str
-        Dotted where the known names are.
-    known, elsewhere : sequence of str
-        What may stand there; dotted names of other sections.
-    """
+    """The end of a message on an unknown name: the known one that is probably meant, or all if few."""
     same = [key for key in elsewhere if _last(key) in (name, _SYNONYMS.get(_plain(name)))]
     moved = f"; did you mean {' or '.join(map(repr, same[:3]))}?" if same else ""
     return similar(name, known) or moved or listed(known)

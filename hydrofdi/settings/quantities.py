@@ -58,7 +58,6 @@ class SI:
 
     Attributes
     ----------
-    unit : str
     above, least, most : float, optional
         Limits of what is allowed, in the unit.
     usual : tuple of (str, str), optional
@@ -83,13 +82,7 @@ class SI:
         return {"anyOf": [{"type": "number"}, {"type": "string"}], "unit": self.unit}
 
     def parse(self, value: Any) -> float:
-        """The value in `unit`.
-
-        Raises
-        ------
-        ValueError
-            The value is neither a number nor a string with a number and a fitting unit, or out of range.
-        """
+        """The value in `unit`."""
         number = self._number(value)
         if self.above is not None and number <= self.above:
             raise ValueError(out_of_range("greater than", self.above, value, self.unit))

@@ -25,21 +25,7 @@ _SENTENCE = re.compile(r".*?[.?!](?=\s|$)")
 
 
 def located(path: Path, folder: Path = Path()) -> Path:
-    """The file that a path or name means.
-
-    Parameters
-    ----------
-    path : path
-        A file; a YAML file without its suffix; or the name of a ready configuration (``delays/smoke``).
-    folder : path, optional
-        Where relative paths start.
-
-    Returns
-    -------
-    path
-        A file of the user wins over a ready one; a warning says so if the name is that of a ready one.
-        If there is neither, the path in its folder.
-    """
+    """The file that a path or name means."""
     here = folder / path
     for own in (here, Path(f"{here}.yaml")):
         if os.path.exists(own) and not os.path.isdir(own):

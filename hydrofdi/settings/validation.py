@@ -21,19 +21,7 @@ _KEY = re.compile(r"\b[a-z][a-z_0-9]*\.[a-z][a-z_0-9]*\b")
 
 
 def read_yaml(file: Path, kind: str) -> Source:
-    """The data of a YAML file, which must be a mapping.
-
-    Parameters
-    ----------
-    file : path
-    kind : str
-        What the file should be, such as ``an experiment file``.
-
-    Raises
-    ------
-    ConfigError
-        The file cannot be read, is not YAML, or contains no mapping.
-    """
+    """The data of a YAML file, which must be a mapping."""
     source = parse_yaml(read_text(file, kind), str(file))
     if source.mistakes and source.data is None:
         raise ConfigError(source.mistakes)
@@ -43,13 +31,7 @@ def read_yaml(file: Path, kind: str) -> Source:
 
 
 def validated(model: type[Model], source: Source) -> Model:
-    """The model that data describe.
-
-    Raises
-    ------
-    ConfigError
-        With every mistake in the data, in the order of the file.
-    """
+    """The model that data describe."""
     try:
         valid = model.model_validate(source.data)
     except ValidationError as errors:
@@ -79,13 +61,7 @@ def _placed(source: Source, message: str) -> Issue:
 
 
 def read_text(file: Path, kind: str) -> str:
-    """The text of a file, which should be `kind`.
-
-    Raises
-    ------
-    ConfigError
-        The file cannot be read.
-    """
+    """The text of a file, which should be `kind`."""
     try:
         return file.read_text(encoding="utf-8")
     except IsADirectoryError:
@@ -166,28 +142,7 @@ def read_extended(
     extending: tuple[Path, ...] = (),
     own: Source | None = None,
 ) -> Source:
-    """A file on top of the files that it extends.
-
-    Parameters
-    ----------
-    file : path
-        Or the name of a ready configuration, as those that it extends may be.
-    kind : str
-        What the file should be, such as ``an experiment file``.
-    prepare : callable, optional
-        Called with the data of each file, and the file.
-    merge : callable, optional
-        Lays data over others.
-    extending : tuple of path
-        Files that extend this one.
-    own : Source, optional
-        Data in place of those of the file; paths in them start from its folder.
-
-    Raises
-    ------
-    ConfigError
-        A file cannot be read, or the files extend each other.
-    """
+    """A file on top of the files that it extends."""
     if own is None:
         file = located(file)
         if file.resolve() in extending:

@@ -280,7 +280,6 @@ def leakage_signal(
 
     Parameters
     ----------
-    runs : sequence of RunParameters
     leakage_coefficients : sequence of float
         K_i of each run [m^3.5/kg^0.5].
     time : ndarray, shape (n_time,)

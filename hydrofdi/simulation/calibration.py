@@ -48,10 +48,6 @@ def solve_leakage_coefficients(conditions: Sequence[RunParameters]) -> list[Cali
     ----------
     conditions : sequence of RunParameters
         Runs with a positive internal flow.
-
-    Returns
-    -------
-    list of Calibration, of the same length
     """
     solutions: dict[int, Calibration] = {}
     for members in positions_by(parameters.record for parameters in conditions).values():

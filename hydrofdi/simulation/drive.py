@@ -29,7 +29,6 @@ class Drive(NamedTuple):
 
     Attributes
     ----------
-    input : InputConfig
     spool : tuple of float
         `SPOOL_PARAMETERS` in SI.
     choices : tuple of (True or None)
@@ -53,7 +52,6 @@ def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.in
 
     Parameters
     ----------
-    drive : InputConfig
     record : RecordConfig
         Its step divides half the period of a square wave, and the period of steps.
     steps : ndarray of int, shape (n,)
@@ -200,10 +198,8 @@ def random_levels(
 
     Parameters
     ----------
-    seed : int or sequence of int
     period : float
         Holding time of a level, a multiple of the step [s].
-    record : RecordConfig
     steps : ndarray of int, shape (n,)
         Step numbers, counted from the start of the record.
 

@@ -68,7 +68,6 @@ class Inputs:
 
     Parameters
     ----------
-    runs : sequence of RunParameters
     record : RecordConfig
         Step and length of their record.
     tap : Tap, optional
@@ -137,7 +136,6 @@ def load_force(load: LoadConfig, record: RecordConfig, steps: NDArray[np.int64])
 
     Parameters
     ----------
-    load : LoadConfig
     record : RecordConfig
         Its step divides the period of a pseudo-random force.
     steps : ndarray of int, shape (n,)
@@ -166,7 +164,6 @@ def reading_errors(
 
     Parameters
     ----------
-    run : RunParameters
     steps : ndarray of int, shape (n,)
         Step numbers, counted from the start of the record.
     noise : ndarray, shape (n_control,), optional

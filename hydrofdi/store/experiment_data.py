@@ -33,16 +33,7 @@ MISSING = "missing"
 def gathered(
     runs: Sequence[StoredRun | None], variables: Collection[Variable], sizes: Mapping[str, int]
 ) -> dict[str, NDArray[Any]]:
-    """Variables of stored runs by name, one row per run; each shard is opened once.
-
-    Parameters
-    ----------
-    runs : sequence of StoredRun or None
-        None has NaN, or an empty text, and so has what a shard lacks.
-    variables : collection of Variable
-    sizes : mapping
-        Dimension → length.
-    """
+    """Variables of stored runs by name, one row per run; each shard is opened once."""
     columns = {
         variable.name: variable.blank(len(runs), *(sizes[name] for name in variable.dimensions[1:]))
         for variable in variables
@@ -69,17 +60,7 @@ class _Stretch(NamedTuple):
 
 
 class ShardResults:
-    """Results in shards, with gaps where runs failed or are missing.
-
-    Parameters
-    ----------
-    run_ids : sequence of str
-        Identities of the runs, in order.
-    index : ShardIndex
-        Location of the runs and of the signals of their records.
-    failures : mapping
-        Identity of a run → why it has no result.
-    """
+    """Results in shards, with gaps where runs failed or are missing."""
 
     def __init__(self, run_ids: Sequence[str], index: ShardIndex, failures: dict[str, Failure]) -> None:
         self._run_ids = run_ids

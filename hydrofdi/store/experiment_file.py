@@ -32,25 +32,7 @@ def write_experiment(
     results: ShardResults,
     versions: Mapping[str, str],
 ) -> None:
-    """Write the experiment file atomically.
-
-    Parameters
-    ----------
-    path : Path
-    experiment : ExperimentConfig
-        Stored as the attribute ``configuration``.
-    table : RunTable
-        The runs in the order of the rows.
-    results : ShardResults
-        Results of the runs.
-    versions : mapping
-        Library versions, stored as attributes ``version_<name>``.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be written.
-    """
+    """Write the experiment file atomically."""
     time = results.time() if experiment.store.signals != "none" else None
     variables, sizes = computed_variables(table), names.dimensions(table.runs)
     signals = [each for each in names.stored_variables(experiment.store.signals) if each.is_signal]

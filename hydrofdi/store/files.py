@@ -52,25 +52,13 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def require_regular(path: Path) -> None:
-    """Check, without opening it, that a path or its link target is a regular file if it exists.
-
-    Raises
-    ------
-    StoreError
-        The path is a folder, a pipe or a device.
-    """
+    """Check, without opening it, that a path or its link target is a regular file if it exists."""
     if path.exists() and not path.is_file():
         raise StoreError(f"{path}: is not a regular file and was not changed")
 
 
 def require_replaceable(path: Path) -> None:
-    """Check that writing an experiment file to a path overwrites nothing but an experiment file.
-
-    Raises
-    ------
-    StoreError
-        The name does not end in ``.h5``, or a file that hydrofdi did not write exists there.
-    """
+    """Check that writing an experiment file to a path overwrites nothing but an experiment file."""
     if path.suffix != ".h5":
         raise StoreError(
             f"{path}: results are written to a file whose name ends in .h5; 'hydrofdi export' writes .csv,"
@@ -90,19 +78,6 @@ def require_own(path: Path, own: re.Pattern[bytes], what: str) -> None:
 
     This is the rule for every table, page and export: a file is replaced if it is empty or begins, or for
     Parquet ends, as hydrofdi writes it. Pictures are replaced.
-
-    Parameters
-    ----------
-    path : Path
-    own : pattern
-        Matches the first and the last bytes of what hydrofdi writes there.
-    what : str
-        Noun phrase for the message.
-
-    Raises
-    ------
-    StoreError
-        The path is not a regular file, or a file of something else.
     """
     require_regular(path)
     if path.exists() and path.stat().st_size and not own.match(_edges(path)):
@@ -110,22 +85,7 @@ def require_own(path: Path, own: re.Pattern[bytes], what: str) -> None:
 
 
 def open_own(path: Path, own: bytes, what: str) -> FileIO:
-    """Open a file to read it and to add to it; a new one, an empty one, or an earlier one of the same kind.
-
-    Parameters
-    ----------
-    path : Path
-        Not a link, so that no link leads to a file of somebody else.
-    own : bytes
-        Its first bytes.
-    what : str
-        Noun phrase for the message.
-
-    Raises
-    ------
-    StoreError
-        The path is a link, not a regular file, or a file of something else, or cannot be written.
-    """
+    """Open a file to read it and to add to it; a new or empty one, or an earlier one of the same kind."""
     flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -156,13 +116,7 @@ def _edges(path: Path) -> bytes:
 
 
 def write_whole_text(path: Path, text: str) -> None:
-    """Write a text file atomically.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be written.
-    """
+    """Write a text file atomically."""
     with whole_file(path) as aside:
         aside.write_text(text, encoding="utf-8")
 
@@ -184,13 +138,7 @@ def sync_folder(folder: Path) -> None:
 
 @contextmanager
 def open_for_reading(path: Path) -> Iterator[h5py.File]:
-    """Open an HDF5 file for reading.
-
-    Raises
-    ------
-    StoreError
-        The file is missing or damaged, or refers to other files.
-    """
+    """Open an HDF5 file for reading."""
     try:
         file = open_hdf5(path)
     except FileNotFoundError:
@@ -207,13 +155,7 @@ def open_for_reading(path: Path) -> Iterator[h5py.File]:
 
 
 def is_experiment_file(path: Path) -> bool:
-    """Whether an HDF5 file is an experiment file of hydrofdi, of any version.
-
-    Raises
-    ------
-    StoreError
-        The file is damaged.
-    """
+    """Whether an HDF5 file is an experiment file of hydrofdi, of any version."""
     with open_for_reading(path) as file:
         return "format_version" in file.attrs and "configuration" in file.attrs
 

@@ -83,13 +83,7 @@ class ShardIndex:
         return record if _completeness(record) > _completeness(run) else run
 
     def save(self) -> None:
-        """Save the index, so that unchanged shards need not be read again.
-
-        Raises
-        ------
-        StoreError
-            The file cannot be written.
-        """
+        """Save the index, so that unchanged shards need not be read again."""
         write_whole_text(
             self._directory / _FILE,
             json.dumps({"format": _FORMAT, "shards": self._entries}, separators=(",", ":")),
@@ -97,17 +91,7 @@ class ShardIndex:
 
 
 def read_index(directory: Path, *, trust: bool = True, fresh: frozenset[str] = frozenset()) -> ShardIndex:
-    """Read the index of the shards in a folder.
-
-    Parameters
-    ----------
-    directory : Path
-        Folder of the experiment.
-    trust : bool
-        Whether shards that look unchanged are taken from the index; if false, they are checked again.
-    fresh : frozenset of str
-        Names of shards that have just been written; their content is not checked.
-    """
+    """Read the index of the shards in a folder."""
     remembered = _from_index(directory / _FILE)
     entries: dict[str, dict[str, Any]] = {}
     damaged: dict[Path, str] = {}

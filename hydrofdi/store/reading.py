@@ -28,24 +28,12 @@ REQUEST_FILE = "experiment.json"
 
 
 def write_request(directory: Path, experiment: ExperimentConfig) -> None:
-    """Store the resolved configuration of a sweep.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be written.
-    """
+    """Store the resolved configuration of a sweep."""
     write_whole_text(directory / REQUEST_FILE, experiment.model_dump_json(indent=2) + "\n")
 
 
 def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> None:
-    """Check that a folder does not contain an experiment with a different name.
-
-    Raises
-    ------
-    StoreError
-        It contains another experiment.
-    """
+    """Check that a folder does not contain an experiment with a different name."""
     if directory.exists() and not directory.is_dir():
         raise StoreError(f"{directory}: is a file, not a folder; give another 'out'")
     if not (directory / REQUEST_FILE).exists():
@@ -58,13 +46,7 @@ def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> No
 
 
 def request_record(directory: Path) -> dict[str, Any]:
-    """The latest request as written, in SI; empty if there is none.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be read.
-    """
+    """The latest request as written, in SI; empty if there is none."""
     path = directory / REQUEST_FILE
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
@@ -75,13 +57,7 @@ def request_record(directory: Path) -> dict[str, Any]:
 
 
 def read_request(directory: Path) -> ExperimentConfig:
-    """The resolved configuration of the latest sweep on a folder.
-
-    Raises
-    ------
-    StoreError
-        The file is missing or cannot be read.
-    """
+    """The resolved configuration of the latest sweep on a folder."""
     record = request_record(directory)
     if not record:
         raise StoreError(f"{directory}: is not the folder of an experiment (it has no {REQUEST_FILE})")
@@ -89,13 +65,7 @@ def read_request(directory: Path) -> ExperimentConfig:
 
 
 def stored_experiment(text: str, place: str) -> ExperimentConfig:
-    """Parse a resolved configuration.
-
-    Raises
-    ------
-    StoreError
-        The text is not a resolved configuration; the message begins with the place.
-    """
+    """Parse a resolved configuration."""
     try:
         return ExperimentConfig.model_validate_json(text, context=STORED)
     except ValidationError as error:
@@ -109,13 +79,7 @@ _VERSION = "version_"
 
 
 def read_experiment(path: Path) -> ExperimentData:
-    """Read an experiment file; signals stay on disk.
-
-    Raises
-    ------
-    StoreError
-        The file is missing, damaged, or of another version.
-    """
+    """Read an experiment file; signals stay on disk."""
     with _experiment_file(path) as file:
         writer = file.attrs.get(f"{_VERSION}hydrofdi", "an unknown version")
         experiment = stored_experiment(
@@ -157,13 +121,7 @@ def is_current(path: Path, experiment: ExperimentConfig) -> bool:
 
 
 def read_texts(path: Path, name: str) -> dict[str, list[str]]:
-    """Name → text of each run, of a variable, or of all variables with a suffix such as ``.obstacle``.
-
-    Raises
-    ------
-    StoreError
-        The file is missing, damaged, or of another version.
-    """
+    """Name → text of each run, of a variable, or of all variables with a suffix such as ``.obstacle``."""
     with _experiment_file(path) as file:
         found = [each for each in file if each == name or (name.startswith(".") and each.endswith(name))]
         return {each: list(file[each].asstr()[:]) for each in found}
@@ -191,20 +149,7 @@ def read_unfinished(
     results: ShardResults,
     versions: Mapping[str, str],
 ) -> ExperimentData:
-    """Read an experiment from its shards; runs without a result contain the reason.
-
-    Parameters
-    ----------
-    path : Path
-        Future path of the experiment file.
-    experiment : ExperimentConfig
-    table : RunTable
-        Runs of the experiment.
-    results : ShardResults
-        Stored results of the runs.
-    versions : mapping
-        Library versions.
-    """
+    """Read an experiment from its shards; runs without a result contain the reason."""
     columns = computed_columns(results, table) | requested_columns(table)
     columns |= names.wavelet_numbers(columns)
     return ExperimentData(path, experiment, columns, dict(versions), results)

@@ -40,15 +40,7 @@ def batch_length(n_time: int) -> int:
 def distinct_records(
     record_ids: Sequence[str], are_ok: Sequence[bool], only: Collection[int] | None = None
 ) -> list[int]:
-    """Position of one run per record: the first successful run, or else the first.
-
-    Parameters
-    ----------
-    record_ids, are_ok : sequence of str, of bool
-        Record identity and success of each run.
-    only : collection of int, optional
-        Positions of the runs to consider; by default all.
-    """
+    """Position of one run per record: the first successful run, or else the first."""
     chosen: dict[str, int] = {}
     looked_at = None if only is None else set(only)
     for position, (record_id, is_ok) in enumerate(zip(record_ids, are_ok, strict=True)):
@@ -66,17 +58,7 @@ def drive_period(drive: InputConfig, random_force: float) -> float | None:
 
 
 def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str:
-    """Label of a simulated run: its leakage and EBM.
-
-    Parameters
-    ----------
-    flow : float
-        Mean leakage flow [m³/s]; NaN if the coefficient was specified.
-    coefficient : float
-        K_i [m^3.5/kg^0.5].
-    bulk_modulus : float
-        [Pa].
-    """
+    """Label of a simulated run: its leakage and EBM."""
     leakage = f"{convert(flow, 'L/min'):.4g} L/min"
     if np.isnan(flow):
         leakage = f"K_i {coefficient:.4g} m³/s/√Pa"
@@ -107,13 +89,7 @@ class StoredRecords:
     only: Collection[int] | None = None
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """Batches of records in the order of the runs; failed runs are rejected with their status.
-
-        Raises
-        ------
-        StoreError
-            No signals are stored, or a file cannot be read.
-        """
+        """Batches of records in the order of the runs; failed runs are rejected with their status."""
         self._require_signals()
         for positions in self._windows():
             batch = self._batch(positions)

@@ -38,7 +38,6 @@ class ShardContent:
         One per row.
     signals, dtype : str
         As in the ``store`` section.
-    physics_version : int
     """
 
     run_ids: tuple[str, ...]
@@ -50,29 +49,12 @@ class ShardContent:
 
 
 def write_shard(directory: Path, columns: Columns, store: StoreConfig) -> Path:
-    """Write the results of a batch atomically into an experiment's folder.
-
-    Returns
-    -------
-    Path
-        Path of the shard; its name is the hash of its content.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be written.
-    """
+    """Write the results of a batch atomically into an experiment's folder."""
     return _place_shard(directory, lambda aside: _write_file(aside, columns, store))
 
 
 def store_shard_bytes(directory: Path, content: bytes) -> Path:
-    """Store the content of a shard that was made elsewhere, and return its path.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be written.
-    """
+    """Store the content of a shard that was made elsewhere, and return its path."""
 
     def write(aside: Path) -> None:
         aside.write_bytes(content)
@@ -132,13 +114,7 @@ def content_digest(path: Path) -> str:
 
 
 def read_content(path: Path, *, check: bool = True) -> ShardContent:
-    """Read the description of a shard, after checking its content against its name if `check` is true.
-
-    Raises
-    ------
-    StoreError
-        The shard is damaged, or has another format version.
-    """
+    """Read the description of a shard, after checking its content against its name if `check` is true."""
     if check and content_digest(path) != path.stem:
         raise StoreError(f"{path}: is damaged: its content does not match its name")
     with open_for_reading(path) as file:
@@ -155,13 +131,7 @@ def read_content(path: Path, *, check: bool = True) -> ShardContent:
 
 
 def values_in(file: h5py.File, name: str, rows: slice = np.s_[:]) -> NDArray[Any]:
-    """Rows of a variable.
-
-    Raises
-    ------
-    KeyError
-        The file lacks it.
-    """
+    """Rows of a variable."""
     dataset = file[name]
     if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
         raise KeyError(f"{name} is not a variable with one row per run")

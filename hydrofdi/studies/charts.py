@@ -32,7 +32,6 @@ class LeakDelay:
 
     Attributes
     ----------
-    population : Population
     flow : float
         Mean of the true leakage flows from the onset on [m³/s].
     n_found, n : int
@@ -175,18 +174,12 @@ def read_traces(data: ExperimentData, records: StudyRecords, rows: NDArray[np.in
 
     Parameters
     ----------
-    data : ExperimentData
     records : StudyRecords
         Records of the design.
     rows : ndarray of int, shape (n_record,)
         Their rows in the file.
     watched : str
         ``label.output``.
-
-    Raises
-    ------
-    ReportError
-        The file does not contain the traces, or they are too short.
     """
     label = watched.partition(".")[0]
     indicator = data.experiment.indicator_choice.made(data.experiment.wavelet)[label]
@@ -238,9 +231,6 @@ def judge_chart(
     ----------
     traces : Traces
         Traces of the watched output.
-    label : str
-    asked : WatchedChart
-    online : OnlineConfig
     rules : Rules
         Confidence level of intervals, and fraction of leaks for the late delay.
     """
@@ -308,11 +298,6 @@ def judge_run_lengths(data: ExperimentData) -> tuple[RunLengths, ...]:
     """Evaluate the charts of every design of a stored study; empty if there are none.
 
     Charts on indicators that need sensors which the machine does not have are omitted.
-
-    Raises
-    ------
-    ReportError
-        The experiment has no study, or its file does not contain the traces.
     """
     if data.experiment.detection.online is None:
         return ()

@@ -73,13 +73,7 @@ def _remarks(records: StudyRecords, n_tried: int, rules: Rules) -> list[str]:
 
 
 def judge_study(data: ExperimentData) -> tuple[Detection, ...]:
-    """Evaluate every score of every design of a stored study.
-
-    Raises
-    ------
-    ReportError
-        The experiment has no study, or its file does not contain the runs of its study.
-    """
+    """Evaluate every score of every design of a stored study."""
     rules = data.experiment.detection
     return tuple(detect(design.records, design.scores, rules) for design in read_study(data))
 
@@ -138,13 +132,7 @@ def redrawn(n_healthy: int, n_faulty: tuple[int, ...], seed: int = 0) -> tuple[C
 
 
 def _limits(healthy: Array, limit: float, counts: Counts) -> Array:
-    """Upper limits of the same rank among resampled fit records, shape (n_draw,).
-
-    Raises
-    ------
-    NotStatedError
-        The limit is not one of their scores.
-    """
+    """Upper limits of the same rank among resampled fit records, shape (n_draw,)."""
     if np.isinf(limit):
         return np.full(len(counts), limit)
     rank = int(np.sum(healthy >= limit))
@@ -165,7 +153,6 @@ class Gain:
         Difference of the detection rates over all faulty test records, and its interval.
     p_value : float
         p-value of the null hypothesis of no difference.
-    confidence : float
     """
 
     value: float
@@ -203,11 +190,6 @@ class EvaluatedScore:
 
         Fit and test records are drawn, and thresholds have the same rank; a record without a score raises no
         alarm.
-
-        Raises
-        ------
-        NotStatedError
-            There is no threshold or one of a tail model, or there are no faulty records with a score.
         """
         threshold, name = self.judgement.threshold, self.judgement.scored.name
         if threshold is None or not self.n_record:
@@ -234,12 +216,6 @@ def gain(reference: EvaluatedScore, other: EvaluatedScore, *, confidence: float 
     ----------
     reference, other : EvaluatedScore
         Detectors of two designs with the same populations and draws.
-    confidence : float
-
-    Raises
-    ------
-    NotStatedError
-        The designs do not have the same records, or one has no threshold.
     """
     from scipy.special import ndtr, ndtri
 

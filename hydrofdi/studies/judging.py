@@ -64,10 +64,8 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
 
     Parameters
     ----------
-    records : StudyRecords
     scored : Scored
         Score whose values were computed without labels or severities.
-    rules : Rules
     n_tried : int
         Number of scores among which this one was chosen.
     """
@@ -258,10 +256,8 @@ def detectability(
     ----------
     levels : sequence of Part
         Levels, ascending in nominal severity.
-    threshold : Threshold
     floor : float
         Measured false-alarm rate.
-    rules : Rules
     notes : Notes
         Refusals and remarks are added to it.
     n_tried : int

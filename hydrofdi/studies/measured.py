@@ -30,18 +30,12 @@ def measured_study(
 
     Parameters
     ----------
-    columns : sequence of Column
     measured : iterable of RecordMeasures
         Measured records; rejected records and records without a label are omitted.
     healthy : collection of str
         Labels of healthy records; all others are faulty.
     severity : mapping of str to float
         Label → severity of the fault [m³/s], if known.
-
-    Raises
-    ------
-    ConfigError
-        No record has a label, or no label is declared healthy.
     """
     labelled = [record for record in measured if record.label and not record.is_rejected]
     found = dict.fromkeys(record.label for record in labelled)
@@ -85,11 +79,6 @@ def require_labels(stated: Iterable[tuple[str, str]], found: Collection[str]) ->
         Key and label.
     found : collection of str
         Labels of records.
-
-    Raises
-    ------
-    ConfigError
-        There are labels that no record has; the error lists all of them.
     """
     known = sorted({*found} - {""})
     names = ", ".join(map(repr, known[:10])) or "none"

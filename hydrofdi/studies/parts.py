@@ -27,7 +27,6 @@ class Part:
     Attributes
     ----------
     scores, severity : ndarray, shape (n_record,)
-    groups : list of str or None
     """
 
     scores: Array
@@ -202,8 +201,6 @@ def nuisances_of(
 
     Parameters
     ----------
-    records : StudyRecords
-    scored : Scored
     confidence : float
         Confidence level of all intervals.
     """

@@ -59,26 +59,13 @@ def read_study(data: ExperimentData) -> tuple[StudyDesign, ...]:
     Severity is the true mean leakage flow over the whole record, or K_i if the faults are specified by it, or
     the level if the study requests this. Severity and scores of failed runs are NaN. Runs that are not
     computed yet are omitted.
-
-    Raises
-    ------
-    ReportError
-        The experiment has no study, or its file does not contain the runs of its study.
-    ConfigError
-        A score uses numbers that are not measured.
     """
     measured = tuple(_measured(data))
     return tuple(_design(data, measured, records, rows) for records, rows in study_designs(data))
 
 
 def study_designs(data: ExperimentData) -> Iterator[tuple[StudyRecords, NDArray[np.intp]]]:
-    """Records of each design of a stored study, and their rows in the file.
-
-    Raises
-    ------
-    ReportError
-        The experiment has no study, or its file does not contain the runs of its study.
-    """
+    """Records of each design of a stored study, and their rows in the file."""
     roles, is_there = stored_roles(data), np.asarray(data.columns[STATUS]).astype(str) != MISSING
     for design in range(len(roles.designs)):
         rows = np.flatnonzero((roles.design_of_run == design) & is_there)
@@ -119,13 +106,7 @@ def _label(number: Scored) -> str:
 
 
 def stored_roles(data: ExperimentData) -> StudyTable:
-    """Roles of the runs of a stored study.
-
-    Raises
-    ------
-    ReportError
-        The experiment has no study, or its file does not contain the runs of its study.
-    """
+    """Roles of the runs of a stored study."""
     if data.experiment.study is None:
         raise ReportError(f"{data.path}: the experiment has no 'study:'")
     roles = study_roles(data.experiment)
@@ -222,8 +203,6 @@ def usual_scores(
 
     Parameters
     ----------
-    records : StudyRecords
-    scores : sequence of Scored
     tested_teach : bool
         Whether faulty test records may be used for training, as in `made_scores`.
     """
@@ -263,7 +242,6 @@ def made_scores(
 
     Parameters
     ----------
-    records : StudyRecords
     measured : sequence of Scored
         Numbers that the scores combine.
     wanted : mapping of str to ScoreConfig
@@ -271,11 +249,6 @@ def made_scores(
     tested_teach : bool
         Whether faulty test records are used to train scores that need faulty records, because there are no
         others. Each is then scored by a model that was not trained on its group, so groups are required.
-
-    Raises
-    ------
-    ConfigError
-        A number is not measured, or the extra of a score is not installed.
     """
     for label, config in wanted.items():
         score, known = make_score(config.kind, config.options), {each.name: each for each in measured}
@@ -358,7 +331,6 @@ def changes_since_before(records: StudyRecords, scores: Sequence[Scored]) -> Ite
     ----------
     records : StudyRecords
         Records with groups: one group per actuator.
-    scores : sequence of Scored
     """
     before = _before(records)
     if before is None:

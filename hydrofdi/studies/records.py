@@ -30,7 +30,6 @@ class Scored:
         NaN if a record cannot be measured.
     channels : tuple of str
         Channels that it needs, in the order of `hydrofdi.records.Channel`.
-    unit, long_name : str
     direction : Direction or None
         Direction of change that means a fault; None if it must be learned from fit records.
     cost : float or None
@@ -61,7 +60,6 @@ class StudyRecords:
 
     Attributes
     ----------
-    populations : tuple of Population
     of_record : ndarray of int, shape (n_record,)
         Index of the population of each record.
     severity : ndarray, shape (n_record,)
@@ -111,7 +109,6 @@ class StudyDesign:
 
     Attributes
     ----------
-    records : StudyRecords
     scores : tuple of Scored
         All outputs of the evaluated indicators; with common actuators also their changes since the earlier
         record; and the scores made of these.
@@ -127,7 +124,6 @@ class Level:
 
     Attributes
     ----------
-    population : Population
     severity : float
         Mean true severity of its records [unit of the severity]; NaN if unknown.
     detected : Rate or None
@@ -148,7 +144,6 @@ class Judgement:
 
     Attributes
     ----------
-    scored : Scored
     direction : Direction
         Direction, declared or learned from fit records.
     threshold : Threshold or None
@@ -157,7 +152,6 @@ class Judgement:
         False-alarm rates of healthy test records, each shift and each confusion; empty without a threshold.
     levels : tuple of Level
         Ascending.
-    curve : PodCurve or None
     lack_of_fit : float
         P-value of the curve; NaN without one.
     smallest : mapping of str to DetectableSeverity

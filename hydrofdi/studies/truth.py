@@ -34,7 +34,6 @@ class EstimateJudgement:
     ----------
     indicator, quantity : str
         Label of the indicator, and the name of the output.
-    population : str
     n : int
         Number of records with an estimate and a stated standard deviation.
     not_measurable : int
@@ -63,8 +62,6 @@ class Estimates:
 
     Attributes
     ----------
-    records : StudyRecords
-    judgements : tuple of EstimateJudgement
     confidence : float
         Confidence level of the stated intervals, which are normal.
     has_constant_leaks : bool
@@ -85,11 +82,6 @@ def judge_estimates(data: ExperimentData) -> tuple[Estimates, ...]:
 
     Leaks with a later onset are excluded, and so is β if it is not constant: such records have no single true
     value.
-
-    Raises
-    ------
-    ReportError
-        The experiment has no study, or its file does not contain the runs of its study.
     """
     confidence = data.experiment.detection.confidence
     is_constant = data.experiment.leakage.onset == "constant"

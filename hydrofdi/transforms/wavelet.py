@@ -106,7 +106,6 @@ def detail_coefficients(
     Parameters
     ----------
     signal : ndarray, shape (n_time,)
-    wavelet : WaveletConfig
     level : int
         1 … ``wavelet.levels``.
     time : ndarray, shape (n_time,)
@@ -127,11 +126,6 @@ def detail_coefficients(
 
 def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
     """Fraction of detail coefficients at each level that depend on the extension of the record.
-
-    Parameters
-    ----------
-    n_sample : int
-    wavelet : WaveletConfig
 
     Returns
     -------
@@ -180,7 +174,6 @@ def noise_rms(wavelet: WaveletConfig, autocovariance: Sequence[float]) -> list[f
 
     Parameters
     ----------
-    wavelet : WaveletConfig
     autocovariance : sequence of float
         Autocovariance of the noise at lags 0, 1, … [samples]; zero beyond.
     """

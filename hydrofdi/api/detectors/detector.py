@@ -470,13 +470,7 @@ class Detector:
 
 
 def require_place(out: Path) -> None:
-    """Check that a detector may be written at a path without harm to anything else.
-
-    Raises
-    ------
-    StoreError
-        Something else stands there, or there is no such folder.
-    """
+    """Check that a detector may be written at a path without harm to anything else."""
     if not out.resolve().parent.is_dir():
         raise StoreError(f"{out}: there is no folder {out.resolve().parent}")
     require_regular(out)

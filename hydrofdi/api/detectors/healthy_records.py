@@ -43,7 +43,6 @@ class LeftOut:
         Records with another label, runs with a leak, and of a study all but the healthy fit records.
     n_unlabelled, n_rejected, n_repeated : int
         Without a label among labelled ones, not usable at all, with the samples of another.
-    first_rejection, first_repeat : str
     """
 
     n_leaking: int = 0
@@ -60,7 +59,6 @@ class HealthyRecords:
 
     Attributes
     ----------
-    sources : sequence of RecordSource
     healthy : sequence of str
         Labels of healthy records, beside those that descriptions name.
     is_faulty : bool
@@ -91,13 +89,7 @@ class HealthyRecords:
         return not any(_is_labelled(source) for source in self.sources)
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """Healthy records.
-
-        Raises
-        ------
-        ConfigError
-            Records have labels, and none is known to mean a healthy one.
-        """
+        """Healthy records."""
         self.n_taken, self.left_out, found, seen = 0, LeftOut(), set[str](), dict[bytes, str]()
         for source in self.sources:
             for batch in self._of_source(source, found):

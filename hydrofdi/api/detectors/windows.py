@@ -45,7 +45,6 @@ class JudgedWindow:
 
     Attributes
     ----------
-    record_id, source, group : str
     line : WindowLine or None
         That of a monitor which is given the record as a stream; None if the record has no window.
     record_fault : Issue or None
@@ -90,15 +89,7 @@ def channels_read(file: DetectorFile) -> tuple[Channel, ...]:
 
 
 def judged_windows(file: DetectorFile, source: RecordSource) -> Iterator[JudgedWindow]:
-    """Every window of every record: what a monitor says that is given each record as a stream by itself.
-
-    Raises
-    ------
-    ConfigError
-        The indicator or the chart of the detector cannot be made.
-    DataError, StoreError
-        The source cannot be read.
-    """
+    """Every window of every record: what a monitor says that is given each record as a stream by itself."""
     watch, channels = Watch(file), channels_read(file)
     for batch in analysed_batches(source, labels=True):
         for record in batch.rejected:
@@ -157,13 +148,7 @@ def _without_windows(file: DetectorFile, records: RecordBatch) -> Issue:
 
 
 def watched(file: DetectorFile, chunks: Iterable[Any], said: Said) -> Iterator[dict[str, Any]]:
-    """The lines of a stream, as they come.
-
-    Raises
-    ------
-    ConfigError, DataError
-        A chunk lacks channels, units or times.
-    """
+    """The lines of a stream, as they come."""
     watch = Watch(file)
     state = watch.start()
     for chunk in _chunks(chunks, said, said.frequency or file.sampling_frequency):
@@ -197,11 +182,6 @@ def _chunks(chunks: Iterable[Any], said: Said, frequency: float) -> Iterator[Chu
 
 class Tally:
     """Windows on their way, counted.
-
-    Parameters
-    ----------
-    file : DetectorFile
-    windows : iterable of JudgedWindow
 
     Attributes
     ----------

@@ -68,8 +68,6 @@ class Held:
     ----------
     kind : str
         What messages call them.
-    columns : sequence of Column
-    time : Column or None
     record_ids, groups, labels : sequence of str
         Empty if nothing names the records.
     """
@@ -83,19 +81,7 @@ class Held:
 
 
 def held(data: Any, number: int | None = None) -> Held:
-    """What an object in memory holds.
-
-    Parameters
-    ----------
-    data
-    number : int, optional
-        Its place among several; messages name it.
-
-    Raises
-    ------
-    DataError
-        It contains something other than real numbers, or has too many dimensions.
-    """
+    """What an object in memory holds."""
 
     def kind(noun: str) -> str:
         return f"the {noun}" if number is None else f"{noun} {number}"
@@ -229,21 +215,7 @@ def _usual(unit: str) -> str:
 
 
 def records_of(data: Held, frequency: float | None, channel: Names, unit: Names) -> HeldSource:
-    """Records of columns.
-
-    Parameters
-    ----------
-    data : Held
-    frequency : float or None
-        [Hz]
-    channel, unit : str or mapping, optional
-        As in `hydrofdi.measure`.
-
-    Raises
-    ------
-    ConfigError, DataError
-        Names or units are missing, or contradict each other.
-    """
+    """Records of columns."""
     if not isinstance(unit, str | Mapping | None):
         raise refusal("unit", "a unit, or column → unit", unit)
     time = data.time

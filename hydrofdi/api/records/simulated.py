@@ -37,7 +37,6 @@ class SimulatedRecords:
 
     Attributes
     ----------
-    experiment : ExperimentConfig
     name : str
         What a person calls it.
     channels : collection of Channel
@@ -55,11 +54,6 @@ class SimulatedRecords:
         """The records in the order of their runs; those that fail are rejected with how they ended.
 
         The logger tells how many are simulated, and every few seconds how far it is.
-
-        Raises
-        ------
-        ConfigError
-            The sweep is impossible.
         """
         runs = expand_runs(self.experiment).runs
         record_ids = record_identities(runs)
@@ -85,11 +79,6 @@ class SimulatedRecords:
         """Some of the records, spread evenly, and those whose identity begins so; all if there are no more.
 
         The name says how many of them there are.
-
-        Raises
-        ------
-        ConfigError
-            The sweep is impossible.
         """
         record_ids = record_identities(expand_runs(self.experiment).runs)
         rows = distinct_records(record_ids, [True] * len(record_ids), self.only)

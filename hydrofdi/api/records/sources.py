@@ -53,21 +53,7 @@ class Said:
 
 
 def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[RecordSource]:
-    """The records in files, results or memory.
-
-    Parameters
-    ----------
-    data
-        As in `hydrofdi.measure`.
-    channels : collection of Channel
-        What is needed of simulated records.
-    said : Said
-
-    Raises
-    ------
-    ConfigError, DataError, StoreError
-        The records cannot be read, or lack names or units.
-    """
+    """The records in files, results or memory."""
     parts = _parts(data)
     if all(isinstance(each, str | PathLike) for each in parts):
         for name in ("channel", "unit", "label", "group"):
@@ -157,29 +143,7 @@ def open_source(
     sampling_frequency: float | None = None,
     settings: Sequence[str] = (),
 ) -> RecordSource:
-    """Records of results, an experiment, a description of measured files, a data file, or a folder of them.
-
-    Parameters
-    ----------
-    path : Path
-        Or the name of a ready configuration.
-    channels : collection of Channel
-        What is needed of simulated records; the others are not read.
-    sampling_frequency : float, optional
-        Of a measured file by itself [Hz].
-    settings : sequence of str
-        ``KEY=VALUE`` of an experiment that is simulated.
-
-    Raises
-    ------
-    ConfigError
-        A YAML file has mistakes, a sampling frequency is given where the source has its own, or settings
-        if nothing is simulated.
-    DataError
-        The file cannot be a source.
-    StoreError
-        Results cannot be read.
-    """
+    """Records of results, an experiment, a description of measured files, a data file, or a folder."""
     name, path = str(path), path if path.is_dir() else located(path)
     kind = kind_of(path)
     if sampling_frequency is not None and kind != "measured":

@@ -149,17 +149,7 @@ def _digest(calibration: str | None, parameters: str) -> bytes:
 
 
 class Runs(Sequence[RunSpec]):
-    """Runs in their order, each made on demand.
-
-    Parameters
-    ----------
-    frame : Frame
-        Their parameters.
-    calibrations : Frame
-        The conditions under which their leakage flows are solved; a row is ``NONE`` where K_i is given.
-    choice : IndicatorChoice
-        What is measured of their records.
-    """
+    """Runs in their order, each made on demand."""
 
     def __init__(self, frame: Frame, calibrations: Frame, choice: IndicatorChoice = DEFAULT_CHOICE) -> None:
         self._frame, self._calibrations, self.choice = frame, calibrations, choice
@@ -194,12 +184,7 @@ class Runs(Sequence[RunSpec]):
         return (self[row] for row in range(len(self)))
 
     def at(self, positions: Any) -> Runs:
-        """Some of the runs.
-
-        Parameters
-        ----------
-        positions : sequence of int
-        """
+        """Some of the runs."""
         rows = np.asarray(positions, dtype=np.intp)
         frame, calibrations = (
             Frame(frame.base, frame.pools, frame.numbers[rows]) for frame in (self._frame, self._calibrations)

@@ -57,11 +57,6 @@ def input_contents(given: str, info: ValidationInfo) -> str:
     """The contents of a CSV file, or of a text of more than one line, as a configuration holds them.
 
     A stored experiment (a validation with a context) names no file.
-
-    Raises
-    ------
-    ValueError
-        The file cannot be read, or is not an input.
     """
     if "\n" in given:
         first = given.partition("\n")[0]
@@ -76,13 +71,7 @@ def input_contents(given: str, info: ValidationInfo) -> str:
 
 @lru_cache(maxsize=64)
 def held_text(name: str, text: str, place: str = "text") -> str:
-    """A CSV text in the form that a configuration holds, with a name for people, and a place for messages.
-
-    Raises
-    ------
-    ValueError
-        The text is not an input.
-    """
+    """A CSV text in the form that a configuration holds, with a name for people, and a place for messages."""
     rows = parse_rows(text, place)
     pairs = zip(rows.times.tolist(), rows.values.tolist(), strict=True)
     lines = [f"# {' '.join(name.split())}", f"time [s],{rows.quantity} [{_UNITS[rows.quantity]}]"]
@@ -92,13 +81,7 @@ def held_text(name: str, text: str, place: str = "text") -> str:
 
 @lru_cache(maxsize=64)
 def parse_rows(text: str, place: str = "text") -> HeldRows:
-    """The rows of a CSV text.
-
-    Raises
-    ------
-    ValueError
-        The text is not an input; the message says in which line.
-    """
+    """The rows of a CSV text."""
     # only an experiment with a file loads the reader of measured files
     from hydrofdi.records.measured.columns import known_unit, short_name
     from hydrofdi.records.measured.description.sections import FormatConfig

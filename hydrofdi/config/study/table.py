@@ -20,13 +20,7 @@ _PATH = "study.population"
 
 
 def study_points(study: StudyConfig) -> Points:
-    """The points of a study, population by population.
-
-    Raises
-    ------
-    ConfigError
-        A drawn value is not one that its parameter can take.
-    """
+    """The points of a study, population by population."""
     return one_after_the_other([_points(study.population, each) for each in populations(study)])
 
 
@@ -77,7 +71,6 @@ class Drawn:
 
     Attributes
     ----------
-    population : Population
     count : int
         Number of its records.
     actuators : str
@@ -106,7 +99,6 @@ class StudyTable:
 
     Attributes
     ----------
-    populations : tuple of Population
     of_run : ndarray of int, shape (n_run,)
         The population of each run.
     designs : tuple of dict

@@ -44,13 +44,7 @@ class Condition:
     compared: tuple[tuple[str, str], ...]
 
     def holds(self, values: Mapping[str, Any]) -> bool:
-        """Whether the condition holds for parameter values in SI; None counts as NaN.
-
-        Raises
-        ------
-        TypeError, ValueError, OverflowError
-            Text is compared or calculated with like a number, or a number is too large.
-        """
+        """Whether the condition holds for parameter values in SI; None counts as NaN."""
         # a whole number times a text would repeat it, without limit
         real = {name: float(value) if isinstance(value, int) else value for name, value in values.items()}
         known = {name: math.nan if value is None else value for name, value in real.items()}
@@ -59,13 +53,7 @@ class Condition:
 
 @lru_cache(maxsize=64)
 def parse_condition(text: str) -> Condition:
-    """The condition that a text states.
-
-    Raises
-    ------
-    ValueError
-        The text is not a comparison of parameters, numbers and quoted quantities.
-    """
+    """The condition that a text states."""
     try:
         written = _Named().visit(ast.parse(text.strip(), mode="eval").body)
         compared = tuple(_compared(written))

@@ -79,21 +79,7 @@ def count_points(block: SweepConfig) -> int:
 
 
 def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -> Points:
-    """The points of a block, in order.
-
-    Parameters
-    ----------
-    block : SweepConfig
-    nominal : callable
-        Nominal value of a parameter; conditions use it if a point does not set the parameter.
-    path : str
-        Path of the block in the file, e.g. ``sweep``.
-
-    Raises
-    ------
-    ConfigError
-        A drawn value is invalid for its parameter.
-    """
+    """The points of a block, in order."""
     factors = [
         Points(len(values), {name: Column(values, np.arange(len(values), dtype=np.int32))})
         for name, values in block.grid.items()
@@ -157,13 +143,7 @@ def _fulfilling(text: str, points: Points, nominal: Callable[[str], Any], path: 
 
 
 def drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> list[Any]:
-    """Values of a parameter at probabilities.
-
-    Raises
-    ------
-    ConfigError
-        One of them is invalid for the parameter.
-    """
+    """Values of a parameter at probabilities."""
     values = quantiles(distribution, unit)
     is_quantity = parameter_quantity(name) is not None and "choice" not in distribution
     ends = (min(values), max(values)) if is_quantity else values  # valid quantities form an interval

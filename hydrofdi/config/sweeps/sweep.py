@@ -21,20 +21,7 @@ _LARGEST_KEY = 2**62
 def distinct_rows(
     columns: Sequence[NDArray[np.int32]], n_row: int
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Distinct rows of columns of integers (-1 or greater), in order of first appearance.
-
-    Parameters
-    ----------
-    columns : sequence of int arrays, shape (n_row,)
-    n_row : int
-
-    Returns
-    -------
-    first : array of int, shape (n_distinct,)
-        Row in which each distinct row first appears.
-    inverse : array of int, shape (n_row,)
-        Index of the distinct row that each row equals.
-    """
+    """Distinct rows of columns of integers (-1 or greater), in order of first appearance."""
     key, n_key = np.zeros(n_row, dtype=np.int64), 1
     for column in columns:
         size = int(column.max(initial=-1)) + 2
@@ -177,13 +164,7 @@ class CorrelationConfig(Section):
 
 
 def require_drawn(correlation: CorrelationConfig | None, over: Collection[str]) -> None:
-    """Check that correlated parameters are drawn.
-
-    Raises
-    ------
-    ValueError
-        One is not.
-    """
+    """Check that correlated parameters are drawn."""
     for name in correlation.parameters if correlation else ():
         if name not in over:
             raise ValueError(f"correlation: {name!r} is not drawn{nearest(name, list(over))}")
@@ -350,15 +331,7 @@ def unit_cube(
 def correlated(
     unit: NDArray[np.float64], names: Sequence[str], correlation: CorrelationConfig | None
 ) -> NDArray[np.float64]:
-    """Points in the unit cube, some of whose coordinates are correlated by a Gaussian copula.
-
-    Parameters
-    ----------
-    unit : ndarray, shape (n_point, n_axis)
-    names : sequence of str, length n_axis
-        Parameter of each coordinate.
-    correlation : CorrelationConfig or None
-    """
+    """Points in the unit cube, some of whose coordinates are correlated by a Gaussian copula."""
     if correlation is None:
         return unit
     from scipy.special import ndtr, ndtri

@@ -86,7 +86,6 @@ class Outside:
 
     Attributes
     ----------
-    white : Whitening
     vectors : ndarray, shape (n_vector, n_kept)
         Whitened support vectors.
     weights : ndarray, shape (n_vector,)
@@ -260,7 +259,6 @@ class Residual:
 
     Attributes
     ----------
-    standardised : Standardisation
     low, high : ndarray, shape (n_proxy,)
         Range of the standardised proxies in the fit records.
     coefficients : ndarray, shape (n_term,)

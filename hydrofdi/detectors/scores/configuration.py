@@ -70,11 +70,6 @@ def load_scores(indicators: str, made: Mapping[str, Indicator[Any]]) -> dict[str
         What `hydrofdi.indicators.load_indicators` took.
     made : mapping of str to Indicator
         What it gave.
-
-    Raises
-    ------
-    ConfigError
-        With every mistake.
     """
     if not located(FilePath(indicators)).is_file():
         return {}
@@ -149,16 +144,10 @@ def combined_numbers(score: ScoreConfig, known: Sequence[str], label: str) -> li
 
     Parameters
     ----------
-    score : ScoreConfig
     known : sequence of str
         Names of all numbers.
     label : str
         Name of the score, for messages.
-
-    Raises
-    ------
-    ConfigError
-        A name refers to no number.
     """
     found: list[dict[str, None]] = []
     for names in (score.of, score.by):

@@ -49,7 +49,6 @@ class Fitted:
     ----------
     rule : callable
         Rule for records that have all features.
-    n_feature : int
     n_healthy, n_faulty : int
         Number of fit records.
     """
@@ -107,13 +106,6 @@ class Score(Method[Chosen]):
         ----------
         values : array_like, shape (n_fit, n_feature)
         is_faulty : array_like of bool, shape (n_fit,)
-
-        Raises
-        ------
-        NotStatedError
-            There are too few records of a class, or they do not determine the score.
-        ConfigError
-            The score needs an extra that is not installed.
         """
         features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
         used = np.isfinite(features).all(axis=1) & (self.needs_faulty | ~faulty)
@@ -142,13 +134,7 @@ class Score(Method[Chosen]):
 
 
 def as_features(values: ArrayLike) -> Array:
-    """Features as an array of shape (n_record, n_feature) with contiguous rows.
-
-    Raises
-    ------
-    ValueError
-        The array does not have two dimensions.
-    """
+    """Features as an array of shape (n_record, n_feature) with contiguous rows."""
     features = np.ascontiguousarray(values, dtype=float)
     if features.ndim != 2:
         raise ValueError(f"features must have the shape (n_record, n_feature), not {features.shape}")
@@ -168,14 +154,7 @@ def plain_data(rule: Any) -> dict[str, Any]:
 
 
 def from_data(kind: type[Made], data: Any, where: str = "") -> Made:
-    """The dataclass that plain data describe.
-
-    Raises
-    ------
-    ValueError
-        A key is missing or unknown, a number is not finite, or shapes do not fit; the message starts with
-        the key.
-    """
+    """The dataclass that plain data describe."""
     hints: dict[str, Any] = get_type_hints(kind)
     if not isinstance(data, dict) or data.keys() != hints.keys():
         raise ValueError(f"{where or 'rule'}: expected the keys {', '.join(hints)}")
@@ -224,11 +203,6 @@ def scikit_learn(name: str) -> Iterator[None]:
     ----------
     name : str
         Name of the score.
-
-    Raises
-    ------
-    ConfigError
-        scikit-learn is not installed.
     """
     try:
         import sklearn  # noqa: F401
@@ -249,13 +223,7 @@ FAR = 5.0
 
 
 def require_shape(array: NDArray[Any], *shape: int) -> None:
-    """Check that an array of a trained rule fits the others.
-
-    Raises
-    ------
-    ValueError
-        It does not.
-    """
+    """Check that an array of a trained rule fits the others."""
     if array.shape != shape:
         raise ValueError(f"expected an array of the shape {shape}, not {array.shape}")
 
@@ -297,11 +265,6 @@ def standardisation(values: Array) -> Standardisation:
     Parameters
     ----------
     values : ndarray, shape (n_fit, n_feature)
-
-    Raises
-    ------
-    NotStatedError
-        No feature varies.
     """
     low, centre, high = np.quantile(values, [0.25, 0.5, 0.75], axis=0)
     quartiles = (high - low) / NORMAL_QUARTILES
@@ -314,13 +277,7 @@ def standardisation(values: Array) -> Standardisation:
 
 
 def healthy_scale(scores: ArrayLike) -> tuple[float, float]:
-    """Median and spread of healthy scores of any shape; NaN values are ignored.
-
-    Raises
-    ------
-    NotStatedError
-        There are fewer than five scores, or all are equal.
-    """
+    """Median and spread of healthy scores of any shape; NaN values are ignored."""
     known = np.ravel(np.asarray(scores, dtype=float))
     known = known[np.isfinite(known)]
     if known.size < LEAST_RECORDS:
@@ -337,9 +294,7 @@ class LinearRule:
 
     Attributes
     ----------
-    standardised : Standardisation
     weights : ndarray, shape (n_kept,)
-    offset : float
     """
 
     standardised: Standardisation
@@ -377,7 +332,6 @@ class Whitening:
 
     Attributes
     ----------
-    standardised : Standardisation
     mean : ndarray, shape (n_kept,)
     matrix : ndarray, shape (n_kept, n_kept)
     """
@@ -410,11 +364,6 @@ def whitening(values: Array, name: str, shrinkage: float | None = None) -> White
         Landgrebe, IEEE Trans. Pattern Anal. Mach. Intell. 18 (1996) 763. Ledoit-Wolf shrinkage is optimal for
         the covariance, not for its inverse: it masks deviations in directions in which healthy records hardly
         vary.
-
-    Raises
-    ------
-    NotStatedError
-        The covariance is singular: there are too few records for the features, and no shrinkage.
     """
     standardised = standardisation(values)
     held = standardised.held(values)
@@ -462,7 +411,6 @@ def cross_fitted_scores(
 
     Parameters
     ----------
-    score : Score
     values : array_like, shape (n_record, n_feature)
     is_faulty : array_like of bool, shape (n_record,)
     groups : sequence of str, length n_record, optional
@@ -480,11 +428,6 @@ def cross_fitted_scores(
     -------
     scores : ndarray, shape (n_record,)
         NaN if a feature is not finite.
-
-    Raises
-    ------
-    NotStatedError
-        There is only one group of fit records, or a fold leaves too few of them.
     """
     features, faulty = as_features(values), np.asarray(is_faulty, dtype=bool)
     if not features.shape[1]:

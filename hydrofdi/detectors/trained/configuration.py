@@ -130,7 +130,6 @@ class Feature:
     numbers : mapping of str to (str, Output, tuple of int)
         Name, such as ``dwt.d2`` or ``dwt.d2_phases[3]`` → label of the indicator, its output, and the place
         in it if that is an array.
-    score : ScoreConfig or None
     """
 
     indicators: Mapping[str, Indicator[Any]]
@@ -191,15 +190,7 @@ class Feature:
 
 
 def feature_of(config: DetectorConfig) -> Feature:
-    """What a detector judges.
-
-    Raises
-    ------
-    ConfigError
-        There is no such indicator or number, or there are several where there can be one.
-    ValidationError
-        The options of the indicator are not valid.
-    """
+    """What a detector judges."""
     if config.score is None:
         indicator = sound_indicator(config.indicator, config.options)
         first = next(each.name for each in indicator.outputs if each.is_score)
@@ -231,13 +222,7 @@ def _numbers(
 
 
 def direction_of(config: DetectorConfig) -> Direction:
-    """Direction of change by a leak: the chosen one, or that of the score.
-
-    Raises
-    ------
-    ConfigError
-        No direction is chosen, and that of the output depends on the actuator; or a score has another.
-    """
+    """Direction of change by a leak: the chosen one, or that of the score."""
     feature = feature_of(config)
     own = None if feature.score is None else score_kind(feature.score.kind).direction
     direction = config.direction or own or feature.described.direction
@@ -301,11 +286,6 @@ def stated_detector(
         labels.
     options : mapping
         Key → keyword or option, and its value; these override the file.
-
-    Raises
-    ------
-    ConfigError
-        One or more mistakes; the error lists all of them.
     """
     kind = "a detector before it is trained"
     own = None if isinstance(file, Path) else Source(plain(file or {}))

@@ -168,13 +168,7 @@ class TrainedScore(Part):
     """Windows that it was fitted to."""
 
     def fitted(self, kind: str) -> Fitted:
-        """The trained score.
-
-        Raises
-        ------
-        ValueError
-            The rule is not one of this kind of score.
-        """
+        """The trained score."""
         rule, n_number = from_data(score_kind(kind).Trained, self.rule, "score.rule"), len(self.numbers)
         fitted = Fitted(rule, n_number, self.n_healthy, self.n_faulty)
         try:
@@ -300,18 +294,7 @@ def detector_text(file: DetectorFile) -> str:
 
 
 def load_detector(path: Path) -> DetectorFile:
-    """Read a trained detector.
-
-    Parameters
-    ----------
-    path : Path
-
-    Raises
-    ------
-    ConfigError
-        The file cannot be read, is not a detector file, is inconsistent, or was made for another version of
-        hydrofdi or of its indicator.
-    """
+    """Read a trained detector."""
     content = _read(path)
     try:
         file = DetectorFile.model_validate_json(content, strict=True)

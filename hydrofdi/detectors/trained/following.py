@@ -50,7 +50,6 @@ class Estimate:
         In the unit of the output; NaN if there is a fault.
     fault : Issue or None
         Reason of a restart of the indicator.
-    doubts : tuple of Issue
     fits : mapping of str to float
         Outputs that state how well the model explains the samples.
     """
@@ -79,11 +78,6 @@ class Estimator:
         [Hz]
     fits : mapping of str to float, optional
         As of `doubts_of`.
-
-    Raises
-    ------
-    ConfigError
-        The indicator is not recursive, or the output is not its score.
     """
 
     def __init__(
@@ -212,11 +206,6 @@ class Follower:
     ----------
     n_every : int
         Samples from one estimate to the next.
-
-    Raises
-    ------
-    ConfigError
-        The indicator cannot be made or is not recursive.
     """
 
     def __init__(self, file: DetectorFile) -> None:
@@ -282,12 +271,7 @@ class ChartReading:
 
 
 class ScoreChart:
-    """Chart of a trained detector that has one. Windows that are not judged do not change it.
-
-    Parameters
-    ----------
-    file : DetectorFile
-    """
+    """Chart of a trained detector that has one. Windows that are not judged do not change it."""
 
     def __init__(self, file: DetectorFile) -> None:
         assert file.chart is not None

@@ -28,7 +28,6 @@ def records_of(
     ----------
     windows : sequence of Window
         At least one; all of equal length, with all channels.
-    channels : collection of Channel
     sampling_frequency : float
         Sampling frequency of the detector, not of each window [Hz], so that scores have the same meaning.
     """
@@ -46,7 +45,6 @@ class Measured:
         NaN where a window has none.
     obstacles : list of (str or None), length n_window
         Why a window lacks numbers.
-    doubts : list of tuple of Issue, length n_window
     fits : mapping of str to ndarray, shape (n_window,)
         Outputs that state how well the model explains a window.
     """
@@ -197,17 +195,7 @@ class Verdict:
 
 
 class Judge:
-    """Judges windows with a trained detector. The verdict on a window does not depend on other windows.
-
-    Parameters
-    ----------
-    file : DetectorFile
-
-    Raises
-    ------
-    ConfigError
-        The indicator cannot be made.
-    """
+    """Judges windows with a trained detector. The verdict on a window does not depend on other windows."""
 
     def __init__(self, file: DetectorFile) -> None:
         self.file, self._feature = file, file.feature
@@ -238,7 +226,6 @@ def verdict_of(
 
     Parameters
     ----------
-    file : DetectorFile
     score : float
         NaN if there is none.
     fault : Issue, optional

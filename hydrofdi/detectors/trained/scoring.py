@@ -28,7 +28,6 @@ class HealthyScores:
 
     Parameters
     ----------
-    feature : Feature
     windower : Windower
         Windows that are scored, or the samples before estimates that are checked.
     estimator : Estimator, optional

@@ -190,13 +190,7 @@ def _check(
     feature: Feature,
     config: DetectorConfig,
 ) -> None:
-    """Check that a batch matches the first one.
-
-    Raises
-    ------
-    DataError
-        Sampling, channels or lengths differ.
-    """
+    """Check that a batch matches the first one."""
     source, other = batch.sources[0], first.sources[0]
     if batch.sampling_frequency != first.sampling_frequency:
         raise DataError(
@@ -228,13 +222,7 @@ _N_PIECE = 20
 def _learn(
     found: HealthyScores, feature: Feature, config: DetectorConfig, teachers: HealthyScores | None
 ) -> TrainedScore | None:
-    """Set the scores of healthy windows: the number itself, or the cross-fitted score of several.
-
-    Raises
-    ------
-    NotStatedError
-        There are too few windows for the score.
-    """
+    """Set the scores of healthy windows: the number itself, or the cross-fitted score of several."""
     n_healthy, both = len(found.numbers), [found] if teachers is None else [found, teachers]
     if config.score is None or not n_healthy:
         found.all_scores = np.array(found.numbers).reshape(-1)
@@ -286,14 +274,7 @@ def _window_in_full(window: WindowConfig, found: HealthyScores) -> WindowConfig:
 def _chart_limit(
     found: HealthyScores, chart: TimedChart, healthy: Scale, direction: Direction, confidence: float
 ) -> ChartLimit:
-    """Limit that healthy scores, in time order, reach once within the required time on average.
-
-    Raises
-    ------
-    NotStatedError
-        The healthy records are shorter in total than the required time; the message states the required
-        length.
-    """
+    """Limit that healthy scores, in time order, reach once within the required time on average."""
     starts = np.searchsorted(found.record, range(1, len(found.durations)))
     lines = np.split(standardised(found.all_scores, healthy, direction), starts)
     groups: list[str] | None = None
@@ -326,13 +307,7 @@ def _finite(value: float) -> float | None:
 def _require_scores(
     found: HealthyScores, feature: Feature, config: DetectorConfig, healthy: RecordSource
 ) -> None:
-    """Check that there are scores, and that estimates are possible in at least half of the windows.
-
-    Raises
-    ------
-    DataError, NotStatedError
-        They are not.
-    """
+    """Check that there are scores, and that estimates are possible in at least half of the windows."""
     if not found.scores.size:
         longest = time_text(max(found.durations))
         absent = f"no window or estimate ends within its records, of which the longest lasts {longest}"
@@ -369,11 +344,6 @@ def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction
     each record or group is tested with the limits of the others. Otherwise, or if too few windows remain
     without a record, windows are assumed independent and the interval follows from order statistics. If
     groups are stated, windows of a group are dependent, and too few groups are an error.
-
-    Raises
-    ------
-    NotStatedError
-        There are too few windows; the message states how many are needed.
     """
 
     def rule(scores: Array) -> Threshold:

@@ -34,7 +34,6 @@ def phase_rms(signal: Array, wavelet: WaveletConfig) -> Array:
     Parameters
     ----------
     signal : ndarray, shape (..., n_time)
-    wavelet : WaveletConfig
 
     Returns
     -------

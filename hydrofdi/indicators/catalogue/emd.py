@@ -27,7 +27,6 @@ def empirical_modes(signal: Array, n_mode: int, n_sifting: int) -> Array:
     ----------
     signal : ndarray, shape (n_time,)
         Finite values.
-    n_mode : int
     n_sifting : int
         Number of sifting steps per mode: each subtracts the mean of the envelopes.
 

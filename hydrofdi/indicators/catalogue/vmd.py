@@ -43,7 +43,6 @@ def variational_modes(
     ----------
     signal : ndarray, shape (n_time,)
         Finite values.
-    n_mode : int
     bandwidth_weight : float
         Penalty α, for frequencies in cycles per sample.
     tolerance : float

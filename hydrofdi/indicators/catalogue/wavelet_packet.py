@@ -26,7 +26,6 @@ def packet_coefficients(
     signal : ndarray, shape (..., n_time)
     wavelet, extension : str
         Names in PyWavelets.
-    level : int
 
     Returns
     -------

@@ -89,7 +89,6 @@ def integrate_windows(
         Weights of the samples in the first and second half of a window, for ∫ φ s, ∫ φ s' and ∫ φ τ s'.
     n_before : int
         Samples of the stream before these.
-    balance : Balance
     sums : ndarray, shape (n_record, 3, N_SHARED + n_chamber N_OWN)
         State of each stream, from `new_sums`; updated in place.
     columns : ndarray, shape (n_record, n_window, n_chamber, N_UNKNOWN)
@@ -307,7 +306,6 @@ def write_equation(
         ∫ φ of each of `ValveSignals`, ∫ φ P', and ∫ φ τ P'.
     chamber : int
         0 or 1.
-    b : Balance
     position, leak, travel : float
         ∫ φ x_p [m·s], ∫ φ sgn(ΔP) √|ΔP| [√Pa·s], ∫ φ x_p' [m].
     columns : ndarray, shape (N_UNKNOWN,)

@@ -148,7 +148,6 @@ class Tuning(NamedTuple):
 
     Attributes
     ----------
-    plant : Plant
     step : float
         Runge-Kutta step [s].
     spool_transition : ndarray, shape (2, 2)
@@ -297,14 +296,12 @@ def follow(
         Static spool position under the command, or the measured one [mm].
     supply : ndarray, shape (n_stream, n_sample)
         [MPa]
-    tuning : Tuning
     every : int
         Samples between estimates.
     means, variances : ndarray, shape (n_stream, n_estimate, N_STATE)
         Filled with the estimates after the samples that `indicators.recursive.instants` returns.
     sums : ndarray, shape (n_stream, n_estimate, N_SUM)
         Filled with the sums over the samples up to each estimate.
-    work : Workspace
     """
     for k in range(measured.shape[0]):
         n_estimate = 0

@@ -54,7 +54,6 @@ def measurement_update(root: Array, k: int, ratio: float, gain: Array) -> None:
     Parameters
     ----------
     root : ndarray, shape (n, n)
-    k : int
     ratio : float
         R/s.
     gain : ndarray, shape (n,)

@@ -141,9 +141,6 @@ def predict_unscented(
         Runge-Kutta step [s].
     supply : float
         Nominal or measured supply pressure [MPa].
-    estimated : Estimated
-    plant : Plant
-    work : Workspace
     """
     points, path = work.points, work.path
     place_points(work.mean, work.root, estimated.spread, estimated.places, points)
@@ -281,8 +278,6 @@ def follow_unscented(
         estimated states only.
     sums : ndarray, shape (n_stream, n_estimate, at least 1)
         The first column is filled with the sum over the samples up to each estimate.
-    estimated : Estimated
-    work : Workspace
     """
     places = estimated.places
     for k in range(measured.shape[0]):

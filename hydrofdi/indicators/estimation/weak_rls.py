@@ -380,7 +380,6 @@ def follow_windows(
         Nominal β [Pa].
     state : RlsState
         Updated in place.
-    scratch : Scratch
     estimates : ndarray, shape (n_record, n_memory, n_instant, N_ESTIMATE)
         Filled; NaN once a window was not finite. Estimates are not fed back, so they cannot diverge.
     """

@@ -87,8 +87,6 @@ def adapt(
         In the order of `nominal_valve`.
     unclear : ndarray of bool, shape (n_record, n_time)
         Samples without adaptation.
-    cylinder : Cylinder
-    law : Law
     n_before : int
         Number of samples of the stream before these.
     every : int

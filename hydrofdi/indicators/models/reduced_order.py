@@ -86,10 +86,8 @@ def project(
         In the order of `nominal_valve`.
     unclear : ndarray of bool, shape (n_record, n_time)
         Samples to exclude.
-    cylinder : Cylinder
     compressibility : float
         Nominal 1/β [1/Pa].
-    bounds : Bounds
     interval : float
         Sampling interval [s].
     n_before : int

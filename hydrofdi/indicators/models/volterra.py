@@ -47,7 +47,6 @@ def regressors(given: Array, signal: Array, n_given: int, n_own: int, terms: tup
     given, signal : ndarray, shape (n_time,)
     n_given, n_own : int
         Number of lags of the input and of the signal.
-    terms : tuple of Term
     """
     start = max(n_given, n_own)
     values = [given[start - lag : given.size - lag] for lag in range(1, n_given + 1)]

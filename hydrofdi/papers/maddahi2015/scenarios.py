@@ -52,7 +52,6 @@ class ScenarioStudy:
 
     Attributes
     ----------
-    grid : ModeGrid
     standings : tuple of Standing
         As configured; and settled, if any run has settled features.
     outcomes : tuple of str, length n_scenario

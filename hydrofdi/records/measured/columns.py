@@ -54,7 +54,6 @@ class Column:
     ----------
     position : int
         Position among the titles.
-    title : str
     config : ChannelConfig
         Gain, offset and sign.
     unit : str
@@ -70,13 +69,7 @@ class Column:
     factor: Fraction | None
 
     def in_si(self, values: Array) -> Array:
-        """Numbers in SI; unchanged if the unit is counts.
-
-        Raises
-        ------
-        DataError
-            They are numbers in a column of dates without a unit.
-        """
+        """Numbers in SI; unchanged if the unit is counts."""
         if self.factor is None:
             raise DataError(f"{self.title[:60]!r}: has no unit; write it like 'time [s]'")
         with np.errstate(over="ignore"):
@@ -109,12 +102,6 @@ def columns_of(
         If it is empty, names and units are self-explanatory.
     needed : collection of Channel
         Channels whose columns are refused, not ignored, if their unit has another dimension.
-
-    Raises
-    ------
-    DataError
-        No title is a channel, two titles are the same one, or a unit is missing, unknown or of another
-        dimension.
     """
     if configured:
         places = {channel: find_column(titles, each.column, place) for channel, each in configured.items()}
@@ -135,13 +122,7 @@ def columns_of(
 
 
 def channels_named(titles: Sequence[str], units: Units, place: str) -> dict[Channel, int]:
-    """Channel → position of the column that is named like it.
-
-    Raises
-    ------
-    DataError
-        Two columns are named like the same channel.
-    """
+    """Channel → position of the column that is named like it."""
     found: dict[Channel, int] = {}
     for position, title in enumerate(titles):
         channel = channel_named(title, units(position)) if _CHANNELS.get(short_name(title)) else None
@@ -175,19 +156,12 @@ def time_column(
 
     Parameters
     ----------
-    titles : sequence of str
     units : callable
         Position → unit.
     place : str
         The source, for messages.
-    configured : TimeConfig or None
     is_dated : callable
         Whether a column contains dates.
-
-    Raises
-    ------
-    DataError
-        There are several, or the unit is missing, unknown or of another dimension.
     """
     if configured is not None:
         found = [find_column(titles, configured.column, place)]
@@ -239,13 +213,7 @@ def channel_named(title: str, unit: str, more: Mapping[str, Channel] = {}) -> Ch
 
 
 def channel_called(name: str) -> Channel:
-    """The channel of a name or symbol.
-
-    Raises
-    ------
-    ConfigError
-        There is none.
-    """
+    """The channel of a name or symbol."""
     channel = channel_named(name, "")
     if channel is None:
         known = [*(each.symbol for each in Channel), *(each.value for each in Channel)]
@@ -254,13 +222,7 @@ def channel_called(name: str) -> Channel:
 
 
 def find_column(titles: Sequence[str], column: str, place: str) -> int:
-    """Position of a column by its title, its name without the unit, or its number.
-
-    Raises
-    ------
-    DataError
-        There is no such column, or more than one.
-    """
+    """Position of a column by its title, its name without the unit, or its number."""
     names = [split_title(title)[0] for title in titles]
     for known in (titles, names):
         found = [position for position, title in enumerate(known) if title == column]
@@ -349,13 +311,7 @@ def unknown_header_unit(config: ChannelConfig, header: str) -> tuple[Issue, ...]
 
 
 def factor_to_si(unit: str, si_unit: str, where: str) -> Fraction:
-    """Factor from a unit to SI; one for counts.
-
-    Raises
-    ------
-    DataError
-        The unit is unknown, or of another dimension.
-    """
+    """Factor from a unit to SI; one for counts."""
     if mistake := unit_mistake(unit, si_unit):
         raise DataError(f"{where}: {mistake}")
     return Fraction(1) if is_counts(unit) else parse_unit(unit).factor / parse_unit(si_unit).factor

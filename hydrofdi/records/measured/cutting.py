@@ -123,13 +123,7 @@ def part(recording: Recording, first: int, stop: int, start_time: float | None =
 
 
 def trimmed(recording: Recording, trim: TrimConfig) -> Recording:
-    """The recording without its trimmed ends.
-
-    Raises
-    ------
-    RejectionError
-        Nothing is left.
-    """
+    """The recording without its trimmed ends."""
     frequency, n_time = recording.sampling_frequency, recording.n_time
     first, stop = _samples(trim.start, frequency), n_time - _samples(trim.end, frequency)
     if stop - first < 2:
@@ -138,13 +132,7 @@ def trimmed(recording: Recording, trim: TrimConfig) -> Recording:
 
 
 def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording | RejectionError]:
-    """The cycles of a file, each with its own time zero; a remark states the time outside of them.
-
-    Raises
-    ------
-    RejectionError
-        There is no complete cycle.
-    """
+    """The cycles of a file, each with its own time zero; a remark states the time outside of them."""
     spans = _spans(recording, cycles)
     if not spans:
         raise RejectionError("no_cycle", f"contains no complete cycle by {cycles.by}")
@@ -159,13 +147,7 @@ def cycles_of(recording: Recording, cycles: CyclesConfig) -> Iterator[Recording 
 
 
 def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConfig) -> Recording:
-    """The requested part of a stroke.
-
-    Raises
-    ------
-    RejectionError
-        The piston does not move, or the part is too short.
-    """
+    """The requested part of a stroke."""
     if stroke is None:
         raise RejectionError("no_motion", "the piston does not move")
     frequency = recording.sampling_frequency
@@ -180,13 +162,7 @@ def segment_of(recording: Recording, stroke: Stroke | None, segment: SegmentConf
 
 
 def of_length(recording: Recording, length: float | None, what: str) -> Recording:
-    """The first part of a recording, of the requested length [s].
-
-    Raises
-    ------
-    RejectionError
-        It is shorter.
-    """
+    """The first part of a recording, of the requested length [s]."""
     frequency = recording.sampling_frequency
     n_time = recording.n_time if length is None else _samples(length, frequency)
     if not 2 <= n_time <= recording.n_time:
@@ -227,15 +203,7 @@ _HOLD = 5
 
 
 def reference_pressure(recording: Recording, kind: str) -> float:
-    """The pressure by which the others are divided, in the unit of its channel.
-
-    Raises
-    ------
-    DataError
-        Some pressures have a scale and some have none.
-    RejectionError
-        It is not above zero.
-    """
+    """The pressure by which the others are divided, in the unit of its channel."""
     units = {recording.unit(channel) for channel in recording.channels if channel.is_pressure}
     if len(units) > 1:
         raise DataError(

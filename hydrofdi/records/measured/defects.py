@@ -93,8 +93,6 @@ def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Itera
 
     Parameters
     ----------
-    recording : Recording
-    limits : LimitsConfig
     ranges : mapping of Channel to (float, float)
         Plausible values, if known.
     """

@@ -20,13 +20,7 @@ OWN_NAMES = ("folder", "file", "direction")
 
 
 def path_pattern(template: str) -> re.Pattern[str]:
-    """The regular expression of a template of paths.
-
-    Raises
-    ------
-    re.error
-        The template is not a regular expression.
-    """
+    """The regular expression of a template of paths."""
     if not template or "(?P<" in template:
         return re.compile(f"(?:{template})$" if template else "")
     pieces = _FIELD.split(template)
@@ -71,7 +65,6 @@ def batched(
 
     Parameters
     ----------
-    records : iterable of Recording or RejectedRecord
     drive_period : float or None
         [s].
     labels : bool
@@ -145,7 +138,6 @@ def matching_files(folder: Path, pattern: str) -> list[Path]:
     ----------
     folder : path
         Base of relative patterns.
-    pattern : str
     """
     parts = PurePath(pattern).parts
     literal = 0

@@ -64,11 +64,6 @@ def completed(
         Not empty.
     is_plain : bool
         Whether a sampling frequency is refused if there is a column of time.
-
-    Raises
-    ------
-    DataError
-        The headers are not sufficient, or no file can be read; the message shows the description to write.
     """
     for number, file in enumerate(files, 1):
         try:
@@ -134,13 +129,7 @@ def _advised(file: Path, what: str) -> DataError:
 
 
 def suggested_description(file: Path, pattern: str, sampling_frequency: float | None) -> str:
-    """YAML of a description of files with what the headers of one state; an ellipsis stands for the rest.
-
-    Raises
-    ------
-    DataError
-        The file cannot be read.
-    """
+    """YAML of a description of files with what the headers of one state; an ellipsis stands for the rest."""
     try:
         skip, table = _below_preamble(file)
     except RejectionError as rejection:

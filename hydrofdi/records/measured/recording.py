@@ -110,12 +110,7 @@ class Table(ABC):
 
 
 class RejectionError(Exception):
-    """No record can be formed; it is listed with the reason, and the other records continue.
-
-    Attributes
-    ----------
-    remark : Issue
-    """
+    """No record can be formed; it is listed with the reason, and the other records continue."""
 
     def __init__(self, kind: str, text: str) -> None:
         self.remark = Issue(text, kind=kind, is_unusable=True)
@@ -154,12 +149,6 @@ def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[float, list
     ----------
     times : ndarray, shape (n_time,)
         [s].
-    config : MeasuredConfig
-
-    Raises
-    ------
-    RejectionError
-        Some are missing, or they do not increase.
     """
     steps = np.diff(times)
     if not np.all(np.isfinite(times)):
@@ -197,13 +186,7 @@ def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Issu
 
 
 def _resampled(channels: dict[Channel, Array], times: Array, frequency: float) -> dict[Channel, Array]:
-    """Channels interpolated linearly at even instants.
-
-    Raises
-    ------
-    RejectionError
-        There would be too many samples.
-    """
+    """Channels interpolated linearly at even instants."""
     n_time = int(np.floor((times[-1] - times[0]) * frequency * (1.0 + 1e-12))) + 1
     if n_time > _MOST_SAMPLES:
         raise RejectionError("long", f"would have {counted(n_time, 'sample')} at {frequency:g} Hz")
@@ -229,7 +212,6 @@ class Recording:
         Channels without a scale.
     normalized : frozenset of Channel
         Channels of `relative` that were divided by a reference pressure.
-    remarks : tuple of Issue
     values : dict of str to str
         Name that group and label may use → its value in this file.
     scaled_headers : dict of Channel to str
@@ -272,15 +254,7 @@ class Recording:
 
 
 def recording_of(table: Table, config: MeasuredConfig) -> Recording:
-    """The columns of a table, read according to a description.
-
-    Raises
-    ------
-    DataError
-        They are not as described.
-    RejectionError
-        They have different lengths, or too few samples.
-    """
+    """The columns of a table, read according to a description."""
     columns, channels, times = _columns(table, config)
     doubts: list[Issue] = []
     for column in columns.values():
@@ -320,13 +294,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
 
 
 def samples_of(table: Table, config: MeasuredConfig) -> tuple[dict[Channel, Array], Array | None]:
-    """The samples of a table in SI and their instants [s], also if few or uneven; None without a time column.
-
-    Raises
-    ------
-    DataError
-        They are not as described, or have different lengths.
-    """
+    """Samples of a table in SI and their instants [s], also if few or uneven; None without a time column."""
     _, channels, times = _columns(table, config)
     try:
         _common_length(channels, times)

@@ -34,7 +34,6 @@ class RowReader:
 
     Parameters
     ----------
-    form : FormatConfig
     first_lines : sequence of str
         They show the delimiter if the format does not state it; a blank stands for runs of blanks.
 
@@ -64,13 +63,7 @@ class RowReader:
         return names
 
     def has_names(self, cells: Sequence[str]) -> bool:
-        """Whether cells are the names of columns, as the format states or else as they look.
-
-        Raises
-        ------
-        ValueError
-            They may be names or numbers.
-        """
+        """Whether cells are the names of columns, as the format states or else as they look."""
         numeric = [self.is_number(cell) for cell in cells if cell.strip()]
         if self._form.header is None and any(numeric) and not all(numeric):
             raise ValueError("is this a header or a row? Write 'format: {header: true}' or 'false'")
@@ -83,13 +76,7 @@ class RowReader:
         return bool(found) and are_units if self._form.units_row is None else self._form.units_row
 
     def unit(self, position: int) -> str:
-        """Unit of a column in the row of units, or else in its name; empty if neither states one.
-
-        Raises
-        ------
-        ValueError
-            They contradict each other.
-        """
+        """Unit of a column in the row of units, or else in its name; empty if neither states one."""
         own = self.units[position].strip(_AROUND) if position < len(self.units) else ""
         named = split_title(self.titles[position])[1]
         if own and named and own != named:
@@ -97,13 +84,7 @@ class RowReader:
         return own or named
 
     def cells(self, lines: Sequence[str]) -> list[list[str]]:
-        """Cells of each line.
-
-        Raises
-        ------
-        ValueError
-            A line cannot be divided.
-        """
+        """Cells of each line."""
         if self.delimiter == " ":
             return [line.split() for line in lines]
         if not any('"' in line for line in lines):
@@ -117,13 +98,7 @@ class RowReader:
         return rows
 
     def width(self, lines: Sequence[str]) -> int:
-        """Number of cells of each line.
-
-        Raises
-        ------
-        ValueError
-            Lines differ, or one is no row: it is blank or a comment, or has cells without a name.
-        """
+        """Number of cells of each line."""
         comment, n_title, text = self._form.comment, len(self.titles), "\n".join(lines)
         if comment and comment in text and any(line.lstrip(" ").startswith(comment) for line in lines):
             raise ValueError("is a comment")
@@ -148,12 +123,6 @@ class RowReader:
         ----------
         lines : sequence of str
             Rows of the same width.
-        positions : sequence of int
-
-        Raises
-        ------
-        ValueError
-            A cell is neither a number nor missing.
         """
         text, form = "\n".join(lines), self._form
         if positions and not form.missing and '"' not in text and (form.decimal == "." or "." not in text):
@@ -212,7 +181,6 @@ def runs(
 
     Parameters
     ----------
-    lines : sequence of str
     parse : callable
         Raises ValueError if one of the lines cannot be parsed.
     first : int

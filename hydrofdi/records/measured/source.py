@@ -51,8 +51,6 @@ class MeasuredSource:
     ----------
     name : str
         The description, or the file.
-    config : MeasuredConfig
-    files : sequence of path
     folder : path
         Base of record ids.
     remarks : tuple of Issue
@@ -69,13 +67,7 @@ class MeasuredSource:
     most_samples: int = MOST_SAMPLES
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
-        """All records in the natural order of their paths.
-
-        Raises
-        ------
-        DataError
-            A file is not as described.
-        """
+        """All records in the natural order of their paths."""
         cycles = self.config.cycles
         period = self.config.drive_period or (None if cycles is None else cycles.period)
         yield from batched(self._remarked(), period, labels, self.most_samples)
@@ -160,11 +152,6 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
         The description; its patterns are relative to its folder.
     most_samples : int
         Most samples, over all channels, of a batch with more than one record.
-
-    Raises
-    ------
-    ConfigError
-        The description is wrong (all mistakes are listed), or no file matches.
     """
     file = Path(path)
     source = read_yaml(file, "a description of measured files")
@@ -275,16 +262,10 @@ def held_source(
 
     Parameters
     ----------
-    tables : sequence of HeldTable
     channels : mapping
         Channel → ``column``, and ``unit`` if the table does not state it.
     sampling : mapping
         ``time`` or ``sampling_frequency``, as in a description of measured files.
-
-    Raises
-    ------
-    ConfigError
-        The columns do not fit; all mistakes are listed.
     """
     columns = {channel.value: dict(column) for channel, column in channels.items()}
     name = tables[0].place if tables else "the records"
@@ -307,12 +288,6 @@ def plain_source(path: Path | str, sampling_frequency: float | None = None) -> M
         All files of a folder have the columns of the first; subfolders and hidden files are not read.
     sampling_frequency : float, optional
         [Hz]; needed if there is no column ``time [s]``.
-
-    Raises
-    ------
-    DataError
-        The folder has no such files, or the headers are not sufficient; the message shows the description to
-        write.
     """
     place = Path(path)
     files = _files_at(place)
@@ -331,11 +306,6 @@ def write_description(path: Path, file: Path, sampling_frequency: float | None =
         The records and the YAML file.
     sampling_frequency : float, optional
         [Hz]
-
-    Raises
-    ------
-    DataError
-        There is nothing to read at `path`, or `file` exists or cannot be written.
     """
     files = _files_at(path)
     pattern = os.path.relpath(path / f"*{files[0].suffix}" if path.is_dir() else path, file.parent)

@@ -62,7 +62,6 @@ class DetectionReport:
         One for each design of the records; the sections show the first.
     data : ExperimentData or None
         The runs behind simulated records.
-    simulate : callable or None
     """
 
     name: str

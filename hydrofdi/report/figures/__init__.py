@@ -40,13 +40,7 @@ def general_figures(report: Report) -> dict[str, FigureKind]:
 
 
 def draw_figure(report: ComposedReport, name: str) -> Figure:
-    """A figure of a report.
-
-    Raises
-    ------
-    HydrofdiError
-        There is no such figure, or the experiment does not contain what it shows; the message says why.
-    """
+    """A figure of a report."""
     figures = report.figures()
     if not figures:
         raise ReportError(
@@ -71,25 +65,13 @@ def draw_all(report: ComposedReport, names: Sequence[str]) -> tuple[dict[str, Fi
 
 
 def write_figure(report: ComposedReport, path: Path, name: str = "") -> str:
-    """Draw a figure by its name, or that which a file is named after; returns its caption.
-
-    Raises
-    ------
-    HydrofdiError
-        It cannot be drawn or written.
-    """
+    """Draw a figure by its name, or that which a file is named after; returns its caption."""
     save_figure(draw_figure(report, name or path.stem), path)
     return report.figures()[name or path.stem].caption
 
 
 def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure; its kind follows from the suffix (.png, .svg, .pdf).
-
-    Raises
-    ------
-    StoreError
-        The suffix is unknown, or the file cannot be written.
-    """
+    """Write a figure; its kind follows from the suffix (.png, .svg, .pdf)."""
     kind = path.suffix.lstrip(".").lower()
     if kind not in KINDS:
         raise StoreError(f"{path}: figures are written as .png, .svg or .pdf")

@@ -52,15 +52,7 @@ _MOST_TITLE = 60
 
 
 def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
-    """Input, stroke, pressures, leakage flow and d2 of P_1 of a run over time, and other signals that vary.
-
-    Parameters
-    ----------
-    columns : mapping
-        Variables of one run, all signals included.
-    wavelet : WaveletConfig
-    title : str
-    """
+    """Input, stroke, pressures, leakage flow and d2 of P_1 of a run over time, and signals that vary."""
     moving = tuple(panel for panel in _MOVING_PANELS if np.ptp(columns[panel[0]][0]) > 0.0)
     return shown(draw_beside(columns, [title], wavelet, PANELS + moving))
 
@@ -93,13 +85,7 @@ def draw_beside(
 
 @matplotlib.rc_context(SETTINGS)
 def draw_record(record: RecordBatch) -> Figure:
-    """Channels, power spectra and details of the first record of a batch.
-
-    Raises
-    ------
-    ReportError
-        No channel has only finite samples.
-    """
+    """Channels, power spectra and details of the first record of a batch."""
     whole = [channel for channel, samples in record.channels.items() if np.isfinite(samples[0]).all()]
     if not whole or record.n_time < 2:
         raise ReportError("the record has no channel that can be drawn")

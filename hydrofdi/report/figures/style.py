@@ -50,13 +50,7 @@ _METADATA: dict[str, dict[str, None]] = {
 
 
 def series(position: int, count: int = 1) -> dict[str, Any]:
-    """Colour and line style of a series; beyond eight, a place on a scale of colours.
-
-    Parameters
-    ----------
-    position, count : int
-        Place among the series, and how many there are. They are ordered if there are more than eight.
-    """
+    """Colour and line style of a series; beyond eight, a place on a scale of colours."""
     if count > len(COLORS):
         return {"color": ordered_color(position, count), "linestyle": LINES[position % len(LINES)]}
     return {"color": COLORS[position % len(COLORS)], "linestyle": LINES[position % len(LINES)]}
@@ -113,13 +107,7 @@ def plain_number(value: float) -> str:
 
 
 def log_axis(axis: Any) -> None:
-    """A logarithmic axis with as many plain numbers as fit: 0.1, 0.2, 0.5, 1, or decades if it is long.
-
-    Parameters
-    ----------
-    axis : matplotlib.axis.Axis
-        With its limits set, or its lines drawn.
-    """
+    """A logarithmic axis with as many plain numbers as fit: 0.1, 0.2, 0.5, 1, or decades if it is long."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis.axes.set(**{f"{axis.axis_name}scale": "log"})

@@ -87,13 +87,7 @@ def json_parts(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> 
 
 
 def write_parquet(path: Path, columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
-    """Write the columns of the CSV as Parquet.
-
-    Raises
-    ------
-    ReportError
-        The extra is not installed.
-    """
+    """Write the columns of the CSV as Parquet."""
     parquet, pyarrow = library("pyarrow.parquet"), library("pyarrow")
     first, *_ = _files(columns, [])
     kinds = [(each.name, pyarrow.string() if each.is_text else pyarrow.float64()) for each in first.content]

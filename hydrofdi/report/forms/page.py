@@ -24,19 +24,7 @@ _REFERENCE = re.compile(r'(url\(#|href="#)([^")]+)')
 
 
 def inline_svg(svg: str, name: str, label: str, colors: dict[str, str]) -> str:
-    """An SVG file as an element of a page.
-
-    Parameters
-    ----------
-    svg : str
-        The text of the file.
-    name : str
-        Put before all ids, so that figures of one page do not share any.
-    label : str
-        What the figure shows, in words.
-    colors : dict
-        Colour in the file → CSS colour in the page.
-    """
+    """An SVG file as an element of a page."""
     text = _METADATA.sub("", _BEFORE_ROOT.sub("", svg, count=1))
     text = re.sub(r'\s(?:width|height)="[\d.]+pt"', "", text, count=2)
     text = _IDENTITY.sub(rf'id="{name}-\1"', text)
@@ -51,16 +39,7 @@ _SHORT = 16
 
 
 def render_page(document: Document, figures: Mapping[str, str], captions: Mapping[str, str]) -> str:
-    """The report as HTML.
-
-    Parameters
-    ----------
-    document : Document
-    figures : mapping
-        Name → ``<svg>`` element, or a paragraph that says why the figure is missing.
-    captions : mapping
-        Name → caption.
-    """
+    """The report as HTML."""
     blocks = [block for block in document.blocks if block.paragraphs or block.shown_tables or block.figures]
     style = files("hydrofdi.report.forms").joinpath("page.css").read_text(encoding="utf-8")
     title = escape(document.title)
@@ -143,13 +122,7 @@ _LEAD_LETTERS = 20
 
 
 def write_page(report: ComposedReport, path: Path) -> None:
-    """Write the HTML page.
-
-    Raises
-    ------
-    StoreError
-        It cannot be written, or something else exists there.
-    """
+    """Write the HTML page."""
     from hydrofdi.report.figures import draw_all
 
     document = report.document()
@@ -159,13 +132,7 @@ def write_page(report: ComposedReport, path: Path) -> None:
 
 
 def write_all_forms(report: ComposedReport, directory: Path) -> Iterator[str]:
-    """Write every form and figure into a folder; yields a line on each.
-
-    Raises
-    ------
-    StoreError
-        The folder cannot be written, or a file of something else would be replaced; then nothing is written.
-    """
+    """Write every form and figure into a folder; yields a line on each."""
     from hydrofdi.report.figures import KINDS, draw_all
     from hydrofdi.report.figures.style import figure_bytes
 

@@ -84,7 +84,6 @@ class PortFlows(NamedTuple):
 
     Attributes
     ----------
-    valve : ValveFlows
     internal, external_1, external_2 : float
         q_il across the piston, q_el1 and q_el2 to the outside [m³/s].
     """

@@ -61,8 +61,6 @@ def steer(
         Column of each lane.
     step : float
         h [s].
-    is_due : bool
-    options : ModelOptions
     """
     if is_due:
         for k in range(HALF_WIDTH):

@@ -20,19 +20,7 @@ _OWN = b'{"pid": '
 
 @contextmanager
 def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[None]:
-    """Lock the folder of an experiment; the operating system releases the lock when this process ends.
-
-    Parameters
-    ----------
-    directory : Path
-    tell : callable
-        Called with a message when a stale lock of a dead process is taken over.
-
-    Raises
-    ------
-    StoreError
-        Another sweep holds the lock; the message names its process and host.
-    """
+    """Lock the folder of an experiment; the operating system releases the lock when this process ends."""
     with file_lock(directory / _FILE, _busy(directory)) as holder:
         if holder:
             tell(f"took over a stale lock of a sweep that was killed{holder}")
@@ -41,24 +29,7 @@ def experiment_lock(directory: Path, tell: Callable[[str], None]) -> Iterator[No
 
 @contextmanager
 def file_lock(path: Path, refusal: str) -> Iterator[str]:
-    """Lock a file; the operating system releases the lock when this process ends.
-
-    Parameters
-    ----------
-    path : Path
-    refusal : str
-        Message if another process holds the lock.
-
-    Yields
-    ------
-    str
-        Process that left a stale lock; empty if there was none.
-
-    Raises
-    ------
-    StoreError
-        Another process holds the lock, or the file is none of hydrofdi, or cannot be written.
-    """
+    """Lock a file; the operating system releases the lock when this process ends."""
     with open_own(path, _OWN, "a lock") as file:
         take_lock(file, refusal)
         holder = _holder(_text(file))
@@ -75,13 +46,7 @@ def file_lock(path: Path, refusal: str) -> Iterator[str]:
 
 
 def take_lock(file: FileIO, refusal: str) -> None:
-    """Lock an open file until it is closed.
-
-    Raises
-    ------
-    StoreError
-        Another process holds the lock; the message names it if the file does.
-    """
+    """Lock an open file until it is closed."""
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
@@ -90,13 +55,7 @@ def take_lock(file: FileIO, refusal: str) -> None:
 
 
 def require_unlocked(directory: Path) -> None:
-    """Check, without creating files, that no sweep has locked the folder of an experiment.
-
-    Raises
-    ------
-    StoreError
-        A sweep has locked it; the message names its process and host.
-    """
+    """Check, without creating files, that no sweep has locked the folder of an experiment."""
     try:
         file = open(directory / _FILE, encoding="utf-8")  # noqa: SIM115 (closed below)
     except OSError:

@@ -32,7 +32,6 @@ class Failure:
 
     Attributes
     ----------
-    run_id : str
     status : str
         ``error``, ``timeout`` or ``killed``.
     message : str
@@ -48,13 +47,7 @@ class Failure:
 
 
 def write_failure(directory: Path, failure: Failure) -> None:
-    """Store a failure below an experiment's folder.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be written.
-    """
+    """Store a failure below an experiment's folder."""
     write_whole_text(directory / _FOLDER / f"{failure.run_id}.json", json.dumps(asdict(failure), indent=2))
 
 
@@ -93,13 +86,7 @@ def read_calibrations(directory: Path) -> dict[str, float]:
 
 
 def write_calibrations(directory: Path, coefficients: dict[str, float]) -> None:
-    """Store solved coefficients.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be written.
-    """
+    """Store solved coefficients."""
     write_whole_text(directory / _CALIBRATIONS, json.dumps(coefficients, indent=0, sort_keys=True))
 
 
@@ -129,13 +116,7 @@ def environment_record(experiment: ExperimentConfig) -> dict[str, Any]:
 
 
 def add_provenance(directory: Path, record: dict[str, Any]) -> None:
-    """Append the provenance record of a sweep to the earlier records.
-
-    Raises
-    ------
-    StoreError
-        The file cannot be written.
-    """
+    """Append the provenance record of a sweep to the earlier records."""
     write_whole_text(directory / _PROVENANCE, json.dumps([*read_provenance(directory), record], indent=2))
 
 
@@ -193,13 +174,7 @@ class RunLog:
         self._path = directory / _LOG
 
     def write(self, event: str, **details: Any) -> None:
-        """Append one event with a time stamp.
-
-        Raises
-        ------
-        StoreError
-            The log cannot be written.
-        """
+        """Append one event with a time stamp."""
         line = json.dumps({"time": now(), "event": event, **details})
         try:
             with open(self._path, "a", encoding="utf-8") as file:

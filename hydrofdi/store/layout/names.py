@@ -27,12 +27,10 @@ class Variable:
 
     Attributes
     ----------
-    name : str
     dimensions : tuple of str
         The first dimension is always the run.
     units : str
         SI, as written to the file; ``"1"`` for dimensionless numbers, ``""`` for texts and indices.
-    long_name : str
     """
 
     name: str
@@ -274,18 +272,7 @@ _OUTPUT = {DETAIL_RMS: "d{}", APPROXIMATION_RMS: "a{}", PHASE_DETAIL_RMS: "d{}_p
 
 
 def wavelet_numbers(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """``detail_rms``, ``approximation_rms`` and, if measured, ``phase_detail_rms`` of runs.
-
-    Parameters
-    ----------
-    columns : mapping
-        Variable name → array with one row per run.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n_run, n_level) or (n_run, n_phase, n_level)
-        NaN if ``dwt`` was not among the indicators.
-    """
+    """``detail_rms``, ``approximation_rms`` and, if measured, ``phase_detail_rms`` of runs."""
     numbers = {}
     for name, output in _OUTPUT.items():
         levels = range(1, 1 + sum(f"{DWT}.{output.format(level)}" in columns for level in range(1, 21)))

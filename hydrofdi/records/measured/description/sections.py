@@ -98,13 +98,7 @@ class ChannelConfig(Section):
         return {"column": value} if isinstance(value, str | int) and not isinstance(value, bool) else value
 
     def plausible_range(self, si_unit: str) -> tuple[float, float] | None:
-        """Lowest and highest plausible value in SI, or in counts; None if none are given.
-
-        Raises
-        ------
-        ValueError
-            The values have another dimension, or the lowest is not below the highest.
-        """
+        """Lowest and highest plausible value in SI, or in counts; None if none are given."""
         if self.range is None:
             return None
         si = SI("1" if self.unit.lower() in COUNTS else si_unit)

@@ -42,7 +42,6 @@ class ArrayTable(Table):
 
     Parameters
     ----------
-    place : str
     what : str
         Kind of file, for messages.
     shapes : mapping of str to tuple of int
@@ -126,15 +125,7 @@ def _as_text(value: Any) -> str:
 
 
 def content_of(path: Path) -> Content:
-    """Input of a library: the path itself, or the decompressed bytes if its name ends in ``.gz``.
-
-    Raises
-    ------
-    DataError
-        It is larger than 2 GiB.
-    RejectionError
-        It cannot be decompressed.
-    """
+    """Input of a library: the path itself, or the decompressed bytes if its name ends in ``.gz``."""
     if path.suffix.lower() != ".gz":
         return path
     with damage_named("gzip"), gzip.open(path, "rb") as file:
@@ -154,13 +145,7 @@ if hasattr(os, "register_at_fork"):
 
 @contextmanager
 def table_read_apart(place: str, kind: str, content: Content) -> Iterator[ArrayTable]:
-    """The arrays of an HDF5 or MAT file; another process reads each on demand.
-
-    Raises
-    ------
-    RejectionError
-        The file cannot be read, or reading it crashes or takes too long.
-    """
+    """The arrays of an HDF5 or MAT file; another process reads each on demand."""
     process = _idle.pop() if _idle else None
     if process is None or process.poll() is not None:  # it was killed while it waited
         command, pipe = [sys.executable, "-P", array_reader.__file__], subprocess.PIPE
@@ -210,13 +195,7 @@ def npz_table(place: str, content: Content) -> ArrayTable:
 
 
 def parquet_library() -> Any:
-    """The module ``pyarrow.parquet``.
-
-    Raises
-    ------
-    DataError
-        It is not installed.
-    """
+    """The module ``pyarrow.parquet``."""
     try:
         import pyarrow.parquet as parquet
     except ImportError:
@@ -257,15 +236,7 @@ _KINDS = {
 
 @contextmanager
 def open_table(path: Path, place: str, form: FormatConfig) -> Iterator[Table]:
-    """The columns of a file, to be read while it is open.
-
-    Raises
-    ------
-    DataError
-        The kind of file is unknown, or it is not as described.
-    RejectionError
-        It cannot be read.
-    """
+    """The columns of a file, to be read while it is open."""
     suffix = (Path(path.stem) if path.suffix.lower() == ".gz" else path).suffix
     if (kind := form.kind or _KINDS.get(suffix.lower())) is None:
         hint = nearest(suffix, list(_KINDS)) if suffix else ""

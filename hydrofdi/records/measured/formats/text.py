@@ -30,15 +30,7 @@ _SOME = 1000
 
 
 def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
-    """Lines of a file, block by block; the last line is empty if the one before has a line end.
-
-    Raises
-    ------
-    DataError
-        It is too large, or no text in this encoding.
-    RejectionError
-        It is empty, or cannot be read or decompressed.
-    """
+    """Lines of a file, block by block; the last line is empty if the one before has a line end."""
     is_packed = path.suffix.lower() == ".gz"
     is_utf_8 = encoding.lower() in ("utf-8", "utf8")
     decoder = IncrementalNewlineDecoder(
@@ -86,11 +78,6 @@ class TextTable(Table):
 
     Rows may have fewer cells than there are names. Those with fewer than usual at the beginning of the file
     are cut off: none of their numbers is believed.
-
-    Raises
-    ------
-    DataError
-        The header is ambiguous, or rows have more cells than there are column names.
     """
 
     def __init__(self, place: str, form: FormatConfig, blocks: Callable[[], Iterator[list[str]]]) -> None:

@@ -227,20 +227,7 @@ def _draw_bound(axis: Any, judgement: Judgement, unit: SeverityUnit, color: str)
 
 
 def bound_line(curves: Sequence[PodCurve], found: float, confidence: float) -> tuple[Array, Array]:
-    """The lower bound of all curves that a severity was found from: close points where it rises.
-
-    Parameters
-    ----------
-    curves : sequence of PodCurve
-    found : float
-        The severity that was found, which becomes a point [unit of the severity].
-    confidence : float
-        One-sided.
-
-    Returns
-    -------
-    severity, low : ndarray, shape (n,)
-    """
+    """The lower bound of all curves that a severity was found from: close points where it rises."""
 
     def low_at(severities: Array) -> Array:
         lows = [lower_bound(curve, severities, confidence=confidence) for curve in curves]

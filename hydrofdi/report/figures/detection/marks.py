@@ -29,14 +29,7 @@ def deviates(rates: Array, least: float) -> Array:
 
 
 def normal_deviate_axis(axis: Any, least: float) -> None:
-    """Show percent on an axis of normal deviates, from `least` to 1 - `least`.
-
-    Parameters
-    ----------
-    axis : matplotlib.axis.Axis
-    least : float
-        Smallest rate.
-    """
+    """Show percent on an axis of normal deviates, from `least` to 1 - `least`."""
     ticks = np.array([tick for tick in _TICKS if least <= tick <= 1.0 - least])
     axis.set_ticks(deviates(ticks, least), [f"{100.0 * tick:g}" for tick in ticks])
     low, high = deviates(np.array([least, 1.0 - least]), least)
@@ -44,14 +37,7 @@ def normal_deviate_axis(axis: Any, least: float) -> None:
 
 
 def root_percent_axis(axes: Any, highest: float) -> None:
-    """A horizontal axis of percent, whose scale is the square root, so that small rates can be read.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    highest : float
-        Largest value that is drawn [%].
-    """
+    """A horizontal axis of percent, whose scale is the square root, so that small rates can be read."""
     end = min(1.15 * highest, 100.0)
     ticks = [0.0]
     for tick in _PERCENT:
@@ -79,13 +65,7 @@ def sensor_marks(detection: Detection, shown: Sequence[Judgement]) -> dict[str, 
 
 
 def with_threshold(detection: Detection, most: int) -> tuple[Judgement, ...]:
-    """The foremost scores that have a threshold.
-
-    Raises
-    ------
-    ReportError
-        No score has a threshold.
-    """
+    """The foremost scores that have a threshold."""
     shown = tuple(each for each in foremost(detection, most) if each.threshold is not None)
     shown = shown or tuple(each for each in detection.judgements if each.threshold is not None)[:most]
     if not shown:
@@ -106,16 +86,7 @@ def _titled(judgement: Judgement, width: int = 30) -> str:
 def panels(
     count: int, columns: int, *, width: float, height: float, x: str = "", y: str = "", **shared: Any
 ) -> tuple[Any, list[Any]]:
-    """A figure with `count` panels in rows, and the panels; `x` and `y` are labels of all of them.
-
-    Parameters
-    ----------
-    count, columns : int
-    width, height : float
-        Of a panel [in].
-    **shared : Any
-        ``sharex`` and ``sharey``.
-    """
+    """A figure with `count` panels in rows, and the panels; `x` and `y` are labels of all of them."""
     columns = min(count, columns)
     rows = -(-count // columns)
     figure = Figure(figsize=(max(width * columns, 9.0), height * rows + 0.4), layout="constrained")

@@ -152,7 +152,7 @@ def measured(file: DetectorFile, samples: dict[Channel, Array]) -> Array:
 def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
     """Compare one indicator and print a line."""
     config = DetectorConfig.model_validate(
-        {"indicator": name, "direction": "both", "false_alarm_rate": "2 %"}
+        {"indicator": name, "direction": "both", "false_alarm_rate": "2 %", "chart": None, "accept": True}
     )
     try:
         file = train(Healthy(), config, ["benchmark"], Made(hydrofdi="", time=""))

@@ -142,7 +142,8 @@ class EvenStream:
             return self._checked(state, chunk)
         kept = {name: state[name] for name in ("said", "begin", "begin_before")}
         after = {**self.start(), **kept, "last": np.array(chunk.time[-1])}
-        return after, [Chunk(chunk.time, self._rows(chunk))], []
+        is_first = bool(state["last"] == -np.inf)
+        return after, [Chunk(chunk.time, self._rows(chunk), begins_anew=is_first)], []
 
     def _beginning(self, state: State, chunk: Chunk) -> Array:
         """Checksum and number of the first samples after a chunk."""
@@ -155,8 +156,9 @@ class EvenStream:
 
     def _is_sound(self, state: State, time: Array) -> bool:
         """Whether a chunk continues without any irregularity, as nearly all chunks do."""
-        longest = _GAP * self._period
-        if not 0.0 < float(time[0]) - float(state["last"]) <= longest or not np.all(time[1:] > time[:-1]):
+        longest, last = _GAP * self._period, float(state["last"])
+        follows = time[0] >= -_FARTHEST if last == -np.inf else 0.0 < float(time[0]) - last <= longest
+        if not follows or not np.all(time[1:] > time[:-1]):
             return False
         return bool(time[-1] <= _FARTHEST and (time[1:] - time[:-1]).max(initial=0.0) <= longest)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,13 +45,16 @@ def hum_share(samples: Array, sampling_frequency: float, mains: float) -> float:
     """
     if samples.size < _PERIODS * sampling_frequency / mains or mains >= sampling_frequency / 2.0:
         return 0.0
+    harmonics = mains * np.arange(1, int(sampling_frequency / 2.0 / mains) + 1, dtype=np.float64)
+    steady = harmonics[_are_steady(samples, sampling_frequency, mains, harmonics)]
+    if not steady.size:
+        return 0.0
     power = _spectrum(samples - samples.mean()) ** 2
     step = sampling_frequency / samples.size
     frequency = np.arange(power.size) * step
-    harmonics = mains * np.arange(1, int(sampling_frequency / 2.0 / mains) + 1, dtype=np.float64)
     width = 2.0 * step
     at_line = np.zeros(power.size, dtype=bool)
-    for harmonic in harmonics[_are_steady(samples, sampling_frequency, mains, harmonics)].tolist():
+    for harmonic in steady.tolist():
         at_line |= np.abs(frequency - harmonic) <= width
     counted = frequency >= _LOWEST
     total = float(power[counted].sum())
@@ -74,9 +78,13 @@ def _are_steady(
 
 def _spectrum(samples: Array) -> Array:
     """Amplitude spectrum of samples along their last axis, with a Hann window."""
-    window = np.hanning(samples.shape[-1] + 1)[:-1]
-    amplitudes: Array = np.abs(np.fft.rfft(samples * window))
+    amplitudes: Array = np.abs(np.fft.rfft(samples * _window(samples.shape[-1])))
     return amplitudes
+
+
+@lru_cache(maxsize=4)
+def _window(n_time: int) -> Array:
+    return np.hanning(n_time + 1)[:-1]
 
 
 _SPIKE = 20.0

@@ -166,11 +166,10 @@ def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[float, list
     frequency = float(f"{1.0 / step:.{_DIGITS}g}")
     if not 0.0 < frequency < np.inf:
         raise RejectionError("time", f"time goes from {times[0]:g} s to {times[-1]:g} s")
-    return frequency, _unevenness(times, steps, config)
+    return frequency, _unevenness(times, steps, typical, config)
 
 
-def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Issue]:
-    typical = float(np.median(steps))
+def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConfig) -> list[Issue]:
     gaps = int(np.count_nonzero(steps > _GAP * typical))
     asked = "" if config.resample is None else f"; interpolated at {config.resample:g} Hz"
     if gaps:
@@ -178,7 +177,8 @@ def _unevenness(times: Array, steps: Array, config: MeasuredConfig) -> list[Issu
         text = f"{counted(gaps, 'gap')} in time, the longest {longest:.3g} s{asked}"
         return [Issue(text, kind="gap", is_unusable=config.resample is None)]
     even = np.linspace(times[0], times[-1], times.size)
-    deviation = float(np.max(np.abs(times - even))) / typical
+    even -= times
+    deviation = float(max(even.max(), -even.min())) / typical
     if deviation <= config.limits.uneven:
         return []
     text = f"sampling is uneven: up to {deviation:.0%} of a step from even{asked}"

@@ -151,14 +151,15 @@ _FEW_ROWS = 12
 def print_document(document: Document, file: Path, *, full: bool = False) -> None:
     """Print the answers of a report, or all of it; the answers are last."""
     console = terminal()
-    console.print(Text.assemble((document.title, "bold"), f", from {file}"))
+    console.print(Text.assemble((document.title, "bold"), f", from {file}"), soft_wrap=True)
     blocks = [block for block in document.blocks if block.paragraphs or block.shown_tables]
     others = [block for block in blocks if not block.is_answer]
     for block in (others if full else []) + [block for block in blocks if block.is_answer]:
         if full:
             console.print(Text(block.title, style="bold underline"))
         tables = [(table, None if full else _FEW_ROWS) for table in block.shown_tables]
-        print_parts([*tables, *block.paragraphs] if block.is_answer else [*block.paragraphs, *tables])
+        lines = [*map(Text, block.paragraphs)] if block.key == "train" else [*block.paragraphs]
+        print_parts([*tables, *lines] if block.is_answer else [*lines, *tables])
     if not full and (n_table := sum(len(block.shown_tables) for block in others)):
         console.print(f"{counted(n_table, 'more table')}: --full shows them, --html writes a page.")
 

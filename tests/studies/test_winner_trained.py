@@ -102,7 +102,7 @@ def test_the_command_that_the_report_names_trains_the_winner(study, detection):
     limits = [told["limits"][end] for end in ("low", "high")]
     wanted = [limit if np.isfinite(limit) else None for limit in (threshold.low, threshold.high)]
     assert limits == wanted
-    for wrong in (["--sensors", "P9"], ["--sensors", "x"], ["--indicator", "dwt"]):
+    for wrong in (["--sensors", "P9"], ["--sensors", "x"], ["--sensors", "P2"], ["--indicator", "dwt"]):
         refused = run_hydrofdi(*arguments, *wrong, cwd=study)
         assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
     for sources in (["study.yaml"], ["results", "results"]):

@@ -187,14 +187,16 @@ def _winner(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
         raise ConfigError(f"sensors: {error}; known are {known}") from None
     detection = judge_study(stored)[0]
     best = winner(detection, channels)
+    with_these = f" with {', '.join(each.symbol for each in channels)}" if channels else ""
+    if channels and not any(within(each.scored, channels) for each in detection.judgements):
+        raise ConfigError(f"sensors: the study has no score{with_these} alone")
     if best is None:
-        with_these = f" with {', '.join(each.symbol for each in channels)}" if channels else ""
         rules = detection.rules
         n_fit, n_test = rules.records_for_threshold(Direction.BOTH), rules.records_for_false_alarms
         raise NotStatedError(
-            f"{stored.path}: no score{with_these} is known to keep its false-alarm rate; sweep again with"
-            f" study.healthy: {{fit: {n_fit}, test: {n_test}, shift: {n_test}}} or more, and let"
-            " study.population include the shifts that are normal",
+            f"{stored.path}: no score{with_these} is known to keep its false-alarm rate; to know it takes"
+            f" study.healthy: {{fit: {n_fit}, test: {n_test}, shift: {n_test}}} or more, and to keep it a"
+            " study.population that includes the shifts that are normal",
             n_test,
         )
     better = [
@@ -208,6 +210,14 @@ def _winner(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
         _log.warning(
             f"{best.scored.name} is the best score known to keep its false-alarm rate; undecided, as too few"
             f" records test it, but better: {', '.join(better[:_MOST_NAMED])}"
+        )
+    study, made_by = stored.experiment.study, best.scored.made_by
+    numbers = [best.scored.name] if made_by is None else [*made_by.of, *made_by.by]
+    is_drawn = study is not None and "wavelet.phase" in study.population.per_record
+    if is_drawn and any(number.startswith("dwt.") for number in numbers):
+        _log.warning(
+            f"{best.scored.name}: the study draws the start phase of the wavelet, windows of a detector all"
+            " start at one, so its rates may differ; wavelet: {phase: 0} in the study makes them equal"
         )
     return detector_settings(stored.experiment, best, detection.rules)
 

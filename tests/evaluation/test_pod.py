@@ -12,12 +12,14 @@ from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod import (
     isotonic,
     lack_of_fit,
+    last_shown,
     log_likelihood,
     lower_bound,
     probability_of_detection,
     smallest_detectable,
     tally,
 )
+from hydrofdi.evaluation.rates import clopper_pearson
 from hydrofdi.evaluation.sensitivity import Response, relative_spread, rising
 from tests.evaluation.repeats import holds_at_least, holds_in
 
@@ -87,7 +89,13 @@ def covered(repeats, n, floor, spread, probability, seed):
     for _ in range(repeats):
         outcomes = hits(draw, severity, -1.2, spread, floor)
         curve = probability_of_detection(severity, outcomes, false_alarm_rate=floor)
-        bound = smallest_detectable(curve, probability=probability)
+        if curve.is_step:  # as in studies: the levels are tested one by one
+            counted = tally(severity, outcomes)
+            pairs = zip(counted.hits, counted.total, strict=True)
+            shown = np.array([clopper_pearson(hit, of, 0.9)[0] for hit, of in pairs]) >= probability
+            bound = last_shown(counted.severity, shown, probability, 0.95)
+        else:
+            bound = smallest_detectable(curve, probability=probability)
         count += bound.place == "above" or bound.severity >= truth
     return count
 

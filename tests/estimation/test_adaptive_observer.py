@@ -54,22 +54,21 @@ def excited():
     return matched_signals(moving, COEFFICIENT_TRUE, MODULUS_TRUE, 6.0, FREQUENCY)
 
 
-@pytest.mark.parametrize("times", [(0.3, 0.3), (0.05, 1.0), (1.5, 3.0)])
-@pytest.mark.parametrize("injection", [50.0, 200.0])
+@pytest.mark.parametrize(
+    ("times", "injection"), [((0.3, 0.3), 200.0), ((0.05, 1.0), 50.0), ((1.5, 3.0), 200.0)]
+)
 def test_the_lyapunov_function_never_rises(excited, times, injection):
     """But where the spool passes its centre within an interval: a kink of the flow, which samples blunt."""
     chosen = law(*times, injection=injection)
-    energy = lyapunov_function(excited, followed(excited, chosen), chosen)
+    states = followed(excited, chosen)
+    energy = lyapunov_function(excited, states, chosen)
     rises, passes = np.diff(energy) / energy[0], np.diff(np.sign(excited[SPOOL, 0])) != 0
     assert rises[~passes].max() < 2e-7
     assert np.maximum(rises, 0.0).sum() < 1e-3
     assert energy[-1] < 0.9 * energy[0]
-
-
-def test_what_is_excited_is_found(excited):
-    last = followed(excited, law())[-1]
-    assert last[COEFFICIENT] == pytest.approx(COEFFICIENT_TRUE, rel=2e-3)
-    assert 1.0 / last[COMPRESSIBILITY] == pytest.approx(MODULUS_TRUE, rel=0.01)
+    if times == (0.3, 0.3):
+        assert states[-1, COEFFICIENT] == pytest.approx(COEFFICIENT_TRUE, rel=2e-3)
+        assert 1.0 / states[-1, COMPRESSIBILITY] == pytest.approx(MODULUS_TRUE, rel=0.01)
 
 
 def test_without_excitation_leakage_is_found_and_the_fluid_is_not():

@@ -11,7 +11,6 @@ from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE
 from hydrofdi.indicators.estimation.valve_use import follow_noise, new_noise
 from hydrofdi.indicators.estimation.weak_rls import N_ESTIMATE, follow_windows, new_scratch, new_state
 from hydrofdi.indicators.models.volterra import (
-    block_means,
     lagged_values,
     polynomial_terms,
     regressors,
@@ -47,20 +46,14 @@ def followed(
     return out[0, 0]
 
 
-def test_with_all_in_memory_the_estimates_are_those_of_one_regression():
-    columns, targets, _ = equations(1, 400)
-    found = followed(columns, targets, [400])[0]
-    whole = regress(columns.transpose(0, 3, 2, 1), targets.transpose(0, 2, 1), np.ones(N_UNKNOWN), ERROR)
-    np.testing.assert_allclose(found[:N_UNKNOWN], whole.values[0], rtol=1e-9)
-
-
-def test_an_unknown_that_is_known_stays_and_has_no_error():
-    columns, targets, _ = equations(2, 100)
+@pytest.mark.parametrize("known", [[], [3, 7]])
+def test_with_all_in_memory_the_estimates_are_those_of_one_regression(known):
+    columns, targets, _ = equations(2, 400)
     deviations = np.ones(N_UNKNOWN)
-    deviations[[3, 7]] = 0.0
-    found = followed(columns, targets, [100], deviations=deviations)[0]
-    assert (found[[3, 7, N_UNKNOWN + 3, N_UNKNOWN + 7]] == 0.0).all()
-    rest = np.delete(np.arange(N_UNKNOWN), [3, 7])
+    deviations[known] = 0.0
+    found = followed(columns, targets, [400], deviations=deviations)[0]
+    assert (found[[*known, *(N_UNKNOWN + k for k in known)]] == 0.0).all()
+    rest = np.delete(np.arange(N_UNKNOWN), known)
     whole = regress(
         columns.transpose(0, 3, 2, 1)[:, rest], targets.transpose(0, 2, 1), np.ones(len(rest)), ERROR
     )
@@ -158,36 +151,24 @@ def test_the_filters_are_the_kalman_filter(spread):
             np.testing.assert_allclose(each.covariance, kalman.covariance, rtol=1e-9, atol=1e-9)
 
 
-def noise_of(signal, unclear=None, cuts=()):
+def noise_of(signal, unclear=None):
     """Standard deviation after the last sample."""
     signal = np.atleast_2d(signal)
-    unclear = np.zeros(signal.shape, dtype=bool) if unclear is None else unclear
-    state = new_noise(len(signal))
-    for part, mask in zip(np.split(signal, cuts, axis=1), np.split(unclear, cuts, axis=1), strict=True):
-        variance = np.zeros(part.shape)
-        follow_noise(np.ascontiguousarray(part), np.ascontiguousarray(mask), state, variance)
+    unclear, variance = np.zeros(signal.shape, dtype=bool) if unclear is None else unclear, signal.copy()
+    follow_noise(signal, unclear, new_noise(len(signal)), variance)
     return np.sqrt(variance[:, -1])
 
 
-def test_noise_is_found_beside_a_motion_that_is_much_larger():
+def test_noise_is_found_beside_a_larger_motion_and_jumps_that_do_not_count():
     time = np.arange(10_000) / 500.0
     motion = 8e6 + 2e6 * np.sin(2 * np.pi * 2.0 * time) + 1e5 * np.sin(2 * np.pi * 40.0 * time)
-    noise = 5e3 * np.random.default_rng(1).normal(size=time.shape)
-    np.testing.assert_allclose(noise_of(motion + noise), 5e3, rtol=0.05)
-
-
-def test_samples_that_do_not_count_and_their_neighbours_leave_no_trace():
-    signal = 5e3 * np.random.default_rng(2).normal(size=(1, 4000))
-    jumping = signal + np.where(np.arange(4000) // 500 % 2 == 0, 8e6, 9e6)
-    unclear = np.zeros(signal.shape, dtype=bool)
+    moving = motion + 5e3 * np.random.default_rng(1).normal(size=time.shape)
+    np.testing.assert_allclose(noise_of(moving), 5e3, rtol=0.05)
+    jumping = (moving + np.where(np.arange(10_000) // 500 % 2 == 0, 0.0, 1e6))[None]
+    unclear = np.zeros(jumping.shape, dtype=bool)
     unclear[:, 500::500] = True
     np.testing.assert_allclose(noise_of(jumping, unclear), 5e3, rtol=0.05)
     assert noise_of(jumping) > 1e4
-
-
-def test_a_stream_gives_the_bits_of_the_record():
-    signal = np.random.default_rng(3).normal(size=(2, 500))
-    np.testing.assert_array_equal(noise_of(signal, cuts=[1, 2, 9, 300]), noise_of(signal))
 
 
 def response(given, n_given, n_own, terms, coefficients):
@@ -201,9 +182,7 @@ def response(given, n_given, n_own, terms, coefficients):
     return signal
 
 
-@pytest.mark.parametrize(
-    ("order", "n_given", "n_own"), [(1, 1, 1), (2, 1, 1), (2, 3, 2), (3, 2, 1), (2, 4, 0), (3, 3, 0)]
-)
+@pytest.mark.parametrize(("order", "n_given", "n_own"), [(1, 1, 1), (2, 3, 2), (3, 2, 0)])
 def test_a_known_system_has_its_coefficients(order, n_given, n_own):
     draw = np.random.default_rng(order)
     terms = polynomial_terms(n_given + n_own, order)
@@ -216,7 +195,7 @@ def test_a_known_system_has_its_coefficients(order, n_given, n_own):
     assert left < 1e-10
 
 
-@pytest.mark.parametrize(("n_value", "order"), [(1, 1), (2, 2), (5, 2), (3, 4)])
+@pytest.mark.parametrize(("n_value", "order"), [(1, 1), (5, 2), (3, 4)])
 def test_there_is_a_term_for_each_product(n_value, order):
     terms = polynomial_terms(n_value, order)
     assert len(set(terms)) == len(terms) == comb(n_value + order, order)
@@ -230,20 +209,13 @@ def test_lagged_values_are_named_in_the_order_of_the_terms():
     np.testing.assert_array_equal(columns[0], [1.0, given[1], given[0], signal[1]])
 
 
-def test_a_ridge_is_that_of_the_normal_equations():
+def test_a_ridge_is_that_of_the_normal_equations_and_what_is_not_determined_has_no_number():
     draw = np.random.default_rng(0)
     columns, target = draw.normal(size=(50, 4)), draw.normal(size=50)
     expected = np.linalg.solve(columns.T @ columns + 0.1 * 50 * np.eye(4), columns.T @ target)
     np.testing.assert_allclose(ridge_regression(columns, target, 0.1)[0], expected, rtol=1e-10)
-
-
-def test_what_is_not_determined_has_no_number():
     columns, target = np.ones((20, 2)), np.ones(20)
     assert np.isnan(ridge_regression(columns, target, 0.0)[0]).all()
     assert np.isfinite(ridge_regression(columns, target, 1e-6)[0]).all()
     target[3] = np.nan
     assert np.isnan(ridge_regression(columns, target, 1e-6)[0]).all()
-
-
-def test_means_leave_out_a_block_that_is_not_complete():
-    np.testing.assert_array_equal(block_means(np.arange(11.0)[None], 3), [[1.0, 4.0, 7.0]])

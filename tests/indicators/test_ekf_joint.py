@@ -22,7 +22,6 @@ from indicators.signals import (
     X,
     assert_rows_stand_alone,
     assert_streams_alike,
-    batch,
     measured,
     noisy,
     simulated,
@@ -58,7 +57,7 @@ def runs(open_loop):
     return noisy(open_loop, [0, 1, 2], 0, NOISE)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     st.lists(st.integers(0, 3000), max_size=6),
     st.sampled_from([("ekf_joint", "command"), ("ekf_joint", "measured"), ("ekf_innovation", "command")]),
@@ -115,7 +114,7 @@ def test_a_measured_supply_pressure_is_taken_where_it_is(runs):
     np.testing.assert_allclose(one["leakage"] / LITRE_PER_MINUTE, LEAKS, atol=0.02)
 
 
-@pytest.mark.parametrize("name", ["ekf_joint", "ekf_innovation"])
+@pytest.mark.parametrize("name", ["ekf_joint", "ekf_innovation", "ukf_joint"])
 def test_a_filter_that_diverged_gives_nothing_from_then_on_and_says_so(runs, name):
     (ekf,) = make_indicators([name]).values()
     for absurd in (np.nan, 1e12):
@@ -129,19 +128,6 @@ def test_a_filter_that_diverged_gives_nothing_from_then_on_and_says_so(runs, nam
         values, reasons = measured(replace(runs, channels=broken), name)
         assert np.isnan(values["leakage"]).tolist() == [False, True, False]
         assert [reason is None for reason in reasons] == [True, False, True]
-
-
-@pytest.mark.parametrize("motion", [(), CLOSED_LOOP])
-def test_covariances_stay_symmetric_and_positive(motion):
-    records = noisy(leaking("record.duration=60 s", *motion, leaks=[0.1]), [0], 0, NOISE)
-    (ekf,) = make_indicators(["ekf_joint"]).values()
-    state = ekf.start(records)
-    for first in range(0, records.n_time, 3000):
-        state, _ = ekf.step(state, records.window(first, first + 3000))
-        (matrix,) = state["covariance"]
-        np.testing.assert_array_equal(matrix, matrix.T)
-        scale = np.sqrt(np.diag(matrix))
-        assert np.linalg.eigvalsh(matrix / np.outer(scale, scale)).min() > 0.0
 
 
 def test_the_healthy_filter_tells_a_leak_by_its_signature(runs):
@@ -179,17 +165,6 @@ def test_points_close_together_make_it_the_extended_filter(ukf_runs, states):
     error = extended["leakage_error"]
     np.testing.assert_allclose(unscented["leakage_error"], error, rtol=0.01)
     assert (np.abs(unscented["leakage"] - extended["leakage"]) < 0.4 * error).all()
-
-
-@pytest.mark.parametrize("damage", ["nan", "jump"])
-def test_a_lost_record_has_no_number_and_leaves_its_neighbours_alone(ukf_runs, damage):
-    pressure = ukf_runs[P1].copy()
-    pressure[1, 1000] = np.nan if damage == "nan" else 1e12
-    damaged = batch({**ukf_runs.channels, P1: pressure})
-    sound, lost = (UkfJoint().trace(each).values["leakage"] for each in (ukf_runs, damaged))
-    assert np.isnan(lost[1, 20:]).all()
-    np.testing.assert_array_equal(lost[1, :19], sound[1, :19])
-    np.testing.assert_array_equal(lost[[0, 2]], sound[[0, 2]])
 
 
 def test_it_tells_what_is_left_unknown_behind_a_record(ukf_runs):

@@ -77,13 +77,12 @@ def test_noise_of_the_pressures_biases_no_bulk_modulus(runs):
 
 
 @pytest.mark.parametrize("name", ["weak_rls", "ekf_joint"])
-def test_a_record_at_rest_does_not_determine_the_leakage(name):
+def test_a_record_at_rest_does_not_determine_the_leakage_and_keeps_its_prior(name):
     values, reasons = measured(STILL, name, supply="nominal")
     assert all(np.isnan(array).all() for array in values.values())
     assert reasons[0] is not None
-
-
-def test_at_rest_everything_keeps_its_prior():
+    if name == "ekf_joint":
+        return
     (rls,) = make_indicators({"weak_rls": {"supply": "nominal"}}).values()
     last = {key: array[:, -1] for key, array in rls.trace(STILL).values.items()}
     assert last["leakage"] == 0.0
@@ -107,7 +106,7 @@ def test_the_trace_follows_a_leak_that_sets_in_and_the_whole_record_its_mean():
 
 
 @pytest.mark.parametrize("options", [BLIND, BLIND | {"chambers": 1}, {"memory": "none", "settling": "0.1 s"}])
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(places=st.lists(st.integers(0, N_TIME), max_size=6))
 def test_a_stream_gives_the_bits_of_the_record_whatever_is_measured(runs, options, places):
     (indicator,) = make_indicators({"weak_rls": options}).values()

@@ -9,7 +9,7 @@ import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.run_table.runs import run_identity
-from hydrofdi.config.sections.csv_input import MOST_ROWS, held_text
+from hydrofdi.config.sections.csv_input import held_text
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation.batch import simulate_batch
@@ -42,28 +42,19 @@ def _identity(file: Path) -> str:
     return run_identity(expand_runs(load_experiment(settings=settings)).runs[0])
 
 
-def test_rows_of_a_square_give_the_bits_of_the_square() -> None:
+def test_rows_of_a_square_give_the_bits_of_the_square_alone_and_in_a_batch() -> None:
     square = RunParameters().with_values({"record.duration": 2.0, "input.period": 1.0})
-    ours, built_in = simulate_batch([_parameters(SQUARE)], [2e-9]), simulate_batch([square], [2e-9])
-    np.testing.assert_array_equal(ours.input_voltage, built_in.input_voltage)
-    np.testing.assert_array_equal(ours.chamber_1_pressure, built_in.chamber_1_pressure)
+    runs = [_parameters(SQUARE), square, _parameters("0,1\n1,-3\n")]
+    together = simulate_batch(runs, [2e-9] * 3)
+    np.testing.assert_array_equal(together.input_voltage[0], together.input_voltage[1])
+    for pressure, run in zip(together.chamber_1_pressure, [square, *runs[1:]], strict=True):
+        np.testing.assert_array_equal(pressure, simulate_batch([run], [2e-9]).chamber_1_pressure[0])
 
 
 def test_edge_between_steps_takes_effect_at_the_next_step() -> None:
     voltage = _voltage("-1,0\n0.5,1\n0.60005,2\n0.70001,3\n0.70009,4\n")
     assert (np.flatnonzero(np.diff(voltage)) + 1).tolist() == [5000, 6001, 7001]
     assert voltage[[0, 5000, 6000, 6001, 7000, 7001, -1]].tolist() == [0.0, 1.0, 1.0, 2.0, 2.0, 4.0, 4.0]
-
-
-def test_files_and_waveforms_in_one_batch_keep_their_bits() -> None:
-    square = RunParameters().with_values(
-        {"record.duration": 2.0, "input.period": 1.0, "input.amplitude": 1.0}
-    )
-    runs = [_parameters(SQUARE), square, _parameters("0,1\n1,-3\n")]
-    together = simulate_batch(runs, [0.0] * 3)
-    for k, run in enumerate(runs):
-        alone = simulate_batch([run], [0.0])
-        np.testing.assert_array_equal(together.chamber_1_pressure[k], alone.chamber_1_pressure[0])
 
 
 @pytest.mark.parametrize("shape", ["square", "steps", "sine", "sweep", "multisine", "csv"])
@@ -116,19 +107,13 @@ MISTAKES = {
     "header alone": ("time, voltage\n", None),
     "no number": ("0,1\n1,x\n", 2),
     "not a number": ("0,nan\n", 1),
-    "endless": ("0,1\n1,1e999\n", 2),
-    "underscore": ("0,1_0\n", 1),
     "falling": ("t [s],u [V]\n0,1\n2,1\n1,1\n", 4),
     "same time": ("0,1\n0,1\n", 2),
     "late start": ("0.1,1\n", 1),
-    "one column": ("0\n", 1),
     "decimal comma": ("0,5;1\n", 1),
-    "three columns": ("0,1\n1,2,3\n", 2),
     "wrong unit": ("t [s],u [A]\n0,1\n", 1),
-    "wrong time": ("t [V],u [V]\n0,1\n", 1),
     "position": ("t [s],x [mm]\n0,1\n", None),
     "binary": (b"\x00\xff\x00\x01", None),
-    "rows": ("0,1\n" * (MOST_ROWS + 1), None),
     "huge": (b" " * 20_000_000, None),
 }
 
@@ -153,7 +138,6 @@ def test_mistake_in_a_file_is_one_line_with_its_place(tmp_path, content, number)
         ["input.shape=csv"],
         ["input.file={folder}/drive.csv"],
         ["input.shape=csv", "input.file={folder}"],
-        ["input.shape=csv", "input.file=7"],
         ["input.shape=csv", "input.file={folder}/drive.csv", "control.law=p"],
         ["input.shape=csv", "input.file={folder}/drive.csv", "analysis.discard=1 period"],
     ],
@@ -183,11 +167,7 @@ def test_results_hold_the_file_and_never_print_its_rows(tmp_path: Path, hydrofdi
         (tmp_path / name).unlink()
     assert hydrofdi("rerun", "results/own", "0").stdout.endswith("the same bits\n")
     output += [hydrofdi("why", "results/own", "3"), hydrofdi("why", "results/own", "3", "--json")]
-    output += [
-        hydrofdi("report", "--html", "page.html"),
-        hydrofdi("report", "--json"),
-        hydrofdi("report", "--format", "csv"),
-    ]
+    output += [hydrofdi("report", "--html", "page.html"), hydrofdi("report", "--format", "csv")]
     for result in output:
         assert result.returncode == 0, result.stderr
         assert "1.987654321" not in result.stdout + result.stderr

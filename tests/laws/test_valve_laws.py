@@ -34,19 +34,14 @@ def _second_order_step(time: np.ndarray, ratio: float) -> np.ndarray:
     return final * (1.0 - np.exp(-ratio * omega * time) * wave)
 
 
-@pytest.mark.parametrize("ratio", [0.3, 0.7])
-def test_spool_follows_a_voltage_step_like_a_second_order_lag(ratio: float) -> None:
-    time, position = _spool(1e-4, ratio)
-    np.testing.assert_allclose(position, _second_order_step(time, ratio), atol=1e-5 * 44e-6)
-
-
-def test_spool_error_falls_with_the_fourth_power_of_the_step() -> None:
+def test_spool_follows_a_voltage_step_like_a_second_order_lag_with_an_error_of_fourth_order() -> None:
+    time, position = _spool(1e-4, 0.3)
+    np.testing.assert_allclose(position, _second_order_step(time, 0.3), atol=1e-5 * 44e-6)
     errors = []
     for step in (2e-4, 1e-4, 5e-5):
         time, position = _spool(step)
         errors.append(np.abs(position - _second_order_step(time, 0.7)).max())
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert np.all(np.abs(orders - 4.0) < 0.3)
+    assert np.all(np.abs(np.log2(np.array(errors[:-1]) / errors[1:]) - 4.0) < 0.3)
 
 
 def test_free_piston_runs_at_the_no_load_flow_over_its_area() -> None:
@@ -83,8 +78,8 @@ def test_slow_spool_travels_at_its_largest_speed() -> None:
 GAIN = (RunParameters().valve.flow_gain, RunParameters().valve.area_gradient)
 
 
-@pytest.mark.parametrize("opening", [-44e-6, -1e-6, 0.0, 20e-6])
-@pytest.mark.parametrize("pressure", [-1e6, 3e6, 8e6, 18e6])
+@pytest.mark.parametrize("opening", [-44e-6, 0.0, 20e-6])
+@pytest.mark.parametrize("pressure", [-1e6, 3e6, 18e6])
 def test_critically_lapped_edges_are_the_orifices_of_the_paper(opening: float, pressure: float) -> None:
     supply, ret = 17.2e6, 0.2e6
     q_1 = edge_flow(opening, supply - pressure, *GAIN, 0.0, 0.0)
@@ -196,7 +191,7 @@ SPOOL_GAIN = RunParameters().valve.spool_gain
 CLOSED: dict[str, Any] = {"control.law": "pi", "control.amplitude": 5e-3}
 
 
-@pytest.mark.parametrize("lap", [0.0, 2e-6, -2e-6])
+@pytest.mark.parametrize("lap", [0.0, -2e-6])
 def test_offset_of_the_null_is_a_shift_of_the_spool(lap: float) -> None:
     motion = free_motion(
         [{"valve.lap": lap, "valve.null_offset": NULL}, {"valve.lap": lap, "valve.null_offset": 1e-30}],
@@ -204,12 +199,9 @@ def test_offset_of_the_null_is_a_shift_of_the_spool(lap: float) -> None:
     )  # fmt: skip
     for name in ("position", "pressure_1", "pressure_2"):
         np.testing.assert_allclose(motion[name][0], motion[name][1], rtol=1e-9, atol=1e-12)
-
-
-def test_spool_at_its_null_lets_nothing_move() -> None:
-    motion = free_motion([{"valve.null_offset": NULL}], [{}], [NULL], 0.1, 1e-4)
-    assert np.ptp(motion["pressure_1"]) == 0.0
-    assert not motion["velocity"].any()
+    still = free_motion([{"valve.lap": lap, "valve.null_offset": NULL}], [{}], [NULL], 0.1, 1e-4)
+    assert np.ptp(still["pressure_1"]) == 0.0
+    assert not still["velocity"].any()
 
 
 def test_null_that_drifts_passes_the_spool_that_it_was_drifting_to() -> None:
@@ -287,12 +279,8 @@ def test_loop_closes_and_is_as_wide_as_configured_at_any_rate(period: float) -> 
     assert area == pytest.approx(2 * WIDTH * (AMPLITUDE - WIDTH / 2), rel=0.02 * 8 / period)
 
 
-def test_voltage_that_turns_back_by_less_than_the_width_leaves_the_spool_alone() -> None:
-    _, spool = _loop(2.0, hysteresis=2.01 * AMPLITUDE)
-    assert not spool.any()
-
-
-def test_hysteresis_of_no_width_is_none() -> None:
+def test_hysteresis_as_wide_as_the_voltage_holds_the_spool_and_without_width_is_none() -> None:
+    assert not _loop(2.0, hysteresis=2.01 * AMPLITUDE)[1].any()
     np.testing.assert_allclose(_loop(2.0, hysteresis=1e-12)[1], _loop(2.0)[1], atol=1e-11)
 
 

@@ -28,66 +28,45 @@ def noise():
     return gaussian_noise((SIGMA**2,), MANY, np.random.default_rng(1))
 
 
-def test_noise_has_its_standard_deviation_and_no_mean(noise):
+def test_noise_is_white_and_gaussian_and_has_in_every_level_the_rms_that_its_gain_says():
+    noise = gaussian_noise((SIGMA**2,), MANY, np.random.default_rng(1))
     assert np.std(noise) == pytest.approx(SIGMA, rel=4.0 / np.sqrt(2 * MANY))
     assert abs(np.mean(noise)) < 4.0 * SIGMA / np.sqrt(MANY)
-
-
-def test_noise_is_white(noise):
     correlations = [np.mean(noise[lag:] * noise[:-lag]) / SIGMA**2 for lag in range(1, 33)]
     assert np.max(np.abs(correlations)) < 4.5 / np.sqrt(MANY)
-
-
-def test_noise_is_gaussian(noise):
     for sigmas, share in ((1, 0.3173), (2, 0.0455), (3, 0.0027)):
         assert np.mean(np.abs(noise) > sigmas * SIGMA) == pytest.approx(share, abs=4 * (share / MANY) ** 0.5)
-
-
-@pytest.mark.parametrize("name", ["db8", "sym4", "bior3.3"])
-def test_noise_has_in_every_level_the_rms_that_its_gain_says(noise, name):
-    wavelet = WaveletConfig(name=name, levels=5)
-    expected = noise_rms(wavelet, (SIGMA**2,))
     scatter = 5.0 / np.sqrt(2.0 * MANY / 2.0 ** np.arange(1, 6))
-    assert np.all(np.abs(detail_rms(noise, wavelet) / expected - 1.0) < 2.0 * scatter)
+    for name in ("db8", "bior3.3"):
+        wavelet = WaveletConfig(name=name, levels=5)
+        ratio = detail_rms(noise, wavelet) / noise_rms(wavelet, (SIGMA**2,))
+        assert np.all(np.abs(ratio - 1.0) < 2.0 * scatter)
 
 
-@pytest.mark.parametrize("bits", [1, 8, 12])
-def test_quantised_signal_lies_on_the_levels_within_half_a_level(bits):
+@pytest.mark.parametrize("bits", [1, 12])
+def test_quantised_signal_lies_on_the_levels_and_errs_by_white_noise(bits):
     lowest, highest = -2e5, 25e6
     resolution = (highest - lowest) / (2**bits - 1)
-    signal = np.random.default_rng(2).uniform(lowest, highest, 20_000)
+    signal = np.random.default_rng(2).uniform(lowest, highest, MANY)
     shown = quantised(signal, lowest, resolution)
     codes = (shown - lowest) / resolution
     np.testing.assert_allclose(codes, np.round(codes), atol=1e-9)
     assert codes.min() >= 0
     assert codes.max() <= 2**bits - 1 + 1e-9
     assert np.max(np.abs(shown - signal)) <= resolution / 2 * (1 + 1e-9)
+    assert np.std(shown - signal) == pytest.approx(quantisation_noise(resolution), rel=0.01)
 
 
-def test_quantisation_error_is_the_white_noise_that_is_stated():
-    signal = np.random.default_rng(2).uniform(0.0, 25e6, MANY)
-    resolution = 25e6 / 4095
-    error = quantised(signal, 0.0, resolution) - signal
-    assert np.std(error) == pytest.approx(quantisation_noise(resolution), rel=0.01)
-
-
-@pytest.mark.parametrize("frequency", [5.0, 20.0])
-def test_jitter_of_a_sine_is_its_slope_times_the_jitter(frequency):
-    rate, jitter, amplitude = 500.0, 2e-5, 3e6
+def test_jitter_of_a_sine_is_its_slope_times_the_jitter_within_the_record():
+    rate, jitter, amplitude, frequency = 500.0, 2e-5, 3e6, 20.0
     time = np.arange(100_000) / rate
     sine = amplitude * np.sin(2 * np.pi * frequency * time)
     instants = sampling_instants(time, jitter, np.random.default_rng(5))
     error = interpolated_signal(sine, time, instants) - sine
     expected = 2 * np.pi * frequency * amplitude * jitter / np.sqrt(2)
     assert np.sqrt(np.mean(error**2)) == pytest.approx(expected, rel=0.02)
-
-
-def test_sampling_stays_within_the_record():
-    time = np.arange(1000) / 500.0
-    instants = sampling_instants(time, 5e-4, np.random.default_rng(5))
-    assert instants.min() >= time[0]
-    assert instants.max() <= time[-1]
-    assert np.std(instants - time) == pytest.approx(5e-4, rel=0.1)
+    assert time[0] <= instants.min() <= instants.max() <= time[-1]
+    assert np.std(instants - time) == pytest.approx(jitter, rel=0.1)
 
 
 INTERVAL, CORNER = 1e-3, 20.0
@@ -117,9 +96,12 @@ def _second_ramp(time, zeta):
     return t - 2 * zeta / OMEGA + np.exp(-zeta * OMEGA * t) * swing
 
 
-def test_first_order_lag_answers_a_step_as_its_closed_form():
+def test_first_order_lag_answers_a_step_as_its_closed_form_and_decays_to_zero():
     ramps = _first_ramp(TIME - TIME[9]) - _first_ramp(TIME - TIME[10])
     np.testing.assert_allclose(shown(STEP, first_order_lag(ANGLE)), ramps / INTERVAL, atol=1e-11)
+    fallen = np.concatenate([np.ones(1), np.zeros(99_999)])
+    assert shown(fallen, first_order_lag(0.01))[-1] == 0.0
+    assert shown(fallen, second_order_lag(0.01, 0.7))[-1] == 0.0
 
 
 @pytest.mark.parametrize("zeta", [0.1, 0.7])
@@ -128,7 +110,7 @@ def test_second_order_lag_answers_a_step_as_its_closed_form(zeta):
     np.testing.assert_allclose(shown(STEP, second_order_lag(ANGLE, zeta)), ramps / INTERVAL, atol=1e-11)
 
 
-@pytest.mark.parametrize("angle", [1e-6, 1.0, 1e5])
+@pytest.mark.parametrize("angle", [1e-6, 1e5])
 def test_a_constant_is_shown_from_the_first_step_on_to_the_bit(angle):
     constant = np.full(500, 9.3e6)
     lags = first_order_lag(angle), second_order_lag(angle, 0.7)
@@ -143,12 +125,6 @@ def test_a_very_slow_lag_is_exact_after_many_steps():
     np.testing.assert_allclose(shown(ramp, first_order_lag(1e-4 * omega)), lagging, atol=1e-7)
 
 
-def test_an_error_decays_to_zero_and_not_to_subnormal_numbers():
-    fallen = np.concatenate([np.ones(1), np.zeros(99_999)])
-    assert shown(fallen, first_order_lag(0.01))[-1] == 0.0
-    assert shown(fallen, second_order_lag(0.01, 0.7))[-1] == 0.0
-
-
 LANES = [
     (),
     (first_order_lag(0.05),),
@@ -156,7 +132,7 @@ LANES = [
 ] * 11  # fmt: skip
 
 
-@pytest.mark.parametrize("cuts", [[], [1], [7, 8, 399], list(range(1, 400))])
+@pytest.mark.parametrize("cuts", [[], [7, 8, 399], list(range(1, 400))])
 def test_bits_depend_neither_on_stretches_nor_on_neighbours(cuts):
     signals = np.random.default_rng(4).normal(size=(400, len(LANES)))
     cut, together = signals.copy(), LagLanes(LANES)
@@ -207,8 +183,9 @@ def test_bias_of_the_reading_shifts_the_true_position():
     np.testing.assert_allclose(shown.piston_position[1, settled], 5e-3, rtol=0.02)
 
 
-@pytest.mark.parametrize("sample_time", [2e-3, 4e-3, 1e-3])
-@pytest.mark.parametrize("pairing", ["independent", "common"])
+@pytest.mark.parametrize(
+    ("sample_time", "pairing"), [(2e-3, "common"), (4e-3, "independent"), (1e-3, "independent")]
+)
 def test_controller_reads_what_the_record_shows_at_the_same_instants(sample_time, pairing):
     """A law without memory tells what it read: u = K_p (r − x), with K_p = 1 V/m."""
     values = NOISY | {"control.sample_time": sample_time, "measurement.pairing": pairing}
@@ -219,22 +196,14 @@ def test_controller_reads_what_the_record_shows_at_the_same_instants(sample_time
     assert np.std(read - truth.piston_position[0, ::every]) > 10e-6
 
 
-def test_noise_between_the_samples_is_as_strong_and_its_own():
+def test_noise_between_the_samples_is_as_strong_and_its_own_and_density_that_of_the_rate_of_the_controller():
     noise = feedback_noise(LOOP.with_values(NOISY | {"control.sample_time": 0.2e-3}))
     assert noise is not None
     assert noise.size == 10_000
     assert np.std(noise) == pytest.approx(20e-6, rel=0.05)
-    correlation = np.corrcoef(noise[1:], noise[:-1])[0, 1]
-    assert abs(correlation) < 0.05
-
-
-def test_density_is_noise_up_to_half_the_rate_of_the_controller():
-    values = {
-        "position_sensor.noise_density": 1e-6,
-        "control.sample_time": 0.2e-3,
-        "measurement.anti_alias": 50.0,
-    }
-    noise = feedback_noise(LOOP.with_values(values))
+    assert abs(np.corrcoef(noise[1:], noise[:-1])[0, 1]) < 0.05
+    dense = {"position_sensor.noise_density": 1e-6, "measurement.anti_alias": 50.0}
+    noise = feedback_noise(LOOP.with_values(dense | {"control.sample_time": 0.2e-3}))
     assert noise is not None
     assert np.std(noise) == pytest.approx(1e-6 * np.sqrt(0.5 / 0.2e-3), rel=0.05)
 

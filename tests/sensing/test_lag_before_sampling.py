@@ -17,7 +17,8 @@ from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.second_solver import simulate_with_solver
 
-SHORT = ("record.duration=2 s", "input.period=0.5 s")
+LONG = "record.duration=2 s"
+SHORT = (LONG, "input.period=0.5 s")
 LAGS = tuple(f"{channel.section}={{order: second, bandwidth: 150 Hz}}" for channel in CHANNELS)
 LOOP = ("control={law: pi, amplitude: 5 mm}",)
 
@@ -77,10 +78,15 @@ def test_a_run_that_lags_happens_as_without_a_lag():
         assert not np.array_equal(*columns[channel.signal]), channel
 
 
-@pytest.mark.parametrize("loop", [(), LOOP], ids=["open", "closed"])
-def test_second_solvers_follow_the_lags_as_the_kernel_does(loop):
+@pytest.mark.parametrize(("loop", "step"), [((), "0.02 ms"), (LOOP, "0.05 ms")], ids=["open", "closed"])
+def test_second_solvers_follow_the_lags_as_the_kernel_does(loop, step):
     run = run_with(
-        "record.duration=1 s", "record.step=0.02 ms", "input.period=0.5 s", "wavelet.levels=3", *loop, *LAGS
+        "record.duration=0.5 s",
+        f"record.step={step}",
+        "input.period=0.25 s",
+        "wavelet.levels=3",
+        *loop,
+        *LAGS,
     )
     ours = columns_of(run)
     theirs = columns_of(run, simulate=partial(simulate_with_solver, solver="lsoda"))
@@ -100,7 +106,7 @@ def test_jitter_samples_what_is_between_the_samples():
     np.testing.assert_allclose(columns["input_voltage"][0], expected, atol=2e-3)
 
 
-@pytest.mark.parametrize("cuts", [[], [1], [3, 4, 5, 500], list(range(1, 1000))])
+@pytest.mark.parametrize("cuts", [[], [3, 4, 5, 500], list(range(1, 1000))])
 def test_jittered_clocks_are_exact_for_cubics_and_all_else_samples_at_its_time(cuts):
     record = run_with(
         "record.duration=1 s", "record.sampling_frequency=100 Hz", "record.step=1 ms", "wavelet.levels=1"
@@ -117,19 +123,11 @@ def test_jittered_clocks_are_exact_for_cubics_and_all_else_samples_at_its_time(c
     np.testing.assert_allclose(samples[1], (instants * 10.0 - 4.0) ** 3, atol=1e-9)
 
 
-def run_with_alias(*settings):
-    return load_experiment(None, ("record.duration=2 s", *settings)).nominal_parameters
-
-
-def columns_of_alias(*runs):
-    return compute_columns([Job.of(RunSpec(run), "run", 2e-9) for run in runs])
-
-
 def _gain(frequency, order, *, corner=100.0):
     """Complex gain for the input voltage, from its second second."""
-    sine = run_with_alias(f"input={{shape: sine, period: {1.0 / frequency} s}}", "record.step=0.02 ms")
+    sine = run_with(LONG, f"input={{shape: sine, period: {1.0 / frequency} s}}", "record.step=0.02 ms")
     filtered = sine.with_values({"measurement.anti_alias": corner, "measurement.anti_alias_order": order})
-    columns = columns_of_alias(sine, filtered)
+    columns = columns_of(sine, filtered)
     turns = np.exp(-2j * np.pi * frequency * columns["time"][500:])
     true, shown = (np.mean(voltage[500:] * turns) for voltage in columns["input_voltage"])
     return complex(shown / true)
@@ -144,9 +142,12 @@ def test_gain_at_the_corner_is_3_db_down_and_the_phase_an_eighth_of_a_turn_per_p
 
 def test_all_channels_pass_the_same_filter():
     """What is at rest is shown to the bit, what moves is smoothed."""
-    still, moving = run_with_alias("input.amplitude=0"), run_with_alias("supply.droop=first_order")
+    still, moving = (
+        run_with(LONG, "input.amplitude=0"),
+        run_with(LONG, "supply.droop=first_order"),
+    )
     filtered = [run.with_values({"measurement.anti_alias": 50.0}) for run in (still, moving)]
-    columns = columns_of_alias(still, filtered[0], moving, filtered[1])
+    columns = columns_of(still, filtered[0], moving, filtered[1])
     for channel in CHANNELS:
         rows = columns[channel.signal]
         np.testing.assert_array_equal(rows[0], rows[1])
@@ -159,7 +160,7 @@ def test_sensor_and_filter_act_one_after_the_other():
     lag |= {"pressure_1_sensor.damping_ratio": 0.5**0.5}
     swapped = lag | {"pressure_1_sensor.bandwidth": 120.0}
     filter_ = {"measurement.anti_alias_order": 2}
-    one = run_with_alias().with_values(lag | filter_ | {"measurement.anti_alias": 120.0})
-    other = run_with_alias().with_values(swapped | filter_ | {"measurement.anti_alias": 80.0})
-    shown = columns_of_alias(one, other)["chamber_1_pressure"]
+    one = run_with(LONG).with_values(lag | filter_ | {"measurement.anti_alias": 120.0})
+    other = run_with(LONG).with_values(swapped | filter_ | {"measurement.anti_alias": 80.0})
+    shown = columns_of(one, other)["chamber_1_pressure"]
     np.testing.assert_allclose(shown[0], shown[1], rtol=1e-9)

@@ -78,14 +78,6 @@ def test_without_sensors_the_trajectory_itself_is_handed_on():
     assert Measurement([run]).show(trajectory) is trajectory
 
 
-def test_a_sensor_alters_its_own_signal_alone():
-    quiet = run_with()
-    columns = columns_of([run_with("pressure_2_sensor.noise=5 kPa"), quiet], [0.0, 0.0])
-    for name in [*SIGNALS, "detail_rms"]:
-        equal = have_same_bits(columns[name][0], columns[name][1])
-        assert equal == (name != "chamber_2_pressure"), name
-
-
 def test_what_happened_is_judged_and_what_is_measured_is_stored(varied, ideal):
     features = {"detail_rms", "approximation_rms", "mean_chamber_1_pressure"}
     measured = features | {channel.signal for channel in CHANNELS}
@@ -158,14 +150,10 @@ def test_a_fraction_of_a_sample_of_delay_alone_moves_the_finest_levels():
     ("setting", "key"),
     [
         ("pressure_1_sensor.bits=12", "pressure_1_sensor"),
-        ("pressure_1_sensor={bits: 12, lowest: 0}", "pressure_1_sensor"),
         ("spool_sensor={lowest: 2 mm, highest: 1 mm}", "spool_sensor"),
         ("voltage_sensor.order=first", "voltage_sensor"),
-        ("voltage_sensor.bandwidth=100 Hz", "voltage_sensor"),
         ("pressure_1_sensor.noise=-1 kPa", "pressure_1_sensor.noise"),
         ("pressure_1_sensor.noise=1 mm", "pressure_1_sensor.noise"),
-        ("pressure_1_sensor.drift=1 Pa", "pressure_1_sensor.drift"),
-        ("pressure_1_sensor.noise_density=1 Pa", "pressure_1_sensor.noise_density"),
         ("pressure_1_sensor={noise: 1 kPa, noise_density: 1 Pa/√Hz}", "pressure_1_sensor"),
         ("spool_sensor={noise_bandwidth: 1 kHz, noise_density: 1 nm/√Hz}", "spool_sensor"),
         ("measurement.anti_alias_order=3", "measurement.anti_alias_order"),
@@ -181,7 +169,7 @@ def test_mistake_is_reported(setting, key):
 def test_impossible_point_of_a_sweep_is_reported_with_its_values():
     settings = ["sweep.grid.record.sampling_frequency=[500, 1000]", "measurement.jitter=0.4 ms"]
     experiment = load_experiment(None, [*settings, "store.signals=none"])
-    with pytest.raises(ConfigError, match=r"sampling_frequency = 1000 Hz: measurement.jitter = 0.0004 s"):
+    with pytest.raises(ConfigError, match=r"sampling_frequency = 1000 Hz.*measurement.jitter"):
         expand_runs(experiment)
 
 

@@ -22,8 +22,7 @@ def autocovariance_of(*settings):
     return noise_autocovariance(run.pressure_1_sensor, run.measurement, run.record)
 
 
-@pytest.mark.parametrize("order", [2, 4])
-@pytest.mark.parametrize("delay", [0.0, 1e-3, 2e-2])
+@pytest.mark.parametrize(("order", "delay"), [(2, 0.0), (2, 1e-3), (4, 0.0), (4, 2e-2)])
 def test_autocovariance_is_the_transform_of_what_the_filter_lets_through(order, delay):
     def spectrum(frequency):
         return float(DENSITY**2 / (1.0 + (frequency / CORNER) ** (2 * order)))
@@ -34,7 +33,7 @@ def test_autocovariance_is_the_transform_of_what_the_filter_lets_through(order, 
     assert found == pytest.approx(expected, abs=1e-5 * DENSITY**2 * CORNER)
 
 
-@pytest.mark.parametrize("order", [2, 4])
+@pytest.mark.parametrize("order", [2])
 def test_noise_is_as_if_drawn_at_a_high_rate_filtered_and_sampled(order):
     """An oracle that filters white noise at 20 kHz with SciPy's Butterworth, over seeded repeats."""
     rate, n_time, n_repeat, every = 20e3, 500, 200, 40
@@ -111,8 +110,7 @@ def test_filter_leaves_noise_of_a_sample_and_takes_that_of_a_bandwidth_as_its_de
     )
 
 
-@pytest.mark.parametrize("corner", [20.0, 100.0, 240.0])
-@pytest.mark.parametrize("name", ["db8", "bior3.3"])
+@pytest.mark.parametrize(("corner", "name"), [(20.0, "db8"), (100.0, "bior3.3"), (240.0, "db8")])
 def test_filtered_noise_has_in_every_level_the_rms_that_is_stated(corner, name):
     autocovariance = autocovariance_of(
         "pressure_1_sensor.noise_density=20", f"measurement.anti_alias={corner}", "record.duration=200 s"

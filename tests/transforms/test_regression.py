@@ -86,13 +86,12 @@ def weak_integrals(samples, frequency, half):
     return weights @ windows.T
 
 
-@pytest.mark.parametrize("half", [2, 5, 8])
+@pytest.mark.parametrize("half", [2, 5])
 def test_a_ramp_has_its_slope(half):
     time = np.arange(10 * half) / 200.0
     level, slope, later = weak_integrals(3.0 + 7.0 * time, 200.0, half)
-    middles = (np.arange(9) + 1) * half / 200.0
     area = half / 200.0
-    np.testing.assert_allclose(level, (3.0 + 7.0 * middles) * area, rtol=1e-12)
+    np.testing.assert_allclose(level, (3.0 + 7.0 * (np.arange(9) + 1) * area) * area, rtol=1e-12)
     np.testing.assert_allclose(slope, 7.0 * area, rtol=1e-12)
     np.testing.assert_allclose(later, 0.0, atol=1e-12)
 
@@ -158,24 +157,17 @@ def square(n_time, period, rng=None, noise=0.0):
     return wave + (0.0 if rng is None else noise * rng.normal(size=n_time))
 
 
-def test_the_jumps_of_a_square_wave_are_its_half_periods():
-    found, expected = jumps(square(10_000, 1000)[None], 5, 50, 8.0), half_periods(1, 10_000, 500.0, 2.0)
-    np.testing.assert_array_equal(found.sample, np.arange(500, 10_000, 500))
-    np.testing.assert_array_equal(found.sample, expected.sample)
-
-
-def test_a_later_start_moves_the_half_periods():
+def test_the_jumps_of_a_square_wave_are_its_half_periods_with_noise_and_from_any_start():
+    draw = np.random.default_rng(1)
+    for noise in (0.0, 0.2):
+        found = jumps(square(5000, 1000, draw, noise)[None], 5, 50, 8.0)
+        np.testing.assert_array_equal(found.sample, np.arange(500, 5000, 500))
+    np.testing.assert_array_equal(found.sample, half_periods(1, 5000, 500.0, 2.0).sample)
+    assert jumps(draw.normal(size=(20, 5000)), 5, 50, 8.0).sample.size == 0
     whole = half_periods(1, 5000, 500.0, 0.7).sample
     for first in (1, 100, 175, 350):
         part = half_periods(1, 5000 - first, 500.0, 0.7, first / 500.0).sample
         np.testing.assert_array_equal(part + first, whole[whole > first])
-
-
-def test_noise_moves_no_jump_and_makes_none():
-    rng = np.random.default_rng(1)
-    noisy = jumps(square(5000, 1000, rng, 0.2)[None], 5, 50, 8.0)
-    np.testing.assert_array_equal(noisy.sample, np.arange(500, 5000, 500))
-    assert jumps(rng.normal(size=(20, 5000)), 5, 50, 8.0).sample.size == 0
 
 
 @pytest.mark.parametrize(

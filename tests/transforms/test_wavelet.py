@@ -52,7 +52,7 @@ def test_a_polynomial_below_the_vanishing_moments_has_no_details_inside_the_reco
     assert np.abs(details[8:-8]).max() < 1e-10 < np.abs(details).max()
 
 
-@pytest.mark.parametrize(("frequency", "level"), [(180.0, 1), (90.0, 2), (45.0, 3), (22.0, 4), (11.0, 5)])
+@pytest.mark.parametrize(("frequency", "level"), [(180.0, 1), (45.0, 3), (11.0, 5)])
 def test_a_tone_shows_in_the_level_of_its_band(frequency, level):
     time = np.arange(5000) / 500.0
     rms = detail_rms(np.sin(2 * np.pi * frequency * time), WaveletConfig())
@@ -61,24 +61,17 @@ def test_a_tone_shows_in_the_level_of_its_band(frequency, level):
     assert np.argmax(rms) == level - 1
 
 
-def test_bands_halve_from_level_to_level():
-    assert level_bands(500.0, 3) == [(125.0, 250.0), (62.5, 125.0), (31.25, 62.5)]
-
-
-def test_delta_is_positive_where_the_rms_fell():
-    np.testing.assert_allclose(percentage_change(np.array([4.0, 4.0]), np.array([3.0, 5.0])), [25.0, -25.0])
-
-
 @given(st.floats(1e-3, 1e6), st.floats(1e-3, 1e6), st.floats(1e-3, 1e3))
-def test_delta_does_not_depend_on_the_unit(healthy, faulty, factor):
+def test_delta_is_positive_where_the_rms_fell_in_any_unit(healthy, faulty, factor):
     delta = percentage_change(np.array(healthy), np.array(faulty))
-    assert percentage_change(np.array(factor * healthy), np.array(factor * faulty)) == pytest.approx(
-        delta, rel=1e-9, abs=1e-9
-    )
+    assert delta == pytest.approx(100.0 * (healthy - faulty) / healthy)
+    scaled = percentage_change(np.array(factor * healthy), np.array(factor * faulty))
+    assert scaled == pytest.approx(delta, rel=1e-9, abs=1e-9)
 
 
-@pytest.mark.parametrize("extension", ["symmetric", "periodization", "smooth"])
-@pytest.mark.parametrize("n_time", [1024, 1023])
+@pytest.mark.parametrize(
+    ("extension", "n_time"), [("symmetric", 1024), ("symmetric", 1023), ("periodization", 1023)]
+)
 def test_details_and_approximations_are_those_of_pywavelets(extension, n_time):
     wavelet = WaveletConfig(levels=5, extension=extension)
     records = np.stack([RECORD[:n_time], RECORD[::-1][:n_time]])
@@ -90,11 +83,6 @@ def test_details_and_approximations_are_those_of_pywavelets(extension, n_time):
         approximation = pywt.wavedec(records, "db8", mode=extension, level=level)[0]
         expected = np.sqrt(np.mean(approximation**2, axis=-1))
         np.testing.assert_array_equal(rms.approximation[:, level - 1], expected)
-
-
-def test_an_approximation_of_level_j_multiplies_a_constant_by_two_to_the_half_j():
-    rms = coefficient_rms(np.full(1024, 8.6e6), WaveletConfig())
-    np.testing.assert_allclose(rms.approximation, 8.6e6 * 2.0 ** (np.arange(1, 6) / 2.0), rtol=1e-9)
 
 
 ORTHOGONAL = st.sampled_from(["db8", "db2", "haar", "coif1", "sym4"])
@@ -113,21 +101,15 @@ def test_energy_is_partitioned_at_any_length(seed, n_time, levels, name):
     assert total == pytest.approx(np.mean(record**2), rel=1e-10)
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(64, 700), st.integers(0, 700))
-def test_the_rms_does_not_depend_on_where_a_circle_starts(seed, n_time, shift):
-    record = _record(seed, n_time)
-    wavelet = WaveletConfig(levels=4)
-    turned = undecimated_rms(np.roll(record, shift), wavelet)
-    np.testing.assert_allclose(turned.detail, undecimated_rms(record, wavelet).detail, rtol=1e-9)
-
-
-@given(st.integers(0, 2**32 - 1), st.integers(64, 700), st.integers(1, 5))
-def test_parseval_gives_the_rms_of_the_coefficients(seed, n_time, levels):
+@given(st.integers(0, 2**32 - 1), st.integers(64, 700), st.integers(1, 5), st.integers(0, 700))
+def test_parseval_gives_the_rms_of_the_coefficients_wherever_a_circle_starts(seed, n_time, levels, shift):
     record, wavelet = _record(seed, n_time), WaveletConfig(levels=levels)
     details, approximations = undecimated_coefficients(record, wavelet)
     rms = undecimated_rms(record, wavelet)
     np.testing.assert_allclose(np.sqrt(np.mean(details**2, axis=-1)), rms.detail, rtol=1e-9)
     np.testing.assert_allclose(np.sqrt(np.mean(approximations**2, axis=-1)), rms.approximation, rtol=1e-9)
+    turned = undecimated_rms(np.roll(record, shift), wavelet)
+    np.testing.assert_allclose(turned.detail, rms.detail, rtol=1e-9)
 
 
 def test_the_bits_of_a_record_do_not_depend_on_the_others():
@@ -150,8 +132,7 @@ def test_the_coefficients_are_those_of_the_stationary_transform_of_pywavelets(na
         np.testing.assert_allclose(np.roll(approximations[level], -delay), approximation, atol=1e-9)
 
 
-@pytest.mark.parametrize("phase", [0, 1, 5, 31])
-@pytest.mark.parametrize("name", ["db8", "sym4"])
+@pytest.mark.parametrize(("name", "phase"), [("db8", 0), ("db8", 31), ("sym4", 5)])
 def test_a_decimated_transform_keeps_every_second_to_the_j_coefficient_from_its_phase(name, phase):
     record, wavelet = _record(4, 4000), WaveletConfig(name=name)
     details, _ = undecimated_coefficients(record, wavelet)
@@ -198,37 +179,22 @@ def test_without_boundary_coefficients_the_extension_has_no_effect(extension):
     assert not np.allclose(symmetric, detail_rms(record, WaveletConfig()), rtol=1e-6)
 
 
-def assert_exact(n_time, wavelet):
+PHASES = [
+    *((4501, {"extension": extension}) for extension in pywt.Modes.modes),
+    *((4501, {"extension": each, "boundary": "left_out"}) for each in ("symmetric", "periodic")),
+    *((9000, {"name": name, "levels": 4}) for name in ("haar", "sym5", "db20", "dmey")),
+    (9000, {"levels": 1}), (9000, {"levels": 6}), *((n_time, {}) for n_time in (500, 3839, 3840, 3841, 4001)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("n_time", "options"), PHASES)
+def test_each_phase_has_the_bits_of_a_transform_from_there_on(n_time, options):
+    wavelet = WaveletConfig(**options)
     records = 8e6 + 1e5 * np.cumsum(np.random.default_rng(n_time).normal(size=(2, n_time)), axis=1)
     found = phase_rms(records, wavelet)
     assert found.shape == (2, n_phase(wavelet.levels), wavelet.levels)
     for phase in range(n_phase(wavelet.levels)):
         np.testing.assert_array_equal(found[:, phase], detail_rms(records[:, phase:], wavelet))
-
-
-@pytest.mark.parametrize("extension", pywt.Modes.modes)
-def test_with_each_extension(extension):
-    assert_exact(4501, WaveletConfig(extension=extension))
-
-
-@pytest.mark.parametrize("extension", ["symmetric", "smooth", "periodic"])
-def test_without_the_boundary(extension):
-    assert_exact(4501, WaveletConfig(extension=extension, boundary="left_out"))
-
-
-@pytest.mark.parametrize("name", ["haar", "db2", "sym5", "db20", "bior3.1", "dmey"])
-def test_with_each_length_of_filter(name):
-    assert_exact(9000, WaveletConfig(name=name, levels=4))
-
-
-@pytest.mark.parametrize("levels", [1, 2, 6])
-def test_with_any_number_of_levels(levels):
-    assert_exact(9000, WaveletConfig(levels=levels))
-
-
-@pytest.mark.parametrize("n_time", [500, 3839, 3840, 3841, 3871, 4001])
-def test_of_short_and_odd_records(n_time):
-    assert_exact(n_time, WaveletConfig())
 
 
 RUN = RunRequest().with_values({"record.duration": 10.0, "input.period": 1.0})
@@ -249,10 +215,13 @@ def _decaying(share: float, time_constant: float) -> np.ndarray:
     return (WAVE * (1.0 + share * np.exp(-TIME / time_constant)))[None]
 
 
-def test_a_periodic_record_is_settled_from_its_start() -> None:
+def test_a_periodic_record_is_settled_from_its_start_and_a_single_period_says_nothing() -> None:
     (settling,) = how_records_settle([RUN], WAVE[None])
     assert settling.start == 0
     assert settling.change < 1e-12
+    (single,) = how_records_settle([RUN.with_values({"record.duration": 1.0})], WAVE[None, :500])
+    assert np.isnan(single.change)
+    assert single.start is None
 
 
 def test_a_start_that_dies_away_is_left_out_in_whole_periods() -> None:
@@ -270,13 +239,6 @@ def test_a_record_that_never_settles_has_no_settled_part() -> None:
     features = _features(RUN, _decaying(0.5, 50.0), settling)
     assert np.isnan(features["settled_detail_rms"]).all()
     assert np.isfinite(features["mean_chamber_1_pressure"]).all()
-
-
-def test_a_single_period_says_nothing() -> None:
-    run = RUN.with_values({"record.duration": 1.0})
-    (settling,) = how_records_settle([run], WAVE[None, :500])
-    assert np.isnan(settling.change)
-    assert settling.start is None
 
 
 def test_settled_features_do_not_see_the_start() -> None:
@@ -333,7 +295,7 @@ def test_jobs_that_differ_in_their_analysis_alone_are_simulated_once() -> None:
             np.testing.assert_array_equal(together[name][row], alone[name][0])
 
 
-@pytest.mark.parametrize("phase", [0, 7, 31])
+@pytest.mark.parametrize("phase", [0, 31])
 def test_a_phase_by_itself_is_that_of_all_phases(phase: int) -> None:
     short = RUN.with_values({"record.duration": 4.0, "analysis.discard": 1.0})
     every = compute_columns([_job(short.with_values({"wavelet.phase": "all"}), 4e-9)])

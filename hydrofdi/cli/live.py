@@ -169,7 +169,9 @@ def monitor(
         trained = Detector.load(detector)
         view = _view(trained.file, source, json=json)
         ending = trained.monitor(source, on_line=view, stop=lambda: bool(asked), **settings)
-    return INTERRUPTED if signal.SIGINT in asked else int(ending.name == "UNJUDGED")
+    if is_unjudged := ending.name == "UNJUDGED":
+        tell(f"{source}: {ending}")
+    return INTERRUPTED if signal.SIGINT in asked else int(is_unjudged)
 
 
 def _view(file: DetectorFile, source: str, *, json: bool) -> Any:

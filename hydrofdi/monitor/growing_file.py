@@ -17,6 +17,7 @@ from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records.batch import Channel
+from hydrofdi.records.measured.rows import UNENDED
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.store.files import reason
 
@@ -60,6 +61,8 @@ class StandardInput(StreamSource):
         except OSError:
             data = b""
         self.is_over = not data
+        if self.is_over and self._text.n_unfinished:
+            self.events.append(Event(EventKind.NOTICE, f"{self.name}: {UNENDED}"))
         return self._text.read(data, is_end=self.is_over)
 
     @property
@@ -256,13 +259,19 @@ class GrowingFile(StreamSource):
             self._file = FollowedFile(following(self._path, file))
             self._say("is a new file; the old one was read to its end")
             file.close()
-            chunk = self._text.read(b"", is_end=True)
+            chunk = self._last()
             self._text.begin_anew()
             return chunk
         elif not self._follow:
             self.is_over = True
-            return None if self._leaves_unended else self._text.read(b"", is_end=True)
+            return None if self._leaves_unended else self._last()
         return None
+
+    def _last(self) -> Chunk | None:
+        """The sample of a last line without line end."""
+        if self._text.n_unfinished:
+            self._say(UNENDED, EventKind.NOTICE)
+        return self._text.read(b"", is_end=True)
 
     def _is_replaced(self, file: FollowedFile) -> bool:
         """Whether another file has the name now, and is not empty."""

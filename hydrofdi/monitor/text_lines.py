@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Collection, Sequence
 from itertools import groupby
 from typing import Any
@@ -14,7 +13,7 @@ from hydrofdi.monitor.sources import Position, joined
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.dates import is_dated, unix_seconds
 from hydrofdi.records.measured.columns import Column
-from hydrofdi.records.measured.rows import HEAD_HINT, RowReader
+from hydrofdi.records.measured.rows import HEAD_HINT, RowReader, require_text, wrong_encoding
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.messages import counted
 
@@ -58,6 +57,8 @@ class CsvLines(Lines):
     def line(self, line: str, error: ValueError) -> list[Chunk]:
         """Read a line that is not a row, or the first after a header."""
         text = line.strip("\r ")
+        if "\ufffd" in text and not self._has_begun:
+            raise wrong_encoding(self.name, self.config.format.encoding)
         if self._rows.is_empty(text):
             return []
         try:
@@ -71,9 +72,7 @@ class CsvLines(Lines):
             if not self._has_begun:
                 is_worded = isinstance(failure, DataError)
                 message = str(failure) if is_worded else f"{self.name}: {text[:60]!r} {failure}"
-                is_utf_8 = "\ufffd" not in message
-                hint = HEAD_HINT if is_utf_8 else "; it is not UTF-8: write 'format: {encoding: cp1252}'"
-                raise DataError(message + hint) from None
+                raise DataError(message + HEAD_HINT) from None
             self._rows.titles, self.header, self._channels, error = [], [], {}, failure
         return super().line(text, error)
 
@@ -187,6 +186,8 @@ class TextLines:
             is_first = self._n_skip == self._n_preamble
             if is_first and self._lines is not None and self._lines.is_row(lines[0]):
                 self._n_skip = 0  # a further file, which has no preamble
+            if "\ufffd" in "".join(lines[: self._n_skip]):
+                raise wrong_encoding(self._name, self._encoding)
             lines, self._n_skip = lines[self._n_skip :], max(0, self._n_skip - len(lines))
         if len(rest) > self._largest:
             lines.append(rest.decode(self._encoding, errors="replace"))
@@ -201,10 +202,7 @@ class TextLines:
         """Refuse UTF-16 and binary data before the first line."""
         if self._lines is not None:
             return
-        if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-            raise DataError(
-                f"{self._name}: is in UTF-16; convert it to UTF-8 with 'iconv -f UTF-16 -t UTF-8'"
-            )
+        require_text(self._name, data)
         if b"\0" in data.partition(b"\n")[0]:
             raise DataError(f"{self._name}: is not text in UTF-8; is it a binary file, or in UTF-16?")
 

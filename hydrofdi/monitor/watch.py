@@ -101,11 +101,11 @@ MINUTE = 60.0
 """Interval at which continuing defects are summed up [s]."""
 
 _WORDS = {
-    EventKind.GAP: "gaps",
-    EventKind.RATE_CHANGED: "samples at another rate",
-    EventKind.DUPLICATE: "duplicate samples",
-    EventKind.TIME_RAN_BACK: "out-of-order samples",
-    EventKind.MALFORMED: "samples that could not be read or have no time stamp",
+    EventKind.GAP: "gap",
+    EventKind.RATE_CHANGED: "off-rate sample",
+    EventKind.DUPLICATE: "duplicate sample",
+    EventKind.TIME_RAN_BACK: "out-of-order sample",
+    EventKind.MALFORMED: "unreadable sample",
 }
 _KINDS = list(_WORDS)
 
@@ -153,7 +153,7 @@ def _summed_up(state: State) -> tuple[State, list[Event]]:
     end = MINUTE * (minute + 1.0) if math.isfinite(minute) else None
     until = "" if end is None else f" up to {end:.10g} s"
     events = [
-        Event(kind, f"{count} more {_WORDS[kind]}{until}", end, int(count))
+        Event(kind, f"{counted(int(count), f'more {_WORDS[kind]}')}{until}", end, int(count))
         for kind, count in zip(_KINDS, state["waiting"], strict=True)
         if count
     ]

@@ -165,8 +165,8 @@ def test_a_chart_decides_where_there_is_one_and_starts_anew_with_each_record(tra
     charted.write_text(
         detector_text(file.model_copy(update={"config": config, "chart": limit})), encoding="utf-8"
     )
-    source = written(tmp_path / "leaking.csv", pressure(4, leaking=[2]))
-    _, found = detected(charted, source, source)
+    sources = [written(tmp_path / name, pressure(4, leaking=[2])) for name in ("a.csv", "b.csv")]
+    _, found = detected(charted, *sources)
     statistics = [row["chart"]["statistic"] for row in found["windows"]]
     assert any(row["alarm"] for row in found["windows"])
     assert found["summary"]["n_alarm"] == 0

@@ -19,8 +19,9 @@ import pytest
 from hydrofdi.detectors.trained.file import load_detector
 from hydrofdi.errors import ConfigError, without_credentials
 from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.sources import open_stream
-from tests.commands import COMMAND, run, run_process
+from tests.commands import COMMAND, run, run_json, run_process
 from tests.monitor.machines import ONSET
 
 WITHOUT = """
@@ -167,9 +168,21 @@ main()
     assert events(done.stdout) == ["started", "stopped"]
 
 
-def test_a_stream_without_a_judged_window_is_exit_code_1(machine):
+def test_a_stream_without_a_judged_window_is_exit_code_1_with_a_reason(machine):
     for text in ("", "time [s],P1 [bar]\n", "".join(machine.lines[:90])):
-        assert events(run("monitor", machine.detector, "-", input=text, check=1).stdout)[-1] == "stopped"
+        done = run("monitor", machine.detector, "-", input=text, check=1)
+        assert events(done.stdout)[-1] == "stopped"
+        assert done.stderr.splitlines()[1:] == [f"-: {Ending.UNJUDGED}"]
+
+
+def test_a_last_line_without_line_end_is_doubtful_everywhere(machine, tmp_path):
+    (tmp_path / "cut.csv").write_text("".join(machine.lines[:3001])[:-5])
+    rows = run_json("detect", machine.detector, tmp_path / "cut.csv", tmp_path / "cut.csv")["windows"]
+    assert [bool(row["doubt"]) for row in rows] == [False, False, True]
+    assert run_json("measure", tmp_path / "cut.csv")["records"][0]["status"] == "unended"
+    for source, text in ((tmp_path / "cut.csv", ""), ("-", (tmp_path / "cut.csv").read_text())):
+        done = run("monitor", machine.detector, source, "--no-follow", input=text, check=0)
+        assert [each for each in events(done.stdout) if each == "notice"] == ["notice"]
 
 
 def test_what_is_no_detector_is_refused_with_its_name(machine, tmp_path):

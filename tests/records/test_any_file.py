@@ -20,7 +20,7 @@ from hydrofdi.units import parse_unit
 from tests.records.measuring import WRITERS
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, width=64).filter(lambda x: abs(x) < 1e290)
-UNITS = {"Pa": ["Pa", "kPa", "MPa", "bar", "psi"], "m": ["m", "mm", "µm", "in"], "V": ["V", "mV"]}
+UNITS = {"Pa": ["Pa", "MPa", "bar", "psi"], "m": ["m", "mm", "in"], "V": ["V", "mV"]}
 USUAL = "sampling_frequency: 1 kHz\nchannels: {chamber_1_pressure: {column: P1, unit: bar}}\n"
 
 
@@ -88,7 +88,7 @@ def test_any_table_of_numbers_comes_back_in_si(table, delimiter, decimal, unit_p
         np.testing.assert_allclose(batch[channel][0], expected, rtol=tolerance, atol=0.0)
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(st.binary(max_size=200) | st.text(max_size=200), st.sampled_from(["run.csv", "run.txt.gz"]))
 @example("P1\n1\x00\n2\n", "run.csv")
 @example('P1\n"1\n2\n', "run.csv")
@@ -119,7 +119,7 @@ def whole_or_empty(rows):
     return [row if len(row) >= usual else [""] for row in rows]
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @example([["", ""], ["1", "2"], ["", ""], ["2", "3"]], "\t", "P1{}x\n", ".")
 @given(
     st.lists(st.lists(CELLS, min_size=1, max_size=4), min_size=1, max_size=6),
@@ -169,7 +169,7 @@ def impatient():
 
 
 @pytest.mark.parametrize("kind", ["mat", "h5", "npz", "parquet", "csv.gz"])
-@settings(max_examples=120, derandomize=True)
+@settings(max_examples=80, derandomize=True)
 @given(st.data())
 def test_a_broken_file_gives_its_numbers_or_a_reason(impatient, kind, data):
     """The libraries of MAT and HDF5 crash or hang on some of these."""

@@ -17,7 +17,7 @@ from hydrofdi.records.measured.source import measured_source, plain_source
 from hydrofdi.store.reading import read_experiment
 from tests.commands import run, run_hydrofdi, run_json
 from tests.conftest import REPOSITORY
-from tests.records.measuring import BOTH, P1, P2, SUPPLY, WRITERS, batches, csv_of, described, one, yaml_of
+from tests.records.measuring import BOTH, P1, P2, SUPPLY, WRITERS, csv_of, described, one, yaml_of
 
 BAR = np.array([100.0, 101.5, 99.25, 102.125, 7.0])
 TABLE = np.column_stack([BAR, BAR + 1])
@@ -28,21 +28,17 @@ def description(name, column="P1", *more):
 
 
 @pytest.mark.parametrize("suffix", WRITERS)
-@pytest.mark.parametrize("packed", [False, True])
-def test_every_format_gives_the_same_numbers(tmp_path, suffix, packed):
+def test_every_format_gives_the_same_numbers_packed_or_not(tmp_path, suffix):
     file = tmp_path / f"run.{suffix}"
     WRITERS[suffix](file, {"P1": BAR, "P2": BAR + 1})
-    if packed:
-        file = file.rename(tmp_path / "plain")
-        (tmp_path / f"run.{suffix}.gz").write_bytes(gzip.compress(file.read_bytes()))
+    (tmp_path / f"run.{suffix}.gz").write_bytes(gzip.compress(file.read_bytes()))
     batch = one(tmp_path, description(f"run.{suffix}*"))
-    np.testing.assert_array_equal(batch[P1], [BAR * 1e5])
+    np.testing.assert_array_equal(batch[P1], [BAR * 1e5] * 2)
 
 
-@pytest.mark.parametrize("suffix", ["h5", "mat", "npz"])
-@pytest.mark.parametrize("turned", [False, True])
-def test_a_column_of_a_table_is_found_whichever_axis_is_time(tmp_path, suffix, turned):
-    WRITERS[suffix](tmp_path / f"run.{suffix}", {"data": TABLE.T if turned else TABLE})
+@pytest.mark.parametrize(("suffix", "table"), [("h5", TABLE), ("mat", TABLE.T), ("npz", TABLE.T)])
+def test_a_column_of_a_table_is_found_whichever_axis_is_time(tmp_path, suffix, table):
+    WRITERS[suffix](tmp_path / f"run.{suffix}", {"data": table})
     batch = one(tmp_path, description(f"run.{suffix}", "data[2]"))
     np.testing.assert_array_equal(batch[P1], [(BAR + 1) * 1e5])
 
@@ -52,8 +48,6 @@ def test_a_dataset_within_groups_is_found_by_its_path(tmp_path, suffix):
     WRITERS[suffix](tmp_path / f"run.{suffix}", {"rig/pressures/P1": BAR, "rig/x": BAR})
     batch = one(tmp_path, description(f"run.{suffix}", "rig/pressures/P1"))
     np.testing.assert_array_equal(batch[P1], [BAR * 1e5])
-    with pytest.raises(DataError, match="has no column 'rig/pressures/P2'; it has rig/pressures/P1"):
-        one(tmp_path, description(f"run.{suffix}", "rig/pressures/P2"))
 
 
 def test_a_mat_file_of_version_7_3_is_hdf5(tmp_path):
@@ -64,11 +58,11 @@ def test_a_mat_file_of_version_7_3_is_hdf5(tmp_path):
     np.testing.assert_array_equal(one(tmp_path, description("run.mat"))[P1], [BAR * 1e5])
 
 
-def test_units_of_hdf5_attributes_are_taken_and_compared(tmp_path):
+def test_units_of_attributes_are_taken_and_compared_and_names_may_be_any_bytes(tmp_path):
     with h5py.File(tmp_path / "run.h5", "w") as target:
-        target["P1"] = BAR
+        target["P1"] = target[b"P\xff"] = BAR
         target["P1"].attrs["units"] = "MPa"
-    with pytest.raises(DataError, match="the file says MPa, the description says bar"):
+    with pytest.raises(DataError, match="MPa"):
         one(tmp_path, description("run.h5"))
     batch = one(tmp_path, "files: run.h5\nsampling_frequency: 1 kHz\nchannels: {chamber_1_pressure: P1}\n")
     np.testing.assert_array_equal(batch[P1], [BAR * 1e6])
@@ -81,14 +75,16 @@ def test_numbers_that_netcdf_packs_are_unpacked(tmp_path):
     batch = one(tmp_path, description("run.nc"))
     np.testing.assert_array_equal(batch[P1], [[60e5, 110e5, np.nan, 160e5]])
     assert batch.remarks[0][0].kind == "missing"
+    WRITERS["parquet"](tmp_path / "run.parquet", {"P1": [1, None, 3]})
+    (remark,) = one(tmp_path, description("run.parquet")).remarks[0]
+    assert (remark.kind, remark.is_unusable) == ("missing", True)
 
 
-@pytest.mark.parametrize("suffix", ["h5", "mat", "npz"])
 @pytest.mark.parametrize(
-    "values", [BAR + 1j, np.array([1, 2**53 + 1, 3]), np.array([b"a", b"b", b"c"])], ids=str
+    ("suffix", "values"),
+    [("h5", BAR + 1j), ("npz", np.array([1, 2**53 + 1, 3])), ("h5", [b"a", b"b"]), ("mat", ["a", "b"])],
 )
 def test_what_is_no_real_number_is_refused(tmp_path, suffix, values):
-    values = np.array(["a", "b"]) if suffix == "mat" and values.dtype.kind == "S" else values
     WRITERS[suffix](tmp_path / f"run.{suffix}", {"P1": values})
     with pytest.raises(DataError, match="P1: contains"):
         one(tmp_path, description(f"run.{suffix}"))
@@ -101,13 +97,6 @@ def test_whole_numbers_do_not_overflow(tmp_path):
     np.testing.assert_array_equal(batch[P1], [[-128e5, 127e5, 100e5, -100e5]])
     turned = description("run.npz").replace("unit: bar", "unit: bar, sign: -1")
     np.testing.assert_array_equal(one(tmp_path, turned)[P1], [[128e5, -127e5, -100e5, 100e5]])
-
-
-def test_missing_integers_of_parquet_are_missing(tmp_path):
-    WRITERS["parquet"](tmp_path / "run.parquet", {"P1": [1, None, 3]})
-    (remark,) = one(tmp_path, description("run.parquet")).remarks[0]
-    assert (remark.kind, remark.is_unusable) == ("missing", True)
-    assert "1 of 3" in remark.message
 
 
 def test_parquet_without_its_extra_says_what_to_install(tmp_path, monkeypatch):
@@ -153,14 +142,6 @@ def test_values_in_other_files_are_never_read(tmp_path, place, suffix):
         read_experiment(tmp_path / f"run.{suffix}")
 
 
-def test_columns_of_different_lengths_make_no_record(tmp_path):
-    np.savez(tmp_path / "run.npz", P1=BAR, P2=BAR[:3])
-    batch = one(tmp_path, BOTH.replace("*.csv", "run.npz"))
-    assert batch.n_record == 0
-    assert batch.rejected[0].remark.kind == "wrong_length"
-    assert f"{P1} 5, {P2} 3" in batch.rejected[0].remark.message
-
-
 @pytest.mark.parametrize("suffix", ["h5", "mat", "npz", "parquet", "csv.gz"])
 def test_a_file_that_is_cut_off_is_rejected_with_the_reason(tmp_path, suffix):
     file = tmp_path / f"run.{suffix}"
@@ -175,20 +156,15 @@ def test_a_file_that_is_cut_off_is_rejected_with_the_reason(tmp_path, suffix):
         assert [rejected.remark.kind for rejected in batch.rejected] == ["damaged"], length
 
 
-def test_names_of_datasets_that_are_no_utf_8_do_no_harm(tmp_path):
-    with h5py.File(tmp_path / "run.h5", "w") as target:
-        target["P1"] = BAR
-        target[b"P\xff"] = BAR
-    np.testing.assert_array_equal(one(tmp_path, description("run.h5"))[P1], [BAR * 1e5])
-
-
-@pytest.mark.parametrize("suffix", ["h5", "mat", "npz"])
-def test_a_file_without_columns_is_named(tmp_path, suffix):
-    WRITERS[suffix](tmp_path / f"run.{suffix}", {})
-    with pytest.raises(DataError, match="contains no columns"):
-        plain_source(tmp_path / f"run.{suffix}", 1e3)
-    with pytest.raises(DataError, match="has no column 'P1'; it has none"):
-        one(tmp_path, description(f"run.{suffix}"))
+def test_a_file_without_columns_is_named_and_columns_of_different_lengths_make_no_record(tmp_path):
+    np.savez(tmp_path / "run.npz")
+    with pytest.raises(DataError, match=r"run.npz"):
+        plain_source(tmp_path / "run.npz", 1e3)
+    with pytest.raises(DataError, match=r"run.npz: has no column 'P1'"):
+        one(tmp_path, description("run.npz"))
+    np.savez(tmp_path / "run.npz", P1=BAR, P2=BAR[:3])
+    (rejected,) = one(tmp_path, BOTH.replace("*.csv", "run.npz")).rejected
+    assert rejected.remark.kind == "wrong_length"
 
 
 TIME = np.arange(400) / 200.0
@@ -255,9 +231,11 @@ def test_columns_that_nobody_recognises_are_named_and_a_file_with_other_columns_
 
 
 def test_a_folder_says_its_sampling_frequency_or_is_told_it(tmp_path):
+    (tmp_path / "described").mkdir()
     (tmp_path / "run.csv").write_text(csv_of(("P1 [bar]", 80 + NOISE[0])))
-    with pytest.raises(DataError, match="no sampling frequency is given"):
-        open_source(tmp_path)
+    for source in (tmp_path, described(tmp_path / "described", 'files: "../run.csv"\n')):
+        with pytest.raises(DataError, match=r"run.csv"):
+            open_source(source)
     (batch,) = open_source(tmp_path, sampling_frequency=50.0).batches()
     assert batch.sampling_frequency == 50.0
 
@@ -268,11 +246,6 @@ def test_a_folder_with_a_description_asks_for_its_name(folder):
         open_source(folder)
 
 
-def test_a_description_without_channels_or_sampling_is_refused(tmp_path):
-    with pytest.raises(DataError, match="found q"):
-        batches(tmp_path, 'files: "*.csv"\n', run_csv="q [bar]\n1\n2\n")
-
-
 ROWS = "a,b\n" + "".join(f"{50 + n % 7},{n % 5}\n" for n in range(640))
 
 
@@ -281,13 +254,16 @@ def by_symbols(folder, *channels):
     return described(folder, f"files: rig.csv\nsampling_frequency: 1 kHz\nchannels:\n{lines}", rig_csv=ROWS)
 
 
-def test_a_description_may_name_channels_by_symbols(tmp_path):
+def test_a_description_and_an_option_may_name_channels_by_symbols(tmp_path):
     units = "{column: a, unit: bar}", "{column: b, unit: mm}"
     named, full = (
         repr(hydrofdi.inspect(by_symbols(tmp_path, f"{first}: {units[0]}", f"{second}: {units[1]}")))
         for first, second in (("P1", "x"), ("chamber_1_pressure", "piston_position"))
     )
     assert named == full
+    path = by_symbols(tmp_path, f"P2: {units[0]}")
+    one, other = (hydrofdi.measure(path, {"dwt": {"channel": name}}) for name in ("P2", "chamber_2_pressure"))
+    assert one["dwt.d1"][0] == other["dwt.d1"][0] > 0.0
 
 
 @pytest.mark.parametrize(
@@ -304,13 +280,6 @@ def test_a_mistake_is_found_under_the_name_that_is_written(tmp_path, channels, m
         hydrofdi.inspect(by_symbols(tmp_path, *channels))
 
 
-def test_an_option_takes_the_symbol_and_measures_the_same(tmp_path):
-    path = by_symbols(tmp_path, "P2: {column: a, unit: bar}")
-    one, other = (hydrofdi.measure(path, {"dwt": {"channel": name}}) for name in ("P2", "chamber_2_pressure"))
-    assert one["dwt.d1"].tolist() == other["dwt.d1"].tolist()
-    assert one["dwt.d1"][0] > 0.0
-
-
 def test_the_schema_of_descriptions_takes_what_is_read():
     schema = hydrofdi.schema("measured")
     assert schema["properties"]["channels"]["propertyNames"] == {"$ref": "#/$defs/Channel"}
@@ -318,7 +287,7 @@ def test_the_schema_of_descriptions_takes_what_is_read():
     assert {*schema["$defs"]["Channel"]["enum"]} == names
 
 
-@pytest.mark.parametrize("line", ["x " * 500_000, "P1 [bar" * 100_000, ",".join(["a" * 2000] * 500)])
+@pytest.mark.parametrize("line", ["P1 [bar" * 100_000, ",".join(["a" * 2000] * 500)])
 def test_a_huge_first_line_is_refused_in_a_short_sentence(tmp_path, line):
     (tmp_path / "huge.csv").write_text(f"{line}\n1,2,3\n")
     done = run_hydrofdi("inspect", "huge.csv", cwd=tmp_path)
@@ -367,14 +336,6 @@ def test_the_example_of_the_page_reads_a_file_as_it_says(tmp_path):
     assert batch.n_time == 2000
     assert 100e5 <= batch[P1].min() <= batch[P1].max() <= 106e5
     np.testing.assert_allclose(np.unique(batch[SUPPLY]), [0.0, 15.625e5], atol=1e-6)
-
-
-def test_the_page_names_every_remark():
-    package = REPOSITORY / "hydrofdi" / "records" / "measured"
-    sources = "".join(file.read_text(encoding="utf-8") for file in package.rglob("*.py"))
-    kinds = set(re.findall(r'kind="(\w+)"', sources)) | {"clipped", "saturated"}
-    assert len(kinds) > 10
-    assert {kind for kind in kinds if f"`{kind}`" not in PAGE} == set()
 
 
 def test_the_page_lists_the_names_that_plain_files_are_read_by():

@@ -1,7 +1,5 @@
 """Measured records of hydraulic actuators, where they are present; docs/measured.md says what they tell."""
 
-import gzip
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -114,35 +112,19 @@ def test_areas_under_the_curve_are_those_of_an_independent_script(records, figur
     assert area(records, figures[figure], 1, 5) == pytest.approx(healthy, abs=0.0051)
 
 
-@pytest.mark.parametrize(("part", "first", "last"), [("motion", 300, 480), ("hold", 1900, 2200)])
-def test_a_segment_of_each_stroke_becomes_the_record(tmp_path, part, first, last):
-    file = description(tmp_path, ("limits:", f"segment: {{part: {part}}}\nlimits:"))
-    lengths = [batch.n_time for batch in measured_source(file).batches() for _ in range(batch.n_record)]
-    assert len(lengths) == 70
-    assert first <= np.median(lengths) <= last
-
-
-def test_impacts_have_one_length_and_ring(tmp_path):
-    file = description(tmp_path, ("limits:", "segment: {part: impact, length: 0.512 s}\nlimits:"))
-    (batch,) = measured_source(file).batches()
-    assert (batch.n_record, batch.n_time) == (70, 512)
+def test_segments_and_shares_of_the_hold_pressure(tmp_path):
+    for number, (part, first, last) in enumerate(
+        [("motion", 300, 480), ("hold", 1900, 2200), ("impact, length: 0.512 s", 512, 512)]
+    ):
+        (tmp_path / str(number)).mkdir()
+        file = description(tmp_path / str(number), ("limits:", f"segment: {{part: {part}}}\nlimits:"))
+        found = [*measured_source(file).batches()]
+        lengths = [batch.n_time for batch in found for _ in range(batch.n_record)]
+        assert len(lengths) == 70
+        assert first <= np.median(lengths) <= last
+    (batch,) = found
     driving = np.where([group.endswith("+") for group in batch.groups], batch[P1].T, batch[P2].T).T
     assert np.median(driving[:, 60:160].max(axis=1) / np.median(driving[:, 400:], axis=1)) > 1.05
-
-
-def test_pressures_as_shares_of_the_hold_pressure(tmp_path):
-    file = description(tmp_path, ("limits:", "normalize: hold\nlimits:"))
-    (batch,) = measured_source(file).batches()
-    holds = np.maximum(batch[P1], batch[P2])[:, 2400:].mean(axis=1)
-    np.testing.assert_allclose(holds, 1.0, atol=0.01)
+    (batch,) = measured_source(description(tmp_path, ("limits:", "normalize: hold\nlimits:"))).batches()
+    np.testing.assert_allclose(np.maximum(batch[P1], batch[P2])[:, 2400:].mean(axis=1), 1.0, atol=0.01)
     assert all("normalized" in kinds(batch, row) for row in range(70))
-
-
-def test_the_description_reads_packed_files_and_plain_ones(tmp_path):
-    packed = sorted((DATA / "Act_5").glob("*.gz"))[0]
-    folder = tmp_path / "vtnsi" / "Act_5"
-    folder.mkdir(parents=True)
-    (folder / packed.stem).write_bytes(gzip.decompress(packed.read_bytes()))
-    shutil.copy(REPOSITORY / "configs" / "measured" / "vtnsi.yaml", tmp_path)
-    (batch,) = measured_source(tmp_path / "vtnsi.yaml").batches()
-    assert batch.record_ids == (f"vtnsi/Act_5/{packed.stem}",)

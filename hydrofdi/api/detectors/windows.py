@@ -114,8 +114,13 @@ def judged_windows(file: DetectorFile, source: RecordSource) -> Iterator[JudgedW
 
 def _lines(watch: Watch, records: RecordBatch, row: int) -> list[WindowLine]:
     samples = {channel: values[row] for channel, values in records.channels.items()}
-    _, lines = watch.step(watch.start(), Chunk(records.time, samples))
-    return [line for line in lines if isinstance(line, WindowLine)]
+    _, found = watch.step(watch.start(), Chunk(records.time, samples))
+    lines = [line for line in found if isinstance(line, WindowLine)]
+    for remark in records.remarks[row]:
+        if remark.kind == "unended" and lines and lines[-1].end == records.time[-1]:
+            doubt = "; ".join(filter(None, (lines[-1].verdict.doubt, remark.message)))
+            lines[-1] = replace(lines[-1], verdict=replace(lines[-1].verdict, doubt=doubt))
+    return lines
 
 
 def _forbidden(

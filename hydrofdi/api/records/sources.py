@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -16,7 +17,7 @@ from hydrofdi.api.arguments import Names, Texts, path_of, positive_of, refusal
 from hydrofdi.api.records.columns import held, known_text, records_of
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.records.measured.source import HeldSource
+from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
 
@@ -59,8 +60,12 @@ def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[Rec
         for name in ("channel", "unit", "label", "group"):
             if getattr(said, name) is not None:
                 raise ConfigError(f"{name}: is for arrays; describe files in a YAML file (docs/measured.md)")
+        parts = [*{os.path.realpath(each): each for each in parts}.values()]  # a file named twice is one
     numbers = range(1, len(parts) + 1) if len(parts) > 1 else [None]
     found = [_source(each, number, channels, said) for each, number in zip(parts, numbers, strict=True)]
+    if all(isinstance(each, MeasuredSource) and not each.config.channels for each in found):
+        first = next(iter(found[0].batches())).rejected[0]
+        raise DataError(f"{found[0].name}: {first.remark.message}")
     named = iter(_named([source for source in found if isinstance(source, HeldSource)], said))
     return [next(named) if isinstance(source, HeldSource) else source for source in found]
 

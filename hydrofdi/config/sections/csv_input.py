@@ -89,7 +89,7 @@ def parse_rows(text: str, place: str = "text") -> HeldRows:
 
     def require(is_met: bool, message: str, row: int = -1) -> None:
         if not is_met:
-            raise ValueError(f"{place}:{table.line_of(row)}: {message}")
+            raise ValueError(f"{table.row_place(row)}: {message}")
 
     try:
         table = TextTable(place, FormatConfig(decimal="."), lambda: iter([[*text.splitlines(), ""]]))

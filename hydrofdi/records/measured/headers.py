@@ -56,6 +56,8 @@ def completed(
 ) -> tuple[MeasuredConfig, tuple[Issue, ...]]:
     """A description with the channels that the first readable file states, and a remark on unused columns.
 
+    Without a readable file it has no channels.
+
     Parameters
     ----------
     config : MeasuredConfig
@@ -65,16 +67,12 @@ def completed(
     is_plain : bool
         Whether a sampling frequency is refused if there is a column of time.
     """
-    for number, file in enumerate(files, 1):
-        try:
-            with open_table(file, str(file), config.format) as table:
-                if not table.titles:
-                    raise DataError(f"{file}: contains no columns")
-                return _completed(config, table, file, is_plain)
-        except RejectionError as rejection:
-            if number == len(files):
-                raise DataError(f"{file}: {rejection}") from None
-    raise AssertionError("there are files")
+    for file in files:
+        with suppress(RejectionError), open_table(file, str(file), config.format) as table:
+            if not table.titles:
+                raise DataError(f"{file}: contains no columns")
+            return _completed(config, table, file, is_plain)
+    return config, ()
 
 
 def _completed(

@@ -57,6 +57,10 @@ class Table(ABC):
         """Whether there are numbers or dates below the titles."""
         return True
 
+    def row_place(self, row: int) -> str:
+        """A row, numbered from 0, for messages."""
+        return f"sample {row + 1}"
+
     def find(self, column: str) -> int:
         """Position of a column.
 
@@ -132,7 +136,6 @@ def damage_named(what: str) -> Iterator[None]:
 _GAP = 1.75
 """Longest step between samples without a gap, in median steps."""
 _DIGITS = 9
-_REMEDY = "; give 'sampling_frequency' in place of 'time'"
 _FEWER = 0.99
 _MOST_SAMPLES = 2**28
 
@@ -142,8 +145,8 @@ def counts_samples(values: Array) -> bool:
     return values.size > 1 and bool(np.all(np.diff(values) == 1.0))
 
 
-def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[float, list[Issue]]:
-    """The sampling frequency of instants [Hz], and remarks on gaps and uneven steps.
+def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tuple[float, list[Issue]]:
+    """The sampling frequency of the instants of a table [Hz], and remarks on gaps and uneven steps.
 
     Parameters
     ----------
@@ -151,16 +154,13 @@ def sampling_of_times(times: Array, config: MeasuredConfig) -> tuple[float, list
         [s].
     """
     steps = np.diff(times)
-    if not np.all(np.isfinite(times)):
-        raise RejectionError(
-            "time", f"{np.count_nonzero(~np.isfinite(times))} sampling instants are missing{_REMEDY}"
-        )
-    if np.any(steps < 0.0):
-        row = int(np.flatnonzero(steps < 0.0)[0]) + 2
-        raise RejectionError("time", f"the rows are not in order of time at sample {row}; sort them")
-    if np.any(steps == 0.0):
-        row = int(np.flatnonzero(steps == 0.0)[0]) + 2
-        raise RejectionError("time", f"time does not increase at sample {row}{_REMEDY}")
+    if n_missing := np.count_nonzero(~np.isfinite(times)):
+        text = f"{n_missing} sampling instants are missing; give 'sampling_frequency' in place of 'time'"
+        raise RejectionError("time", text)
+    if (bad := np.flatnonzero(steps <= 0.0)).size:
+        relation = "the same as" if steps[bad[0]] == 0.0 else "before"
+        text = f"{table.row_place(int(bad[0]) + 1)}: the time is {relation} that of the row above"
+        raise RejectionError("time", text)
     typical = float(np.median(steps))
     step = typical if np.any(steps > _GAP * typical) else (times[-1] - times[0]) / (times.size - 1)
     frequency = float(f"{1.0 / step:.{_DIGITS}g}")
@@ -267,7 +267,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
         raise RejectionError("short", f"contains {counted(n_time, 'sample')}")
     frequency, start, wanted = config.sampling_frequency or 0.0, 0.0, config.resample
     if times is not None:
-        frequency, uneven = sampling_of_times(times, config)
+        frequency, uneven = sampling_of_times(times, config, table)
         start, doubts = float(times[0]), [*doubts, *uneven]
     elif config.sampling_frequency_is == "inferred":
         text = f"the sampling frequency of {frequency:g} Hz is inferred, not documented"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -10,6 +11,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.columns import is_unit, split_title
 from hydrofdi.records.measured.description.sections import FormatConfig
@@ -23,10 +25,33 @@ _MISSING = frozenset({"", "nan", "na", "n/a", "null", "none"})
 """Texts in lower case that mean a missing value."""
 _AROUND = "[]() \r"
 """What may stand around a unit."""
+UNENDED = "the last line has no line end; its last number may be cut off"
 HEAD_HINT = (
-    "; 'format: {skip: …}' skips lines before the header, 'format: {units_row: true}' reads a line of units"
+    "; 'hydrofdi inspect FILE --write rig.yaml' writes a description: 'format: {skip: …}' skips lines before"
+    " the header, 'format: {units_row: true}' reads a line of units"
 )
+_UTF_16 = "UTF-16; 'iconv -f UTF-16 -t UTF-8' converts it"
+_BINARY = {
+    **dict.fromkeys((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE), _UTF_16),
+    b"PK\3\4": "a ZIP archive, as workbooks (.xlsx) are; export it as CSV",
+    b"\x89HDF": "HDF5; name it .h5",
+    b"PAR1": "Parquet; name it .parquet",
+    b"\x1f\x8b": "compressed; name it .gz, or decompress it",
+}
+"""First bytes → what they mean."""
 _COMMA_INSIDE = re.compile(r"[-+]?[\d.]*,\d+([eE][-+]?\d+)?")
+
+
+def require_text(place: str, data: bytes) -> None:
+    """Refuse a file or a stream that begins as no text does."""
+    for begin, what in _BINARY.items():
+        if data.startswith(begin):
+            raise DataError(f"{place}: is not text but {what}")
+
+
+def wrong_encoding(place: str, encoding: str) -> DataError:
+    """The error that a text has another encoding."""
+    return DataError(f"{place}: is not text in {encoding}; write 'format: {{encoding: …}}', such as cp1252")
 
 
 class RowReader:

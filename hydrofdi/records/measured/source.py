@@ -163,7 +163,8 @@ def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> Me
     unused: tuple[Issue, ...] = ()
     if not config.channels:
         config, unused = completed(config, files)
-        _require_consistent(config, source)
+        if config.channels:
+            _require_consistent(config, source)
     return MeasuredSource(str(path), config, files, file.parent, unused, most_samples)
 
 

@@ -1,4 +1,5 @@
 import tracemalloc
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -25,13 +26,6 @@ def _fault(time, samples, channels=(P1, P2, X, V, U)):
     return window.fault
 
 
-@pytest.mark.parametrize(("factor", "is_said"), [(0.98, True), (0.992, False), (1.008, False), (1.02, True)])
-def test_a_mean_rate_that_differs_by_more_than_a_hundredth_is_said(factor, is_said):
-    time, samples = _healthy()
-    fault = _fault(time / factor, samples)
-    assert (fault and fault.kind) == ("other_rate" if is_said else None)
-
-
 def _all_rest(samples):
     samples[X][:] = samples[U][:] = 1.0
     samples[P1], samples[P2] = (5e6 + 0.01 * (samples[channel] - 5e6) for channel in (P1, P2))
@@ -39,12 +33,10 @@ def _all_rest(samples):
 
 CHANGES = {
     "sound": (lambda samples: None, None, ""),
-    "nan": (lambda samples: samples[P2].put([3, 299], np.nan), "missing", "2 of 300"),
     "inf": (lambda samples: samples[P2].put([3, 299], np.inf), "missing", "2 of 300"),
     "no channel": (lambda samples: samples.pop(X), "missing_channel", X),
     "all nan": (lambda samples: samples[X].fill(np.nan), "missing_channel", X),
     "stuck P1": (lambda samples: samples[P1].fill(5e6), "stuck", P1),
-    "stuck P2": (lambda samples: samples[P2].fill(5e6), "stuck", P2),
     "stuck v": (lambda samples: samples[V].fill(0.1), "stuck", V),
     "frozen x": (lambda samples: samples[X][100:250].fill(samples[X][100]), "stuck", "1.5 s"),
     "command rests": (lambda samples: samples[U].fill(1.0), None, ""),
@@ -59,28 +51,21 @@ def test_what_is_missing_or_stuck_is_said_and_rest_is_no_fault(change, kind, par
     fault = _fault(time, samples)
     assert (fault and fault.kind) == kind
     assert fault is None or part in fault.message
+    assert kind is None or part not in (P1, P2) or _fault(time, samples, channels=(X,)) is None
 
 
-def test_channels_that_the_detector_does_not_need_have_no_faults():
+@pytest.mark.parametrize(("factor", "is_said"), [(0.98, True), (0.992, False), (1.008, False), (1.02, True)])
+def test_a_mean_rate_that_differs_by_more_than_a_hundredth_is_said(factor, is_said):
     time, samples = _healthy()
-    samples[P2][:], samples[V][5] = 1.0, np.nan
-    assert _fault(time, samples, channels=(P1, X)) is None
+    fault = _fault(time / factor, samples)
+    assert (fault and fault.kind) == ("other_rate" if is_said else None)
 
 
-def test_windows_own_their_samples():
-    time, samples = _healthy()
-    windower = make_windower("time", 100, 50, channels=(P1, X), sampling_frequency=FREQUENCY)
-    first, second, *_ = windows_of(time, samples, windower)
-    for one, other in ((first.time, second.time), (first.channels[P1], second.channels[P1])):
-        assert one.flags.c_contiguous
-        assert not np.shares_memory(one, other)
-    assert not np.shares_memory(first.time, time)
-
-
-def test_a_step_leaves_its_state_and_the_windows_before_as_they_were():
+def test_windows_own_their_samples_and_a_step_leaves_those_before_as_they_were():
     time, samples = _healthy()
     windower = make_windower("time", 20, 5, channels=(P1,), sampling_frequency=FREQUENCY)
     whole = windows_of(time, samples, windower)
+    assert not any(np.shares_memory(one.channels[P1], two.channels[P1]) for one, two in pairwise(whole))
     copies = [window.channels[P1].copy() for window in whole]
     samples[P1][:] = 0.0
     windows_of(time, samples, windower)
@@ -133,19 +118,17 @@ def test_edges_of_a_drive_are_those_of_a_record_with_its_range():
     assert len(starts) > 10
 
 
-FREQUENCY_MEMORY, N_CHUNK = 1000.0, 50_000
+FREQUENCY_MEMORY, N_CHUNK = 1000.0, 5_000
 
 WINDOWINGS = {
-    "side by side": {"by": "time", "n_sample": 1000},
     "sliding": {"by": "time", "n_sample": 1000, "n_every": 400},
     "apart": {"by": "time", "n_sample": 100, "n_every": 1_000_000},
-    "cycles": {"by": "cycle", "n_sample": 1000, "drive": (-1.0, 1.0)},
     "cycles that never end": {"by": "cycle", "n_sample": 1000, "drive": (-9.0, -8.9)},
 }
 
 
 @pytest.mark.parametrize("windowing", WINDOWINGS.values(), ids=WINDOWINGS)
-def test_memory_stays_as_it_is_over_ten_million_samples(windowing):
+def test_memory_stays_as_it_is_over_many_samples(windowing):
     stream = EvenStream(FREQUENCY_MEMORY, (P1, U))
     windower = make_windower(**windowing, channels=(P1, U), sampling_frequency=FREQUENCY_MEMORY)
     state, held, in_use = stream.start(), windower.start(), []
@@ -153,7 +136,7 @@ def test_memory_stays_as_it_is_over_ten_million_samples(windowing):
     tick = np.arange(N_CHUNK) / FREQUENCY_MEMORY
     wave = np.sin(2.0 * np.pi * 0.93 * tick)
     tracemalloc.start()
-    for count in range(200):
+    for count in range(60):
         gap = 10.0 * (count // 7)
         chunk = Chunk(gap + count * N_CHUNK / FREQUENCY_MEMORY + tick, {P1: 1e6 * wave, U: wave})
         state, pieces, _ = stream.step(state, chunk)

@@ -19,14 +19,13 @@ from hydrofdi.records import dates
 from hydrofdi.records.batch import Array
 from hydrofdi.records.measured.description.sections import FormatConfig
 from hydrofdi.records.measured.recording import MOST_BYTES, RejectionError, Table, damage_named
-from hydrofdi.records.measured.rows import HEAD_HINT, RowReader, runs
+from hydrofdi.records.measured.rows import HEAD_HINT, UNENDED, RowReader, require_text, runs, wrong_encoding
 
 _BLOCK = 2**21
 _LONGEST_LINE = 2**26
-_UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
 _COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 _SOME = 1000
-"""Number of first rows that show the usual width, and of last rows whose last cells are compared."""
+"""Number of first rows that show the usual width."""
 
 
 def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
@@ -48,17 +47,12 @@ def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
                 raise RejectionError("empty", "is empty")
             if n_byte > MOST_BYTES:
                 raise DataError(f"{path}: is larger than {MOST_BYTES / 2**30:g} GiB")
-            if is_utf_8 and n_byte == len(data) and data.startswith(_UTF_16):
-                raise DataError(
-                    f"{place}: is in UTF-16; convert it with 'iconv -f UTF-16 -t UTF-8', or write"
-                    " 'format: {encoding: utf-16}'"
-                )
+            if is_utf_8 and n_byte == len(data):
+                require_text(place, data)
             try:
                 text = decoder.decode(data, final=not data)
             except UnicodeError:
-                raise DataError(
-                    f"{place}: is not text in {encoding}; write 'format: {{encoding: …}}', such as latin-1"
-                ) from None
+                raise wrong_encoding(place, encoding) from None
             if "\0" in text:
                 raise DataError(f"{place}: is not text in {encoding}; is it a binary file, or in utf-16?")
             *lines, rest = (rest + text).split("\n")
@@ -157,9 +151,9 @@ class TextTable(Table):
     def load(self, positions: Sequence[int]) -> None:
         """Read columns, all in one pass."""
         reading = _Reading(self._rows, self._usual, positions, filter(self.is_dated, positions))
-        tail: list[str] = []
+        is_unended = False
         for number, lines in self._row_blocks():
-            tail = [*tail, *lines][-_SOME:]
+            is_unended = not self._rows.is_empty(lines[-1])
             for row, found in runs(lines, reading.parse):
                 if not isinstance(found, ValueError):
                     reading.add(*found, number + row)
@@ -169,8 +163,7 @@ class TextTable(Table):
                     is_value = str(found).startswith("column")
                     hint = "" if is_value and reading.n_row else HEAD_HINT
                     raise DataError(f"{self.place}:{number + row}: {found}{hint}")
-        is_cut = bool(tail and tail[-1]) and self._may_be_cut(tail)
-        self.remarks = tuple(reading.remarks(bool(tail and tail[-1]), is_cut))
+        self.remarks = tuple(reading.remarks(is_unended))
         self._n_row, self._broken = reading.n_row, reading.broken
         self._columns |= reading.columns
 
@@ -214,11 +207,16 @@ class TextTable(Table):
                 if len(cells) >= max(1, self._usual):
                     yield line, cells
 
-    def line_of(self, row: int) -> int:
-        """Number of the line of a row, and of the first line for -1."""
-        if row < 0:
-            return self._lines[0]
-        return next(islice((line for line, _ in self._rows_of_cells()), row, None), self._lines[-1])
+    def row_place(self, row: int) -> str:
+        """File and line of a row, and of the first line for -1."""
+        lines = (
+            line
+            for number, block in self._row_blocks()
+            for line, text in enumerate(block, number)
+            if not self._rows.is_empty(text)
+        )
+        line = self._lines[0] if row < 0 else next(islice(lines, row, None), self._lines[-1])
+        return f"{self.place}:{line}"
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
@@ -242,12 +240,6 @@ class TextTable(Table):
                 hint += "; for names with spaces write 'format: {header: false}' and number the columns"
             place = self._place(self._n_head)
             raise DataError(f"{place}: has {n_cell} cells under {n_title} column names{hint}{HEAD_HINT}")
-
-    def _may_be_cut(self, tail: list[str]) -> bool:
-        """Whether the last cell may be an incomplete number: another cell of its column is longer."""
-        rows = self._rows.cells([line for line in tail if not self._rows.is_empty(line)])
-        lengths = [len(row[-1].strip()) for row in rows]
-        return bool(lengths) and lengths[-1] < max(lengths)
 
     def _place(self, row: int) -> str:
         return f"{self.place}:{self._lines[row]}"
@@ -290,7 +282,7 @@ class _Reading:
         self.n_row += n_row
         self._widths.append((width, n_row))
 
-    def remarks(self, is_unended: bool, is_cut: bool) -> Iterator[Issue]:
+    def remarks(self, is_unended: bool) -> Iterator[Issue]:
         """What is irregular; incomplete last rows are left out."""
         n_all, n_title, ends, cut = self.n_row, len(self._rows.titles), self._widths[-2:], set(self.broken)
         if is_unended and len(ends) > 1 and ends[1][1] == 1 and ends[1][0] < ends[0][0]:
@@ -300,8 +292,8 @@ class _Reading:
         self.broken = [row for row in self.broken if row < self.n_row]
         if self.n_row < n_all:
             yield Issue("the last line is incomplete and is ignored", kind="truncated")
-        elif is_cut:
-            yield Issue("the last line has no line end; its last number may be cut off", kind="unended")
+        elif is_unended:
+            yield Issue(UNENDED, kind="unended")
         if self._n_between:
             yield Issue(f"blank lines or comments between rows: {self._n_between}", kind="interrupted")
         n_short = sum(n for width, n in self._widths if width < n_title) - (n_all - self.n_row)

@@ -52,7 +52,7 @@ bench-monitor: .venv/installed-test  ## measure the monitor: times real time, la
 	$(BIN)/python benchmarks/monitor.py
 
 torture: .venv/installed-test  ## kill sweeps at random moments and compare the bits (minutes)
-	PYTHONPATH=tests $(BIN)/python -m runner.torture
+	$(BIN)/python -m tests.runner.torture
 
 docs: .venv/installed-runtime  ## generate the pages of YAML files and indicators, the schemas, and the pictures of the README
 	$(BIN)/python docs/generate_configuration.py

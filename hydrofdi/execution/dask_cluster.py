@@ -13,6 +13,9 @@ from hydrofdi.execution.compute import Batch, BatchReceipt, compute_shard
 from hydrofdi.execution.engine import TaskFailure, TaskResult, raised
 from hydrofdi.store.shard import store_shard_bytes
 
+PATIENCE = "10s"
+"""How long a scheduler may take to answer."""
+
 
 class DaskEngine:
     """Tasks on the workers of a Dask scheduler; tasks of a worker that is lost are computed by another."""
@@ -33,7 +36,7 @@ class DaskEngine:
     def __enter__(self) -> Self:
         """Connect to the scheduler."""
         try:
-            self._client = self._distributed.Client(self._scheduler, timeout="10s", set_as_default=False)
+            self._client = self._distributed.Client(self._scheduler, timeout=PATIENCE, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             raise ConfigError(f"{self._named()}: no answer ({type(error).__name__})") from None
         self.workers = sum(self._client.nthreads().values())

@@ -1,28 +1,12 @@
 """Real sweeps in real processes, and what is left of them."""
 
-import json
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
-COMMAND = [sys.executable, "-m", "hydrofdi"]
-
-
-def run(*arguments, check=None, **options):
-    """Run a command to its end."""
-    done = subprocess.run(
-        [*COMMAND, *map(str, arguments)], capture_output=True, text=True, timeout=300, **options
-    )
-    if check is not None:
-        assert done.returncode == check, f"exit {done.returncode}\n{done.stdout}\n{done.stderr}"
-    return done
-
-
-def run_json(*arguments, check=0, **options):
-    return json.loads(run(*arguments, "--json", check=check, **options).stdout)
+from tests.commands import COMMAND
 
 
 def start(*arguments, **options):
@@ -73,6 +57,16 @@ def wait_until(condition, seconds=60.0):
 def nobody_left(session, seconds=2.0):
     """Whether all processes of a session are gone within some seconds."""
     return wait_until(lambda: not session_members(session), seconds) is True
+
+
+def shards(directory):
+    """Finished shards of a sweep."""
+    return list((directory / "shards").glob("[!.]*.h5"))
+
+
+def says(process, words):
+    """Wait until a line on standard error contains some words."""
+    return any(words in line for line in iter(process.stderr.readline, ""))
 
 
 def kill(pid, number=signal.SIGKILL):

@@ -1,12 +1,16 @@
 """Sweeps that resume, clear leftovers, and refuse other settings."""
 
+import json
 import shutil
-from pathlib import Path
+import subprocess
+import sys
 
 import h5py
 import pytest
 
+from hydrofdi.store.shard import content_digest
 from tests.commands import run, run_json
+from tests.runner.processes import shards
 
 GRID = """\
 name: grid
@@ -26,110 +30,99 @@ def write_grid(folder, count, signals="none"):
     return file
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """25 runs without signals; to be read only."""
+    folder = tmp_path_factory.mktemp("whole")
+    run("sweep", write_grid(folder, 5), "--out", folder / "out", "--workers", "2", check=0)
+    return folder / "out"
+
+
 @pytest.fixture
-def swept(tmp_path):
-    run("sweep", write_grid(tmp_path, 5), "--out", tmp_path / "out", "--workers", "2", check=0)
-    return tmp_path
+def out(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / "out")
 
 
-def test_a_grown_grid_computes_the_new_points_alone(swept):
-    summary = run_json("sweep", write_grid(swept, 7), "--out", swept / "out")
-    assert (summary["planned"], summary["completed"], summary["skipped"]) == (35, 10, 25)
+def sweep(file, out):
+    return run_json("sweep", file, "--out", out, "--engine", "in-process")
 
 
-def test_a_second_sweep_computes_nothing_and_leaves_the_file_alone(swept):
-    file = swept / "out" / "grid.h5"
-    before = file.read_bytes(), file.stat().st_mtime_ns
-    assert run_json("sweep", write_grid(swept, 5), "--out", swept / "out")["completed"] == 0
-    assert (file.read_bytes(), file.stat().st_mtime_ns) == before
-
-
-def test_a_shrunk_grid_keeps_what_it_no_longer_asks_for(swept):
-    run("sweep", write_grid(swept, 2), "--out", swept / "out", check=0)
-    with h5py.File(swept / "out" / "grid.h5") as file:
+def test_what_is_stored_is_not_computed_again(out, tmp_path):
+    stored = out / "grid.h5"
+    before = stored.read_bytes(), stored.stat().st_mtime_ns
+    assert sweep(write_grid(tmp_path, 5), out)["completed"] == 0
+    assert (stored.read_bytes(), stored.stat().st_mtime_ns) == before
+    respelt = write_grid(tmp_path, 5)
+    respelt.write_text(respelt.read_text().replace("551 MPa", "551.0e6").replace("827 MPa", "0.827 GPa"))
+    assert sweep(respelt, out)["completed"] == 0
+    grown = sweep(write_grid(tmp_path, 7), out)
+    assert (grown["planned"], grown["completed"], grown["skipped"]) == (35, 10, 25)
+    sweep(write_grid(tmp_path, 2), out)
+    with h5py.File(stored) as file:
         assert len(file["run"]) == 10
-    assert run_json("sweep", write_grid(swept, 5), "--out", swept / "out")["completed"] == 0
+    assert sweep(write_grid(tmp_path, 5), out)["completed"] == 0
 
 
-def test_the_spelling_of_a_quantity_makes_no_other_run(swept):
-    file = write_grid(swept, 5)
-    file.write_text(file.read_text().replace("551 MPa", "551.0e6").replace("827 MPa", "0.827 GPa"))
-    assert run_json("sweep", file, "--out", swept / "out")["completed"] == 0
-
-
-def test_runs_without_signals_are_computed_again_when_signals_are_wanted(swept):
-    file = write_grid(swept, 5, signals="pressures")
-    plan = run_json("plan", file, "--out", swept / "out")
+def test_runs_without_signals_are_computed_again_when_signals_are_wanted(out, tmp_path):
+    file = write_grid(tmp_path, 5, signals="pressures")
+    plan = run_json("plan", file, "--out", out)
     assert plan["reasons"] == {"stored without the signals or the precision that the request needs": 25}
-    assert run_json("sweep", file, "--out", swept / "out")["completed"] == 25
-    assert run_json("sweep", write_grid(swept, 5), "--out", swept / "out")["completed"] == 0
+    assert sweep(file, out)["completed"] == 25
+    assert sweep(write_grid(tmp_path, 5), out)["completed"] == 0
 
 
-def test_a_plan_writes_nothing_and_says_why(swept):
-    file = write_grid(swept, 6)
-    before = sorted(path.name for path in swept.rglob("*"))
-    plan = run_json("plan", file, "--out", swept / "out")
+def test_a_plan_writes_nothing_and_says_why(whole, tmp_path):
+    before = sorted(whole.rglob("*"))
+    plan = run_json("plan", write_grid(tmp_path, 6), "--out", whole)
     assert (plan["planned"], plan["stored"], plan["missing"], plan["reasons"]) == (30, 25, 5, {"new": 5})
     assert plan["first_point"] == {"leakage.internal_coefficient": 0.0, "fluid.bulk_modulus": 551e6}
     assert plan["last_point"] == {"leakage.internal_coefficient": 5e-9, "fluid.bulk_modulus": 827e6}
     assert 0.0 < plan["predicted_seconds"] < plan["predicted_seconds_most"]
-    assert sorted(path.name for path in swept.rglob("*")) == before
+    assert sorted(whole.rglob("*")) == before
 
 
-def test_results_of_another_physics_version_are_computed_again_and_the_plan_says_so(swept):
-    out = swept / "out"
-    index = (out / "index.json").read_text()
-    assert '"physics_version":' in index
+def test_results_of_another_physics_version_are_computed_again_and_the_plan_says_so(whole, tmp_path):
     code = (
         "import sys; import hydrofdi.physics as p; p.PHYSICS_VERSION += 1;"
         "from hydrofdi.cli.app import main; sys.argv[0] = 'hydrofdi'; main()"
     )
-    import json
-    import subprocess
-    import sys
-
-    done = subprocess.run(
-        [sys.executable, "-c", code, "plan", write_grid(swept, 5), "--out", out, "--json"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+    command = [sys.executable, "-c", code, "plan", write_grid(tmp_path, 5), "--out", whole, "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
     (reason,) = json.loads(done.stdout)["reasons"]
     assert reason.startswith("physics version changed")
 
 
-def test_a_damaged_shard_is_named_and_its_runs_alone_are_computed_again(swept):
-    out = swept / "out"
-    whole = (out / "grid.h5").read_bytes()
-    shards = sorted((out / "shards").glob("*.h5"))
-    assert len(shards) > 1
-    content = bytearray(shards[0].read_bytes())
-    content[len(content) // 2] ^= 0xFF
-    shards[0].write_bytes(content)
-    faults = run_json("verify", out, check=1)["faults"]
-    assert any(shards[0].name in fault for fault in faults)
-    plan = run_json("plan", write_grid(swept, 5), "--out", out)
+def flipped(content):
+    middle = len(content) // 2
+    return content[:middle] + bytes([content[middle] ^ 0xFF]) + content[middle + 1 :]
+
+
+@pytest.mark.parametrize("damage", [flipped, lambda content: content[:3000]], ids=["flipped", "cut"])
+def test_a_damaged_shard_is_named_and_its_runs_alone_are_computed_again(whole, out, tmp_path, damage):
+    file, (shard, *others) = write_grid(tmp_path, 5), shards(out)
+    assert others
+    assert run("status", out).stdout == "25 planned, 25 done, 0 failed, 0 missing (25 ok)\n"
+    shard.write_bytes(damage(shard.read_bytes()))
+    (out / "grid.h5").write_bytes(b"")
+    assert any(shard.name in fault for fault in run_json("verify", out, check=1)["faults"])
+    status = run_json("status", out, check=1)
+    assert [shard.name in fault for fault in status["damaged"]] == [True]
+    plan = run_json("plan", file, "--out", out)
     assert plan["reasons"] == {"its shard is damaged": plan["missing"]}
-    assert 0 < plan["missing"] < 25
-    assert run_json("sweep", write_grid(swept, 5), "--out", out)["completed"] == plan["missing"]
+    assert 0 < plan["missing"] == status["missing"] < 25
+    assert sweep(file, out)["completed"] == plan["missing"]
     assert run_json("verify", out)["sound"]
-    assert (out / "grid.h5").read_bytes() == whole
+    assert (out / "grid.h5").read_bytes() == (whole / "grid.h5").read_bytes()
 
 
-def test_the_experiment_file_can_be_built_again_from_the_shards(swept):
-    out = swept / "out"
-    whole = (out / "grid.h5").read_bytes()
-    before = run("report", out, "--format", "csv", check=0).stdout
+def test_the_experiment_file_can_be_built_again_from_the_shards_with_holes_for_lost_ones(whole, out):
     (out / "grid.h5").unlink()
     (out / "index.json").unlink()
-    without_file = run("report", out, "--format", "csv", check=0).stdout
-    assert without_file == before
+    reported, without_file = (run("report", each, "--format", "csv").stdout for each in (whole, out))
+    assert without_file == reported
     run("collect", out, check=0)
-    assert (out / "grid.h5").read_bytes() == whole
-
-
-def test_an_unfinished_experiment_reports_with_holes(swept):
-    out = swept / "out"
-    shards = sorted((out / "shards").glob("*.h5"))
-    shards[0].unlink()
+    assert (out / "grid.h5").read_bytes() == (whole / "grid.h5").read_bytes()
+    shards(out)[0].unlink()
     run("collect", out, check=0)
     status = run_json("status", out)
     assert status["missing"] == status["statuses"]["missing"] > 0
@@ -141,38 +134,27 @@ def test_an_unfinished_experiment_reports_with_holes(swept):
 def test_workers_and_batches_leave_no_trace_in_the_experiment_file(tmp_path):
     files = []
     for engine in (["--workers", "1"], ["--workers", "3"], ["--engine", "in-process"]):
-        out = tmp_path / engine[-1] / "grid"
-        run("sweep", write_grid(tmp_path, 5, signals="all"), "--out", out, *engine, check=0)
-        files.append((out / "grid.h5").read_bytes())
+        folder = tmp_path / engine[-1] / "grid"
+        run("sweep", write_grid(tmp_path, 5, signals="all"), "--out", folder, *engine, check=0)
+        files.append((folder / "grid.h5").read_bytes())
     assert files[0] == files[1] == files[2]
 
 
-def test_why_shows_differences_from_the_baseline_and_rerun_finds_the_same_bits(swept):
-    out = swept / "out"
+def test_why_shows_differences_from_the_baseline_and_rerun_finds_changed_bits(out):
     reported = run_json("why", out, "7")
     assert reported["differences"] == {
         "fluid.bulk_modulus": [551e6, 689e6], "leakage.internal_coefficient": [0.0, 1e-9],
     }  # fmt: skip
     assert reported["status"] == "ok"
     assert reported["provenance"]["libraries"]["numpy"]
-    assert run_json("rerun", out, reported["run_id"][:8]) == {
-        "run_id": reported["run_id"], "same_bits": True, "differing": [],
-    }  # fmt: skip
+    run_id = reported["run_id"]
+    found = {"run_id": run_id, "same_bits": True, "differing": []}
+    assert run_json("rerun", out, run_id[:8]) == found
     assert "no run" in run("why", out, "zzzz", check=2).stderr
-
-
-def test_a_changed_result_is_found_by_rerun(swept):
-    out = swept / "out"
-    run_id = run_json("why", out, "0")["run_id"]
-    (shard,) = [path for path in (out / "shards").glob("*.h5") if run_id in _run_ids(path)]
-    copy = out / "copy.h5"
-    shutil.copy(shard, copy)
-    with h5py.File(copy, "r+") as file:
-        file["dwt.d1"][_run_ids(copy).index(run_id)] += 1e-9
-    from hydrofdi.store.shard import content_digest
-
-    copy.rename(out / "shards" / f"{content_digest(copy)}.h5")
-    shard.unlink()
+    (shard,) = [path for path in shards(out) if run_id in _run_ids(path)]
+    with h5py.File(shard, "r+") as file:
+        file["dwt.d1"][_run_ids(shard).index(run_id)] += 1e-9
+    shard.rename(shard.with_stem(content_digest(shard)))
     assert run_json("rerun", out, run_id, check=1)["differing"] == ["dwt.d1"]
 
 
@@ -184,11 +166,11 @@ def _run_ids(path):
 def test_compression_and_single_precision_change_the_size_alone(tmp_path):
     sizes, values = {}, {}
     for setting in ("compression=none", "compression=gzip", "compression=lzf", "dtype=float32"):
-        out = tmp_path / setting / "grid"
+        folder = tmp_path / setting / "grid"
         grid = write_grid(tmp_path, 1, signals="pressures")
-        run("sweep", grid, "--out", out, "--set", f"store.{setting}", check=0)
-        with h5py.File(out / "grid.h5") as file:
-            sizes[setting] = (out / "grid.h5").stat().st_size
+        run("sweep", grid, "--out", folder, "--engine", "in-process", "--set", f"store.{setting}", check=0)
+        with h5py.File(folder / "grid.h5") as file:
+            sizes[setting] = (folder / "grid.h5").stat().st_size
             values[setting] = file["chamber_1_pressure"][:]
             assert file["detail_rms"].dtype == "float64"
     assert (values["compression=none"] == values["compression=gzip"]).all()
@@ -197,41 +179,31 @@ def test_compression_and_single_precision_change_the_size_alone(tmp_path):
     assert sizes["compression=gzip"] < sizes["compression=none"] > sizes["dtype=float32"]
 
 
-def test_a_folder_that_holds_another_experiment_is_left_alone(swept):
-    other = swept / "other.yaml"
-    other.write_text("name: other\nrecord: {duration: 2 s}\nstore: {signals: none}\n")
-    reported = run("sweep", other, "--out", swept / "out", check=2).stderr
-    assert "contains the experiment 'grid', not 'other'" in reported
-    assert run_json("status", swept / "out")["planned"] == 25
+ONE = "name: press\nrecord: {duration: 2 s}\nstore: {signals: none}\n"
 
 
-def test_a_sweep_without_missing_runs_removes_half_written_files_too(tmp_path):
-    (tmp_path / "few.yaml").write_text("name: few\nrecord: {duration: 2 s}\n")
-    sweep = ("sweep", tmp_path / "few.yaml", "--out", tmp_path / "out", "--engine", "in-process")
-    run(*sweep, check=0)
-    leftover = tmp_path / "out" / ".few.h5.1.part"
+def test_a_folder_that_holds_another_experiment_is_left_alone(whole, tmp_path):
+    (tmp_path / "other.yaml").write_text(ONE)
+    run("sweep", tmp_path / "other.yaml", "--out", whole, check=2)
+    assert run_json("status", whole)["planned"] == 25
+
+
+def test_other_settings_than_before_are_named_and_half_written_files_removed(tmp_path):
+    (tmp_path / "press.yaml").write_text(ONE)
+
+    def told(*settings):
+        options = [word for setting in settings for word in ("--set", setting)]
+        done = run("sweep", "press.yaml", "--engine", "in-process", *options, cwd=tmp_path, check=0)
+        return done.stderr
+
+    other = "another supply.pressure than before; earlier runs are kept"
+    assert other not in told()
+    leftover = tmp_path / "results" / "press" / ".press.h5.1.part"
     leftover.write_bytes(b"half")
-    run(*sweep, check=0)
+    assert other not in told()
     assert not leftover.exists()
-
-
-STUDY = {"name": "press", "record": {"duration": "2 s"}}
-TEXT = "name: press\nrecord: {duration: 2 s}\n"
-SHOWED = " than before; earlier runs are kept"
-
-
-def sweep(folder: Path, *settings: str) -> str:
-    options = [word for setting in settings for word in ("--set", setting)]
-    return run("sweep", "press.yaml", "--engine", "in-process", *options, cwd=folder).stderr
-
-
-def test_it_names_the_settings_that_differ_from_those_shown_until_now(tmp_path) -> None:
-    (tmp_path / "press.yaml").write_text(TEXT)
-    assert SHOWED not in sweep(tmp_path)
-    assert SHOWED not in sweep(tmp_path)
-    assert f"another supply.pressure{SHOWED}" in sweep(tmp_path, "supply.pressure=160 bar")
-    assert SHOWED not in sweep(tmp_path, "supply.pressure=16 MPa")
-    back = sweep(tmp_path)
-    assert f"another supply.pressure{SHOWED}" in back
+    assert other in told("supply.pressure=160 bar")
+    assert other not in told("supply.pressure=16 MPa")
+    back = told()
+    assert other in back
     assert "0 computed, 1 stored before" in back
-    assert SHOWED not in sweep(tmp_path)

@@ -1,6 +1,6 @@
 """Kill a sweep at random moments, go on, and compare the bits with an uninterrupted one.
 
-PYTHONPATH=tests python -m runner.torture --kills 40 --runs 6000
+python -m tests.runner.torture --kills 40 --runs 6000
 """
 
 import argparse
@@ -9,7 +9,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from runner.processes import kill, nobody_left, run, run_json, session_members, start, workers
+from tests.commands import run, run_json
+from tests.runner.processes import kill, nobody_left, session_members, start, workers
 
 CONFIG = """\
 name: torture
@@ -30,7 +31,7 @@ def torture(folder, n_kill, n_run, seed=0):
     config.write_text(CONFIG.format(leakages=20, moduli=moduli))
     whole, broken = folder / "whole" / "torture", folder / "broken" / "torture"
     began = time.monotonic()
-    run("sweep", config, "--out", whole, check=0)
+    run("sweep", config, "--out", whole, check=0, timeout=300)  # in a process, as what is killed
     length = time.monotonic() - began
     kills = {"parent": 0, "worker": 0}
     while sum(kills.values()) < n_kill:

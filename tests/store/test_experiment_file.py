@@ -1,6 +1,5 @@
 """The experiment file: what it holds, its units and signals."""
 
-import json
 import shutil
 from pathlib import Path
 
@@ -13,12 +12,15 @@ from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import collect
 from hydrofdi.config import ExperimentConfig, expand_runs, load_experiment
+from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.config.run_table.runs import run_identity
 from hydrofdi.execution import Batch, Job, compute_columns
 from hydrofdi.execution.compute import compute_shard
+from hydrofdi.store.layout import names
 from hydrofdi.store.reading import write_request
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.transforms.wavelet import detail_rms
+from tests.commands import run_json
 from tests.conftest import sweep_in
 
 SIGNALS = {
@@ -38,43 +40,32 @@ def dataset(small_sweep):
         yield opened
 
 
-def test_xarray_opens_it_as_a_labelled_data_set(dataset):
+def test_xarray_opens_it_as_a_labelled_data_set_with_the_numbers_of_its_runs(dataset):
     assert dict(dataset.sizes) == {"run": 4, "time": 1000, "level": 5}
     for name in SIGNALS.keys() - {"input_voltage"}:
         assert dataset[name].dims == ("run", "time")
-    assert dataset["input_voltage"].dims in {("run", "time"), ("time",)}
+    assert dataset["input_voltage"].dims == ("time",)
     assert dataset["detail_rms"].dims == ("run", "level")
     for name in PER_RUN:
         assert dataset[name].dims == ("run",)
     np.testing.assert_allclose(dataset["time"], np.arange(1000) / 500.0)
     np.testing.assert_array_equal(dataset["level"], [1, 2, 3, 4, 5])
-
-
-def test_every_variable_says_its_unit_and_its_long_name(small_sweep):
-    with h5py.File(small_sweep.file) as file:
-        for name, variable in file.items():
-            assert isinstance(variable.attrs["units"], str), name
-            assert variable.attrs["long_name"], name
-        found = {name: file[name].attrs["units"] for name in {**SIGNALS, **PER_RUN}}
-        assert found == {**SIGNALS, **PER_RUN}
-        assert file["detail_rms"].attrs["units"] == "Pa"
-
-
-def test_it_says_what_it_was_made_from(small_sweep):
-    with h5py.File(small_sweep.file) as file:
-        attributes = dict(file.attrs)
-    stored = ExperimentConfig.model_validate_json(attributes["configuration"])
-    assert stored == load_experiment(small_sweep.config)
-    assert attributes["format_version"] >= 1
-    for library in ("hydrofdi", "python", "numpy", "numba", "h5py", "pywavelets"):
-        assert attributes[f"version_{library}"]
-
-
-def test_its_numbers_are_those_of_the_runs_it_names(dataset, small_sweep):
     np.testing.assert_array_equal(dataset["bulk_modulus"], [551e6, 827e6, 551e6, 827e6])
     np.testing.assert_array_equal(dataset["internal_leakage_coefficient"], [0.0, 0.0, 1e-8, 1e-8])
     assert [str(status) for status in dataset["status"].values] == ["ok"] * 4
     assert len(set(dataset["run_id"].values)) == 4
+
+
+def test_it_says_its_units_and_what_it_was_made_from(small_sweep):
+    with h5py.File(small_sweep.file) as file:
+        units = {name: variable.attrs["units"] for name, variable in file.items()}
+        assert all(variable.attrs["long_name"] for variable in file.values())
+        attributes = dict(file.attrs)
+    assert units.items() >= {**SIGNALS, **PER_RUN, "detail_rms": "Pa"}.items()
+    stored = ExperimentConfig.model_validate_json(attributes["configuration"])
+    assert stored == load_experiment(small_sweep.config)
+    for library in ("hydrofdi", "python", "numpy", "numba", "h5py", "pywavelets"):
+        assert attributes[f"version_{library}"]
 
 
 def test_the_features_are_those_of_the_stored_signals(dataset):
@@ -87,31 +78,48 @@ def test_the_features_are_those_of_the_stored_signals(dataset):
 
 
 @pytest.mark.parametrize(
-    ("signals", "kept"), [("all", set(SIGNALS)), ("pressures", PRESSURES), ("none", set())]
+    ("signals", "kept"),
+    [
+        ("all", set(SIGNALS)),
+        ("pressures", PRESSURES),
+        ("none", set()),
+        ("[spool_position, chamber_1_pressure]", {"spool_position", "chamber_1_pressure"}),
+    ],
 )
-def test_the_signals_that_are_asked_for_are_kept(hydrofdi, small_sweep, tmp_path, signals, kept):
-    shutil.copytree(small_sweep.folder, tmp_path, dirs_exist_ok=True)
-    config = tmp_path / "experiment.yaml"
-    result = hydrofdi(
-        "sweep", config, "--json", "--engine", "in-process", "--set", f"store.signals={signals}"
-    )
-    assert json.loads(result.stdout)["completed"] == 0
-    with h5py.File(tmp_path / "results/small/small.h5") as file:
+def test_the_signals_that_are_asked_for_are_kept_and_not_computed_again(small_sweep, tmp_path, signals, kept):
+    shutil.copytree(small_sweep.directory, tmp_path / "small")
+    sweep = ("sweep", small_sweep.config, "--out", tmp_path / "small", "--engine", "in-process")
+    assert run_json(*sweep, "--set", f"store.signals={signals}")["completed"] == 0
+    with h5py.File(tmp_path / "small" / "small.h5") as file:
         assert SIGNALS.keys() & file.keys() == kept
         assert ("time" in file) == bool(kept)
         assert file["detail_rms"].shape == (4, 5)
 
 
-def test_signals_that_were_not_kept_are_computed_when_they_are_asked_for(hydrofdi, tmp_path, small_sweep):
-    config = small_sweep.config
-    for signals, workers, completed in [("none", 1, 4), ("all", 3, 4), ("pressures", 1, 0), ("all", 1, 0)]:
-        arguments = ["--workers", str(workers), "--set", f"store.signals={signals}", "--json"]
-        result = hydrofdi("sweep", config, *arguments)
-        assert result.returncode == 0, result.stderr
-        assert json.loads(result.stdout)["completed"] == completed
-    with h5py.File(tmp_path / "results/small/small.h5") as file, h5py.File(small_sweep.file) as whole:
+def test_signals_that_were_not_kept_are_computed_when_they_are_asked_for(tmp_path, small_sweep):
+    sweep = ("sweep", small_sweep.config, "--out", tmp_path / "small", "--engine", "in-process")
+    spool, position = ("[chamber_1_pressure, spool_position]", "[spool_position, piston_position]")
+    for signals, completed in [(spool, 4), (position, 4), ("all", 4), ("pressures", 0), ("all", 0)]:
+        assert run_json(*sweep, "--set", f"store.signals={signals}")["completed"] == completed
+    with h5py.File(tmp_path / "small" / "small.h5") as file, h5py.File(small_sweep.file) as whole:
         for name in SIGNALS:
             np.testing.assert_array_equal(file[name], whole[name])
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        (["spool_position", "chamber_1_pressure"], "spool_position,chamber_1_pressure"),
+        (["chamber_1_pressure", "spool_position"], "spool_position,chamber_1_pressure"),
+        (["chamber_2_pressure", "chamber_1_pressure"], "pressures"),
+        ([], "none"),
+        (list(names.SIGNALS), "all"),
+    ],
+)
+def test_a_choice_of_signals_has_one_text_and_is_read_back(given, text):
+    store = StoreConfig(signals=given)
+    assert store.signals == text
+    assert StoreConfig.model_validate_json(store.model_dump_json()) == store
 
 
 UNSET = """\
@@ -141,20 +149,10 @@ def test_a_number_that_is_not_set_is_nan_and_texts_have_no_unit(tmp_path):
         assert file["analysis_discard"].attrs["units"] == ""
 
 
-MEASURED = """\
-name: flows
-record: {duration: 6 s}
-store: {signals: none}
-indicators: {dwt: {}, flow_balance: {}}
-leakage: {internal_coefficient: 1e-8}
-"""
-
-
-def test_all_units_of_a_file_have_one_style(tmp_path):
-    sweep = sweep_in(tmp_path, MEASURED)
-    (path,) = sweep.directory.glob("*.h5")
-    with h5py.File(path) as file:
-        units = {name: str(variable.attrs.get("units", "")) for name, variable in file.items()}
+def test_units_of_indicators_have_the_style_of_the_others(tmp_path):
+    indicators = "record: {duration: 6 s}\nstore: {signals: none}\nindicators: {dwt: {}, flow_balance: {}}\n"
+    with h5py.File(sweep_in(tmp_path, f"name: flows\n{indicators}").file) as file:
+        units = {name: variable.attrs["units"] for name, variable in file.items()}
     assert units["flow_balance.leakage"] == "m3 s-1"
     assert not [name for name, unit in units.items() if set("/^") & set(unit)]
 
@@ -201,6 +199,14 @@ sweep:
 """
 
 
+@pytest.fixture(scope="module")
+def columns(tmp_path_factory):
+    """What is stored of all runs, simulated at once."""
+    file = tmp_path_factory.mktemp("rows") / "rows.yaml"
+    file.write_text(EXPERIMENT)
+    return compute_columns(jobs_of(load_experiment(file)))
+
+
 def experiment_with(file, **store):
     return load_experiment(file(EXPERIMENT), [f"store.{key}={value}" for key, value in store.items()])
 
@@ -219,20 +225,19 @@ def collected(folder, experiment, batches):
     return collect(folder).file
 
 
-@pytest.mark.parametrize("compression", ["none", "lzf", "gzip"])
-@pytest.mark.parametrize("dtype", ["float64", "float32"])
+@pytest.mark.parametrize(
+    ("dtype", "compression"),
+    [("float64", "none"), ("float32", "none"), ("float64", "lzf"), ("float64", "gzip")],
+)
 def test_rows_from_any_shards_are_those_of_the_runs_and_the_file_has_the_same_bytes(
-    experiment_file, tmp_path, compression, dtype
+    experiment_file, tmp_path, columns, compression, dtype
 ):
     experiment = experiment_with(experiment_file, compression=compression, dtype=dtype)
-    n_run = len(jobs_of(experiment))
-    together = [range(n_run)]
-    apart = [range(0, n_run, 2), range(n_run - 1 - n_run % 2, 0, -2)]
+    together, apart = [range(8)], [range(0, 8, 2), range(7, 0, -2)]
     files = [
         collected(tmp_path / str(number), experiment, [(rows, experiment.store) for rows in split])
         for number, split in enumerate([together, apart])
     ]
-    columns = compute_columns(jobs_of(experiment))
     with h5py.File(files[1]) as file:
         for name in ("chamber_1_pressure", "load_force", "internal_leakage_flow", "reference_position"):
             np.testing.assert_array_equal(file[name], columns[name].astype(dtype))
@@ -240,31 +245,27 @@ def test_rows_from_any_shards_are_those_of_the_runs_and_the_file_has_the_same_by
         assert files[0].read_bytes() == files[1].read_bytes()
 
 
-def test_shards_of_another_precision_or_compression_fit_into_one_file(experiment_file, tmp_path):
+def test_shards_of_another_precision_or_compression_fit_into_one_file(experiment_file, tmp_path, columns):
     experiment = experiment_with(experiment_file, dtype="float32")
-    stores = [
+    plain, packed = (
         experiment_with(experiment_file, compression=compression).store for compression in ("none", "gzip")
-    ]
-    n_run = len(jobs_of(experiment))
-    file = collected(tmp_path, experiment, [(range(3), stores[0]), (range(3, n_run), stores[1])])
-    columns = compute_columns(jobs_of(experiment))
+    )
+    file = collected(tmp_path, experiment, [(range(3), plain), (range(3, 8), packed)])
     with h5py.File(file) as opened:
         for name in ("chamber_1_pressure", "load_force"):
             np.testing.assert_array_equal(opened[name], columns[name].astype("float32"))
 
 
-def test_runs_that_are_stored_without_the_signals_have_holes_in_them(experiment_file, tmp_path):
+def test_runs_that_are_stored_without_the_signals_have_holes_in_them(experiment_file, tmp_path, columns):
     experiment = experiment_with(experiment_file)
     few = experiment_with(experiment_file, signals="pressures").store
-    n_run = len(jobs_of(experiment))
-    file = collected(tmp_path, experiment, [(range(2, n_run), experiment.store), (range(1), few)])
-    columns = compute_columns(jobs_of(experiment))
+    file = collected(tmp_path, experiment, [(range(2, 8), experiment.store), (range(1), few)])
     with h5py.File(file) as opened:
         assert list(opened["status"].asstr()[:3]) == ["ok", "missing", "ok"]
         pressure, position = opened["chamber_1_pressure"][:], opened["piston_position"][:]
     has_pressure = np.isfinite(pressure).all(axis=1)
     has_position = np.isfinite(position).all(axis=1)
-    assert list(has_pressure) == [True, False] + [True] * (n_run - 2)
-    assert list(has_position) == [False, False] + [True] * (n_run - 2)
+    assert list(has_pressure) == [True, False] + [True] * 6
+    assert list(has_position) == [False, False] + [True] * 6
     np.testing.assert_array_equal(pressure[has_pressure], columns["chamber_1_pressure"][has_pressure])
     assert np.isnan(pressure[1]).all()

@@ -1,9 +1,9 @@
 """Plans and reports show parameters in the units that the experiment is written in."""
 
-import json
+import contextlib
 import math
+import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.units import convert, parse_quantity
-from tests.commands import run
+from tests.commands import run, run_json
 from tests.conftest import sweep_in
 
 
@@ -23,15 +23,10 @@ from tests.conftest import sweep_in
         ("17.2MPa", "Pa", 17.2e6),
         ("100 bar", "Pa", 1e7),
         ("0.12 L/min", "m^3/s", 2e-6),
-        ("0.12 l/min", "m^3/s", 2e-6),
         ("280 cm^3", "m^3", 280e-6),
-        ("280 cm³", "m^3", 280e-6),
         ("633 mm²", "m^2", 633e-6),
         ("22 µm/V", "m/V", 22e-6),
-        ("22 um/V", "m/V", 22e-6),
         ("50 N·s/m", "N*s/m", 50.0),
-        ("50 N*s/m", "N*s/m", 50.0),
-        ("150 kN/m", "N/m", 150e3),
         ("0.1 ms", "s", 1e-4),
         ("2", "V", 2.0),
         ("-1e1", "V", -10.0),
@@ -40,21 +35,23 @@ from tests.conftest import sweep_in
         ("1 m^(3/2)/kg^(1/2)", "m^1.5/kg^0.5", 1.0),
         ("1 m³/(s·Pa)", "m^3/(s*Pa)", 1.0),
         ("5 Pa/√Hz", "Pa/Hz^0.5", 5.0),
-        ("5 Pa/√(Hz)", "Pa/Hz^0.5", 5.0),
         ("5 mPa/sqrt(Hz)", "Pa/Hz^0.5", 5e-3),
         ("5 Pa·s^0.5", "Pa/Hz^0.5", 5.0),
         ("0.4 µm/s/√Hz", "m/s/Hz^0.5", 4e-7),
         ("1 V", "kg*m^2/(s^3*A)", 1.0),
+        ("1 kgf/cm^2", "Pa", 98066.5),
+        ("1 lbf/in^2", "psi", 1.0),
+        ("1 psi", "Pa", 6894.757293168361336),
+        ("1 galUS/min", "L/min", 3.785411784),
+        ("1 ft", "in", 12.0),
+        ("32 cSt", "mm^2/s", 32.0),
+        ("2 t", "kg", 2000.0),
+        ("1 atm", "hPa", 1013.25),
+        ("1 daN", "N", 10.0),
     ],
 )
 def test_a_quantity_is_read_in_si(text, unit, expected):
     assert parse_quantity(text, unit) == expected
-
-
-def test_psi_are_pounds_per_square_inch():
-    assert parse_quantity("2500 psi", "Pa") == pytest.approx(
-        2500 * 0.45359237 * 9.80665 / 0.0254**2, rel=1e-15
-    )
 
 
 def test_every_spelling_of_a_quantity_gives_the_same_float():
@@ -62,37 +59,34 @@ def test_every_spelling_of_a_quantity_gives_the_same_float():
     assert len({parse_quantity(text, "m^3/s") for text in spellings}) == 1
 
 
-@pytest.mark.parametrize("text", ["551 bar·s", "551 kg", "551 Hz", "3 rad", "551 MPa^2", "1 %"])
-def test_a_unit_of_another_dimension_is_refused(text):
-    with pytest.raises(ValueError, match="wrong unit"):
-        parse_quantity(text, "Pa")
-
-
 @pytest.mark.parametrize(
     "text",
-    ["", "MPa", "551 MPaa", "551 M Pa/", "five MPa", "1 (Pa", "1 Pa)", "1 /", "1 Pa//s", "1 ^2", "nan", "inf",
+    ["551 bar·s", "551 kg", "3 rad", "551 MPa^2", "1 %",
+     "", "MPa", "551 MPaa", "551 M Pa/", "five MPa", "1 (Pa", "1 Pa)", "1 /", "1 Pa//s", "1 ^2", "nan", "inf",
      "0x10 Pa", "1,5 MPa", "1 Pa^(1/0)", "1 Pa⁻", "1 Pa^2^2", "1 Pa^99999999999", "1 GPa^100.5",
      "1 Pa/√", "1 √√Pa", "1 √Pa^2", "1 " + "m" * 100_000, "1 " + "N·" * 50_000, "١ Pa", "1 Pa^١"],
 )  # fmt: skip
-def test_what_is_no_quantity_is_refused_as_a_mistake_of_the_user(text):
+def test_what_is_no_pressure_is_refused_as_a_mistake_of_the_user(text):
     with pytest.raises(ValueError):  # noqa: PT011
         parse_quantity(text, "Pa")
 
 
-@given(st.text(max_size=30))
+@given(st.text(max_size=30) | st.text("kgmsPaN√^-·*/()²³⁻0123456789.% ", max_size=24).map("1 {}".format))
 def test_no_text_raises_anything_but_a_value_error(text):
-    try:
+    with contextlib.suppress(ValueError):
         parse_quantity(text, "Pa")
-    except ValueError:
-        return
 
 
-@given(st.text(alphabet="kgmsPaN√^-·*/()²³⁻0123456789.% ", max_size=24))
-def test_no_unit_raises_anything_but_a_value_error(text):
-    try:
-        parse_quantity(f"1 {text}", "Pa")
-    except ValueError:
-        return
+@pytest.mark.parametrize(
+    ("text", "unit", "meant"),
+    [
+        ("1.2 GPA", "Pa", "'GPa'"), ("30 bars", "Pa", "'bar'"), ("0.1 lpm", "m^3/s", "'L/min'"),
+        ("633 mm2", "m^2", "'mm²'"), ("20 mpa", "Pa", "'MPa' or 'mPa'?"), ("3 N-s/m", "N*s/m", "'N·s/m'"),
+    ],
+)  # fmt: skip
+def test_misspelt_units_get_the_one_that_they_may_stand_for(text, unit, meant):
+    with pytest.raises(ValueError, match=f"did you mean {re.escape(meant)}"):
+        parse_quantity(text, unit)
 
 
 @given(
@@ -106,32 +100,10 @@ def test_what_is_converted_comes_back(value, unit):
 
 
 @given(st.floats(min_value=-1e250, max_value=1e250))
-def test_a_bare_number_is_taken_as_it_is(value):
+def test_a_bare_number_is_taken_as_it_is_and_what_is_no_number_passes_the_conversion(value):
     assert parse_quantity(repr(value), "Pa") == value
-
-
-def test_numbers_that_do_not_exist_pass_the_conversion_unchanged():
     assert math.isnan(convert(math.nan, "MPa"))
     assert convert(math.inf, "MPa") == math.inf
-
-
-PRESS = """
-name: press
-fluid: {bulk_modulus: 12000 bar}
-supply: {pressure: 21e6}
-record: {duration: 4 s}
-baseline: {fluid.bulk_modulus: 12000 bar}
-sweep:
-  grid:
-    fluid.bulk_modulus: [8000 bar, 12000 bar]
-    valve.lap: [0.01 mm, 0.02 mm]
-    leakage.internal_flow: [0 L/min, 300 cm^3/min]
-"""
-
-
-@pytest.fixture(scope="module")
-def press(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
-    return sweep_in(tmp_path_factory.mktemp("press"), PRESS)
 
 
 def written(folder: Path, **files: str) -> Path:
@@ -180,13 +152,19 @@ def test_units_can_be_stated_and_have_to_fit(tmp_path):
             load_experiment(written(tmp_path, own=f"name: own\nunits: {wrong}"))
 
 
-def test_the_unit_is_no_part_of_what_a_run_is():
+PRESS = """
+name: press
+fluid: {bulk_modulus: 12000 bar}
+record: {duration: 2 s}
+store: {signals: none}
+sweep: {grid: {fluid.bulk_modulus: [8000 bar, 12000 bar], valve.lap: [0.01 mm, 0.02 mm]}}
+"""
+
+
+def test_the_unit_is_no_part_of_what_a_run_is_nor_of_what_programs_read(tmp_path):
     one, other = (load_experiment({"fluid": {"bulk_modulus": text}}) for text in ("551 MPa", "5510 bar"))
     assert one.units != other.units
     assert expand_runs(one).runs[0].request == expand_runs(other).runs[0].request
-
-
-def test_programs_read_the_same_columns_whatever_the_unit(press):
-    rows = json.loads(run("report", press.directory, "--json", cwd=press.folder).stdout)["rows"]
+    rows = run_json("report", sweep_in(tmp_path, PRESS).directory, cwd=tmp_path)["rows"]
     assert {row["bulk_modulus_MPa"] for row in rows} == {800.0, 1200.0}
     assert {row["labels"]["valve.lap"] for row in rows} == {1e-5, 2e-5}

@@ -31,9 +31,9 @@ def changed(name):
 
 
 @pytest.mark.filterwarnings("ignore:Pydantic serializer warnings")
-@pytest.mark.parametrize("name", [*parameter_names(RunParameters)])
-def test_a_parameter_of_the_plant_the_drive_or_a_sensor_makes_another_record(name):
-    assert record_identity(RunSpec(changed(name))) != record_identity(RunSpec(RunRequest()))
+def test_a_parameter_of_the_plant_the_drive_or_a_sensor_makes_another_record():
+    requests = [RunRequest(), *map(changed, parameter_names(RunParameters))]
+    assert len({record_identity(RunSpec(request)) for request in requests}) == len(requests)
 
 
 @pytest.mark.parametrize("name", ["analysis.discard", "wavelet.name", "wavelet.levels", "wavelet.phase"])
@@ -43,11 +43,8 @@ def test_an_analysis_makes_another_run_of_the_same_record(name):
     assert run_identity(other) != run_identity(nominal)
 
 
-def test_every_section_belongs_to_the_record_or_to_the_analysis():
-    assert {*RECORD_SECTIONS, "analysis", "wavelet"} == set(RunRequest.model_fields)
-
-
 def test_the_default_analysis_gives_a_run_the_identity_of_its_record():
+    assert {*RECORD_SECTIONS, "analysis", "wavelet"} == set(RunRequest.model_fields)
     assert run_identity(RunSpec(RunRequest())) == record_identity(RunSpec(RunRequest())) == "e30852c138879e83"
 
 
@@ -93,10 +90,6 @@ def test_table_3_keeps_its_numbers(table3):
         np.testing.assert_array_equal(file["internal_leakage_level"], floats("leakage_m3_per_s"))
         np.testing.assert_array_equal(file["bulk_modulus"], floats("bulk_modulus_Pa"))
         np.testing.assert_allclose(file["detail_rms"], floats("detail_rms_Pa"), rtol=1e-9)
-
-
-def test_the_outputs_of_dwt_are_the_numbers_of_table_3(table3):
-    with h5py.File(table3.file) as file:
         for level in range(1, 6):
             np.testing.assert_array_equal(file[f"dwt.d{level}"], file["detail_rms"][:, level - 1])
             np.testing.assert_array_equal(

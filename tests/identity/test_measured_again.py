@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -14,7 +13,7 @@ from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.records.sources import open_source
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
-from hydrofdi.config import ExperimentConfig, load_experiment
+from hydrofdi.config import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.indicators import make_indicators, measure
@@ -23,7 +22,7 @@ from hydrofdi.indicators.selection import TAKEN
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.store.index import read_index
 from hydrofdi.store.layout import names
-from tests.commands import run_hydrofdi
+from tests.commands import run_json
 from tests.conftest import sweep_in
 
 NOISY = """\
@@ -37,6 +36,7 @@ sweep:
     leakage.internal_flow: [0.5 L/min]
     fluid.bulk_modulus: [551 MPa, 827 MPa]
 """
+AGAIN = "another analysis of a stored record, measured from its stored signals"
 OTHER = [
     "wavelet={name: db4, levels: 4, phase: all}",
     "analysis.discard=1 period",
@@ -84,31 +84,28 @@ def test_another_analysis_simulates_nothing_and_gives_the_bits_of_a_simulation(f
     other = noisy(tmp_path, "all", *OTHER)
     plan = plan_sweep(other, directory)
     assert (len(plan.missing), plan.n_simulated, len(plan.measurable)) == (4, 0, 4)
-    assert plan.reasons() == {"another analysis of a stored record, measured from its stored signals": 4}
+    assert plan.reasons() == {AGAIN: 4}
     summary = swept(other, directory)
     assert (summary.completed, summary.measured, summary.failed) == (4, 4, 0)
     swept(other, tmp_path / "anew")
     assert_same_bits(contents(directory / "noisy.h5"), contents(tmp_path / "anew" / "noisy.h5"))
     assert verify(directory)
-
-
-def test_what_was_measured_before_is_stored_still(first, tmp_path):
-    directory = copied(first, tmp_path)
-    swept(noisy(tmp_path, "all", *OTHER), directory)
     back = swept(noisy(tmp_path), directory)
     assert (back.completed, back.skipped) == (0, 4)
     assert_same_bits(contents(directory / "noisy.h5"), contents(first / "noisy" / "noisy.h5"))
 
 
-def test_why_tells_what_is_not_stored(first, tmp_path):
+def test_why_tells_what_is_not_stored_and_workers_measure_it(first, tmp_path):
     directory = copied(first, tmp_path)
     (directory / "experiment.json").write_text(noisy(tmp_path, "all", *OTHER).model_dump_json())
     again = why(directory, "0")
-    assert again.reason == "another analysis of a stored record, measured from its stored signals"
+    assert again.reason == AGAIN
     assert again.record_id != again.run_id
     other_plant = noisy(tmp_path, "all", "friction.viscous=60")
     (directory / "experiment.json").write_text(other_plant.model_dump_json())
     assert why(directory, "0").reason == "new"
+    settings = ("--out", directory, "--set", "wavelet.levels=3", "--workers", "2")
+    assert run_json("sweep", tmp_path / "noisy.yaml", *settings)["measured"] == 4
 
 
 @pytest.mark.parametrize(
@@ -158,17 +155,6 @@ def test_a_record_that_failed_is_not_simulated_again(tmp_path):
     assert np.isfinite(rows["dwt.d1"][~failed]).all()
 
 
-def test_workers_measure_stored_signals_as_well(first, tmp_path, hydrofdi):
-    copied(first, tmp_path)
-    config = tmp_path / "noisy.yaml"
-    config.write_text(NOISY.replace("STORED", "all"))
-    result = hydrofdi(
-        "sweep", config, "--out", "noisy", "--set", "wavelet.levels=3", "--workers", "2", "--json"
-    )
-    assert result.returncode == 0, result.stderr
-    assert json.loads(result.stdout)["measured"] == 4
-
-
 SEVERAL = """\
 name: several
 record: {duration: 2 s}
@@ -179,12 +165,8 @@ sweep: {grid: {fluid.bulk_modulus: [551 MPa, 827 MPa]}}
 """
 
 
-@pytest.fixture(scope="module")
-def several(tmp_path_factory):
-    return sweep_in(tmp_path_factory.mktemp("several"), SEVERAL)
-
-
-def test_every_output_is_a_labelled_variable(several):
+def test_every_output_is_a_labelled_variable_that_is_measured_of_the_stored_signals(tmp_path):
+    several = sweep_in(tmp_path, SEVERAL)
     with xarray.open_dataset(several.file, engine="h5netcdf") as runs:
         assert runs["second.d4"].dims == ("run",)
         assert runs["second.d2_phases"].dims == ("run", "second.phase")
@@ -193,39 +175,38 @@ def test_every_output_is_a_labelled_variable(several):
         assert runs["second.analysis_id"].attrs["indicator"] == "dwt"
         assert runs["second.analysis_id"].attrs["version"] == 1
         assert '"levels":4' in runs["second.analysis_id"].attrs["options"]
-
-
-def test_outputs_are_what_the_indicators_measure_of_the_stored_signals(several):
-    with h5py.File(several.file) as file:
-        channels = {
-            channel: file[channel.value][:]
-            for channel in (Channel("chamber_1_pressure"), Channel("chamber_2_pressure"))
-        }
-        batch = RecordBatch(channels, 500.0, tuple(file["run_id"].asstr()[:]))
-        options = {
-            "dwt": {"levels": 3},
-            "second": {"kind": "dwt", "levels": 4, "channel": "chamber_2_pressure", "phase": "all"},
-        }
-        for name, values in measure(batch, make_indicators(options)).values.items():
-            np.testing.assert_array_equal(file[name], values)
+        channels = {Channel(name): runs[name].values for name in ("chamber_1_pressure", "chamber_2_pressure")}
+        batch = RecordBatch(channels, 500.0, tuple(runs["run_id"].values))
+        second = {"kind": "dwt", "levels": 4, "channel": "chamber_2_pressure", "phase": "all"}
+        measured = measure(batch, make_indicators({"dwt": {"levels": 3}, "second": second})).values
+        for name, values in measured.items():
+            np.testing.assert_array_equal(runs[name], values)
 
 
 @pytest.mark.parametrize(
-    ("text", "expected"),
+    ("text", "place"),
     [
-        ("indicators: [dvt]\n", r":1: indicators.dvt: there is no indicator 'dvt'; did you mean 'dwt'"),
-        ("indicators:\n  dwt: {}\n  m: {kind: modwt, levls: 3}\n", r":3: indicators.m.levls: unknown key"),
-        ("indicators:\n  dwt: {levels: 99}\n", r":2: indicators.dwt.levels: must be at most 20"),
-        ("indicators:\n  dwt: {level: 3}\n", r":2: indicators.dwt.level: unknown key"),
-        ("wavelet: {levels: 3}\nindicators:\n  dwt: {levels: 4}\n", r":3: .*says 3; give it once"),
-        ("indicators:\n  dwt: {channel: chamber_2_pressure}\n", r":2: indicators.dwt.channel: the label"),
+        ("indicators: [dvt]\n", r":1: indicators.dvt: .*'dwt'"),
+        ("indicators:\n  dwt: {}\n  m: {kind: modwt, levls: 3}\n", ":3: indicators.m.levls: "),
+        ("indicators:\n  dwt: {levels: 99}\n", ":2: indicators.dwt.levels: "),
+        ("indicators:\n  dwt: {level: 3}\n", ":2: indicators.dwt.level: "),
+        ("wavelet: {levels: 3}\nindicators:\n  dwt: {levels: 4}\n", ":3: "),
+        ("indicators:\n  dwt: {channel: chamber_2_pressure}\n", ":2: indicators.dwt.channel: "),
+        *(
+            (f"indicators: {stated}\n", ":1: indicators")
+            for stated in (
+                "3", "null", "[]", "{}", '"*"', "'dwt,,modwt'", "[dwt, {modwt: {levels: 3}}]", "[dwt, 3]",
+                "[dwt, dwt]", "[dwt, all]", "{rod: {}}", "{dwt: 3}",
+            )
+        ),
     ],
 )  # fmt: skip
-def test_a_mistake_has_its_line(tmp_path, text, expected):
+def test_a_mistake_is_one_line_with_its_place(tmp_path, text, place):
     file = tmp_path / "file.yaml"
     file.write_text(text)
-    with pytest.raises(ConfigError, match=expected):
+    with pytest.raises(ConfigError, match=rf"^\S*file\.yaml{place}") as error:
         load_experiment(file)
+    assert "\n" not in str(error.value)
 
 
 def test_the_options_of_dwt_are_those_of_the_wavelet(tmp_path):
@@ -235,29 +216,9 @@ def test_the_options_of_dwt_are_those_of_the_wavelet(tmp_path):
     assert load_experiment(short) == load_experiment(long)
 
 
-def loaded(folder: Path, indicators: str) -> ExperimentConfig:
-    file = folder / "file.yaml"
-    file.write_text(f"name: chosen\nindicators: {indicators}\n")
-    return load_experiment(file)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "true", "3", "null", "[]", "{}", '"*"', "'dwt,,modwt'", "[dwt, {modwt: {levels: 3}}]", "[dwt, 3]",
-        "[dwt, dwt]", "[dwt, all]", "{rod: {}}", "{dwt: 3}",
-    ],
-)  # fmt: skip
-def test_a_mistake_is_one_line_with_its_place(tmp_path: Path, text: str) -> None:
-    with pytest.raises(ConfigError) as error:
-        loaded(tmp_path, text)
-    (line,) = str(error.value).splitlines()
-    assert line.startswith(f"{tmp_path}/file.yaml:2: indicators")
-
-
 @pytest.mark.parametrize(
     "label",
-    ["a.b/c d", "../x", "", "dwt.d1", "<b>", "run", "phase", "3", "-a", "ä", "a\n", "x" * 65],
+    ["a.b", "../x", "", "run", "phase", "3", "-a", "ä", "a\n", "x" * 65],
 )
 def test_a_label_that_a_file_cannot_hold_is_a_mistake(label: str) -> None:
     with pytest.raises(ConfigError) as error:
@@ -297,7 +258,6 @@ sweep:
     input.amplitude: [0 V, 2 V]
     fluid.bulk_modulus: [551 MPa, 1e7 MPa]
 """
-NO_RETURN = "has no return_pressure"
 
 
 @pytest.fixture(scope="module")
@@ -305,46 +265,32 @@ def reasons(tmp_path_factory):
     return sweep_in(tmp_path_factory.mktemp("reasons"), SWEEP)
 
 
-def measured(place):
-    """What 'hydrofdi measure' says of each record, by its identity."""
-    _, records = measure_sources([open_source(place)], make_indicators(INDICATORS))
-    return {record.record_id: record for record in records}
-
-
 def test_a_sweep_and_measuring_its_results_say_the_same_to_the_bit(reasons):
-    columns, records = read_results(reasons.file).columns, measured(reasons.file)
+    columns = read_results(reasons.file).columns
+    _, measured = measure_sources([open_source(reasons.file)], make_indicators(INDICATORS))
+    records = {record.record_id: record for record in measured}
     assert sorted(set(columns["status"])) == ["diverged", "ok"]
+    obstacles = {
+        label: columns[f"{label}.obstacle"] for label in INDICATORS if f"{label}.obstacle" in columns
+    }
     for row, record_id in enumerate(columns["record_id"]):
         record = records[record_id]
-        stored = {label: columns[f"{label}.obstacle"][row] for label in INDICATORS if has(columns, label)}
-        assert {label: reason for label, reason in stored.items() if reason} == record.reasons
+        assert {label: each[row] for label, each in obstacles.items() if each[row]} == record.reasons
         for name, values in record.values.items():
             np.testing.assert_array_equal(columns[name][row], values, err_msg=name)
-    moving = columns["input_amplitude"] > 0.0
-    sound = columns["status"] == "ok"
-    assert set(columns["return.obstacle"][sound]) == {NO_RETURN}
-    assert set(columns["ring_down.obstacle"][sound & moving]) == {""}
-    assert set(columns["balance.obstacle"][sound & moving]) == {""}, "its return pressure is an option"
+    moving, sound = columns["input_amplitude"] > 0.0, columns["status"] == "ok"
+    assert set(obstacles["return"][sound]) == {"has no return_pressure"}
+    assert set(obstacles["ring_down"][sound & moving]) == {""}
+    assert set(obstacles["balance"][sound & moving]) == {""}, "its return pressure is an option"
 
 
-def has(columns, label):
-    return f"{label}.obstacle" in columns
-
-
-def test_shards_tell_what_the_file_tells(reasons, tmp_path):
-    folder = tmp_path / "reasons"
-    shutil.copytree(reasons.directory, folder)
+def test_shards_tell_what_the_file_tells_and_rerun_finds_the_same_bits(reasons, tmp_path, small_sweep):
+    folder = shutil.copytree(reasons.directory, tmp_path / "reasons")
     (folder / reasons.file.name).unlink()
     whole, shards = read_results(reasons.file).columns, read_results(folder).columns
-    for name in [name for name in whole if name.endswith(".obstacle")]:
+    obstacles = [name for name in whole if name.endswith(".obstacle")]
+    assert obstacles
+    for name in obstacles:
         assert whole[name].tolist() == shards[name].tolist()
-
-
-def test_a_run_that_could_not_be_measured_is_computed_again_with_its_reason(reasons):
-    again = run_hydrofdi("rerun", reasons.directory, "0", cwd=reasons.folder)
-    assert "the same bits" in again.stdout, again.stderr
-
-
-def test_without_an_obstacle_nothing_is_stored(small_sweep):
-    with h5py.File(small_sweep.file) as data:
-        assert not [name for name in data if name.endswith(".obstacle")]
+    assert run_json("rerun", folder, "0")["same_bits"]
+    assert not [name for name in contents(small_sweep.file) if name.endswith(".obstacle")]

@@ -344,7 +344,9 @@ class _Recorder:
         experiment, directory = self._plan.experiment, self._plan.directory
         self._log.write("begin", planned=len(self._plan.run_ids), missing=len(jobs) + len(lost))
         self._watcher.begin(RUNS, len(jobs) + len(lost))
-        batches = [Batch(batch, directory, experiment.store) for batch in split_jobs(jobs, engine.workers)]
+        keeps_signals = experiment.store.signals != "none"
+        split = split_jobs(jobs, engine.workers, keeps_signals=keeps_signals)
+        batches = [Batch(batch, directory, experiment.store) for batch in split]
         here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
         there = [batch for batch in batches if batch not in here]
         try:

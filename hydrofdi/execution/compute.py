@@ -19,7 +19,7 @@ from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.execution.calibrating import unreachable_sentence
 from hydrofdi.execution.engine import Engine, TaskFailure
-from hydrofdi.execution.measuring import Job, measured_columns, needed_signals
+from hydrofdi.execution.measuring import Job, insert, measured_columns, needed_signals
 from hydrofdi.indicators.measuring import Seconds
 from hydrofdi.quality.doubts import how_records_settle
 from hydrofdi.quality.measures import assess_runs, hydraulic_mode, mean_external_leakage_flows
@@ -78,12 +78,27 @@ class BatchReceipt:
 def compute_shard(batch: Batch) -> BatchReceipt:
     """Measure the records of a batch, simulated or stored, and write its shard."""
     seconds: Seconds = {}
-    compute = measure_stored if batch.is_stored else compute_columns
-    columns = compute(batch.jobs, seconds=seconds)
     store = batch.store.model_copy(update={"signals": "none"}) if batch.is_stored else batch.store
+    columns = _columns(batch, store.signals != "none", seconds)
     shard = write_shard(batch.directory, columns, store)
     n_failed = sum(status != "ok" for status in columns[names.STATUS])
     return BatchReceipt(len(batch.jobs), n_failed, shard, seconds)
+
+
+def _columns(batch: Batch, keeps_signals: bool, seconds: Seconds) -> Columns:
+    """Variables of a batch; one that keeps no signals is computed in parts that fit the cache."""
+    compute = measure_stored if batch.is_stored else compute_columns
+    n_job = len(batch.jobs)
+    if keeps_signals:
+        return compute(batch.jobs, seconds=seconds)
+    columns: Columns = {}
+    at_once = _most_jobs(batch.jobs[0].parameters.record.n_sample, _MOST_SAMPLES)
+    for first in range(0, n_job, at_once):
+        rows = range(n_job)[first : first + at_once]
+        part = compute(batch.jobs[first : first + at_once], seconds=seconds)
+        numbers = {name: values for name, values in part.items() if name not in (*names.SIGNALS, names.TIME)}
+        insert(columns, list(rows), n_job, numbers)
+    return columns
 
 
 def compute_columns(
@@ -197,18 +212,23 @@ _LARGEST_BATCH = 32 * WIDTH
 
 _BATCHES_PER_WORKER = 8
 _MOST_SAMPLES = 320_000
-"""Samples of one signal in a batch. Larger ones leave the processor's cache and gain nothing; these take a
-fraction of a second, after which progress is shown and results are stored."""
+"""Samples of one signal that are simulated at once. More leave the processor's cache and gain nothing."""
+
+_MOST_SAMPLES_OF_SHARD = 5 * _MOST_SAMPLES
+"""Samples of one signal behind a shard without signals. They take about a second, after which progress is
+shown and results are stored."""
 
 
-def split_jobs(jobs: Sequence[Job], workers: int) -> list[tuple[Job, ...]]:
-    """Batches of jobs that fit into one simulation, balanced over the workers.
+def split_jobs(jobs: Sequence[Job], workers: int, *, keeps_signals: bool = True) -> list[tuple[Job, ...]]:
+    """Batches of jobs, each of one shard, balanced over the workers.
 
     Batches are whole numbers of lane widths if there are enough jobs. Results do not depend on the split.
     """
+    most_samples = _MOST_SAMPLES if keeps_signals else _MOST_SAMPLES_OF_SHARD
     batches: list[tuple[Job, ...]] = []
     for group in _compatible_groups(jobs):
-        size = _batch_size(len(group), group[0].parameters.record.n_sample, workers)
+        most = _most_jobs(group[0].parameters.record.n_sample, most_samples)
+        size = _batch_size(len(group), most, workers)
         batches.extend(tuple(group[first : first + size]) for first in range(0, len(group), size))
     return batches
 
@@ -235,8 +255,11 @@ def batch_shape(job: Job) -> object:
     return time_axis, wavelet.levels, wavelet.phase == "all", job.stored is None
 
 
-def _batch_size(n_job: int, n_sample: int, workers: int) -> int:
-    largest = max(WIDTH, min(_LARGEST_BATCH, _MOST_SAMPLES // n_sample // WIDTH * WIDTH))
+def _most_jobs(n_sample: int, most_samples: int) -> int:
+    return max(WIDTH, min(_LARGEST_BATCH, most_samples // n_sample // WIDTH * WIDTH))
+
+
+def _batch_size(n_job: int, largest: int, workers: int) -> int:
     if n_job <= workers * WIDTH:
         return max(1, -(-n_job // workers))
     even = -(-n_job // (workers * _BATCHES_PER_WORKER))

@@ -70,7 +70,7 @@ def measured_columns(
     columns: dict[str, NDArray[Any]] = {}
     for rows in _alike(jobs):
         part = _measured_alike([jobs[row] for row in rows], _at(records, rows), seconds)
-        _insert(columns, rows, len(jobs), part)
+        insert(columns, rows, len(jobs), part)
     failed = records[names.STATUS] != "ok"
     for name, values in columns.items():
         if values.dtype == float:
@@ -122,7 +122,7 @@ def _measured_alike(
     batch = record_batch(jobs, records).window(analysis.n_discarded)
     for rows, indicators in _indicators_of(jobs):
         measures = measure(batch if len(rows) == len(jobs) else batch.rows(rows), indicators, seconds)
-        _insert(columns, rows, len(jobs), _as_columns(measures))
+        insert(columns, rows, len(jobs), _as_columns(measures))
     with np.errstate(all="ignore"):
         return columns | pressure_features(
             [job.parameters for job in jobs],
@@ -173,7 +173,7 @@ def _at(records: Columns, rows: list[int]) -> dict[str, NDArray[Any]]:
     return {name: values[rows] for name, values in records.items() if name != names.TIME}
 
 
-def _insert(
+def insert(
     columns: dict[str, NDArray[Any]], rows: list[int], n_job: int, part: Mapping[str, NDArray[Any]]
 ) -> None:
     """Put the numbers of some rows in their places; those of different shapes lie in the largest."""

@@ -78,7 +78,20 @@ def how_records_settle(runs: Sequence[RunParameters], pressure: NDArray[np.float
     pressure : ndarray, shape (n_run, n_time)
         Chamber-1 pressure as it really is [Pa].
     """
-    return [_settling(run, record) for run, record in zip(runs, pressure, strict=True)]
+    settlings = [UNKNOWN] * len(runs)
+    together: dict[int, list[int]] = {}
+    for row, run in enumerate(runs):
+        n_period = samples_per_period(run)
+        if n_period is not None and pressure.shape[1] >= 2 * n_period:
+            together.setdefault(n_period, []).append(row)
+    for n_period, rows in together.items():
+        n_whole = pressure.shape[1] // n_period
+        periods = pressure[rows, -n_whole * n_period :].reshape(len(rows), n_whole, n_period)
+        for row, rms in zip(rows, undecimated_rms(periods, _WAVELET).detail, strict=True):
+            settlings[row] = _settling(
+                rms, LEAST_DETAIL * runs[row].supply.pressure, n_period, pressure.shape[1]
+            )
+    return settlings
 
 
 def samples_per_period(run: RunParameters) -> int | None:
@@ -87,17 +100,13 @@ def samples_per_period(run: RunParameters) -> int | None:
     return round(samples) if run.is_periodic and is_whole(samples) else None
 
 
-def _settling(run: RunParameters, record: NDArray[np.float64]) -> Settling:
-    n_period = samples_per_period(run)
-    if n_period is None or record.size < 2 * n_period:
-        return UNKNOWN
-    n_whole = record.size // n_period
-    periods = record[record.size - n_whole * n_period :].reshape(n_whole, n_period)
-    rms = np.maximum(undecimated_rms(periods, _WAVELET).detail, LEAST_DETAIL * run.supply.pressure)
+def _settling(rms: NDArray[np.float64], least: float, n_period: int, n_sample: int) -> Settling:
+    """Settling from the RMS of details of each whole period, shape (n_whole, n_level)."""
+    rms, n_whole = np.maximum(rms, least), len(rms)
     changes = np.abs(rms / rms[-1] - 1.0).max(axis=1)
     unsettled = np.flatnonzero(~(changes <= SETTLED_CHANGE))
     first = int(unsettled[-1]) + 1 if unsettled.size else 0
-    start = record.size - (n_whole - first) * n_period if first < n_whole - 1 else None
+    start = n_sample - (n_whole - first) * n_period if first < n_whole - 1 else None
     return Settling(float(changes[-2]), start)
 
 

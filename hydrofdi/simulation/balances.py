@@ -122,17 +122,24 @@ class BalanceResiduals:
     energy: NDArray[np.float64]
 
 
+_ACCOUNTED = (
+    "spool_position", "load_force", "piston_position", "piston_velocity", "chamber_1_pressure",
+    "chamber_2_pressure", "valve_supply_pressure", "bristle_deflection",
+)  # fmt: skip
+
+
 def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> BalanceResiduals:
     """Residuals of the volume balance (chamber 1) and energy balance over the record of each run."""
     totals = np.zeros((len(runs), 4))
     singles = pack_singles(runs, trajectory.leakage_coefficient.tolist())
     for options, members in positions_by(map(ModelOptions.of, runs)).items():
+        rows = slice(None) if len(members) == len(runs) else members  # no copies
         part = np.zeros((len(members), 4))
+        spool, load, position, velocity, pressure_1, pressure_2, supply, bristle = (
+            np.ascontiguousarray(getattr(trajectory, name)[rows]) for name in _ACCOUNTED
+        )
         integrate_balances(
-            singles[members], trajectory.spool_position[members], trajectory.load_force[members],
-            trajectory.piston_position[members], trajectory.piston_velocity[members],
-            trajectory.chamber_1_pressure[members], trajectory.chamber_2_pressure[members],
-            trajectory.valve_supply_pressure[members], trajectory.bristle_deflection[members],
+            singles[rows], spool, load, position, velocity, pressure_1, pressure_2, supply, bristle,
             1.0 / runs[0].record.sampling_frequency, options, part,
         )  # fmt: skip
         totals[members] = part

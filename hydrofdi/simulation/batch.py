@@ -295,7 +295,8 @@ def leakage_signal(
     singles = pack_singles(runs, leakage_coefficients)
     flow = np.empty_like(pressure_difference)
     for options, members in positions_by(map(ModelOptions.of, runs)).items():
-        columns = singles[members].view(np.recarray)
+        rows = slice(None) if len(members) == len(runs) else members  # no copies
+        columns = singles[rows].view(np.recarray)
         parameters = lane_parameters(columns, ..., time, options)
-        flow[members] = leakage_of(pressure_difference[members], parameters, options)
+        flow[rows] = leakage_of(pressure_difference[rows], parameters, options)
     return flow

@@ -78,7 +78,9 @@ class Check(SimpleNamespace):
         anti-alias filter leaves it, and of quantisation, of the noisiest run [Pa]; ``weakest_rms``, least
         detail RMS of the pressure itself over the runs that ended well [Pa]. Empty without noise.
     n_left_out : int
-        Distinct runs of the experiment that are not among the modes.
+        Further runs that differ in more than sensors and analysis, and are not among the modes.
+    n_run : int
+        All runs of the experiment.
     sampling_frequency : float
         Of the record [Hz].
     observability : list of dict
@@ -175,6 +177,7 @@ def check(
         boundary_shares=boundary_shares(record.n_sample - analysis.n_discarded, wavelet),
         noise=_noise(distinct("wavelet", "pressure_1_sensor", "measurement", "record"), rows),
         n_left_out=selection.n_left_out,
+        n_run=selection.n_run,
         sampling_frequency=record.sampling_frequency,
         observability=observability(jobs[0]),
         problems=problems,
@@ -373,9 +376,14 @@ def modes_table(found: Check) -> Table:
         Column("stroke_share", columns["stroke_share"], title="stroke used [%]", text=_percent),
         Column("conditions", conditions, is_text=True, is_shown=len({*conditions}) > 1),
     ]
-    notes = [f"left out: {counted(found.n_left_out, 'further run')}"] if found.n_left_out else []
+    n_distinct, notes = len(modes) + found.n_left_out, []
+    if n_distinct < found.n_run:
+        all_runs = counted(found.n_run, "run")
+        notes.append(f"{len(modes)} of the {n_distinct:,} that differ in more than sensors, of {all_runs}")
+    elif found.n_left_out:
+        notes.append(f"{len(modes)} of {counted(n_distinct, 'run')}")
     if len(modes) > _MOST_ROWS:
-        notes.insert(0, f"of {counted(len(modes), 'run')}; --json lists each")
+        notes.append("--json lists each")
         numbers = [each for each in content if not isinstance(each.values[0], str)]
         finite = [each.array[np.isfinite(each.array)] for each in numbers]
         ranges = [
@@ -460,8 +468,8 @@ class Selection:
         Distinct runs with their K_i and ideal sensors.
     labels : tuple of str
         Varied parameters, besides EBM, internal leakage, sensors and analysis.
-    n_left_out : int
-        Number of further distinct runs.
+    n_left_out, n_run : int
+        Number of further distinct runs, and of all runs.
     distinct : callable
         Gives one run of the experiment for each combination of sections that occurs.
     """
@@ -469,6 +477,7 @@ class Selection:
     jobs: list[Job]
     labels: tuple[str, ...]
     n_left_out: int
+    n_run: int
     distinct: Distinct
 
 
@@ -495,7 +504,7 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
         Job(str(position), run.request.with_defaults(SENSING).parameters, coefficient, run.analysis)
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
     ]
-    return Selection(jobs, labels, len(distinct) - len(chosen), table.runs.distinct)
+    return Selection(jobs, labels, len(distinct) - len(chosen), len(table.runs), table.runs.distinct)
 
 
 def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:

@@ -207,7 +207,7 @@ def _records(
             for row, record_id in enumerate(batch.record_ids):
                 number += 1
                 if not is_file:
-                    words = re.sub(r"[^\w.]+", "-", record_id).strip("-.")
+                    words = re.sub(r"[^\w.]+", "-", record_id.removesuffix(f".{form}")).strip("-.")
                     usual = f"{number:04d}-{words[-_LONGEST_NAME:]}".rstrip("-")
                     yield batch, row, target / f"{names.get(record_id) or usual}.{form}"
                     continue

@@ -22,6 +22,7 @@ from hydrofdi.config.request import parameter_names
 from hydrofdi.config.run_table.expansion import NO_RUN
 from hydrofdi.config.run_table.runs import record_identity
 from hydrofdi.config.shown_values import shown_options
+from hydrofdi.config.study.table import StudyTable
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of
 from hydrofdi.settings.messages import counted
@@ -84,6 +85,8 @@ class Explanation(SimpleNamespace):
         The step limits that a diverged run exceeds.
     position : int
         Row in the experiment file.
+    role : str
+        Population of a run of a study, and whether thresholds are fitted to its record or tested on it.
     request : dict
         All that determines the run, in SI.
     differences : dict
@@ -277,6 +280,7 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
         log=failure.log if failure and not stored else "",
         causes=_causes(spec) if status == "diverged" else [],
         position=position,
+        role=_role(plan.table.study, position),
         request=spec.request.shown_sections(),
         differences={
             name: (baseline.shown_value(name), spec.request.shown_value(name))
@@ -333,6 +337,14 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
         if not same:
             differing.append(variable.name)
     return Rerun(run_id, differing)
+
+
+def _role(roles: StudyTable | None, position: int) -> str:
+    if roles is None:
+        return ""
+    population, design = roles.populations[roles.of_run[position]], roles.design_of_run[position]
+    of_design = f", design {design + 1} of {len(roles.designs)}" if len(roles.designs) > 1 else ""
+    return f"{population.title}, {'fit' if population.is_fit else 'test'} record{of_design}"
 
 
 def _held(stored: StoredRun) -> dict[str, Any]:

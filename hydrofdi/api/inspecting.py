@@ -320,8 +320,9 @@ def inspect(
         raise refusal("record", "the name of a record", record)
     if write is not None:
         (path, *more) = data if isinstance(data, list) else [data]
-        if more or kind_of(path_of(path)) != "measured":
-            raise ConfigError("write: is for one data file, or for a folder of them")
+        if more or (kind := kind_of(path_of(path))) != "measured":
+            given = counted(len(more) + 1, "source") if more else f"{path}, which is of kind {kind!r}"
+            raise ConfigError(f"write: expected a data file, or a folder of data files; found {given}")
         if "…" in write_description(path_of(path), path_of(write), said.frequency):
             raise ConfigError(f"{write}: is written; replace each … in it")
         data, said = write, Said()

@@ -28,7 +28,7 @@ Sources = Annotated[
     typer.Argument(
         metavar="SOURCE...",
         help="A results folder, an experiment file (.h5, or .yaml to be simulated), a description of"
-        " measured files, or one data file.",
+        " measured files, a data file, or a folder of data files.",
     ),
 ]
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of an experiment.")]

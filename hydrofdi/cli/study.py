@@ -111,7 +111,7 @@ def _plan(made: Plan) -> Iterator[Any]:
             "to compute": f"{made.missing:,}" + (f" ({reasons})" if reasons else ""),
             "to simulate": counted(made.simulated_records, "record"),
             "leakage coefficients": counted(made.solutions["total"], "solution"),
-            "predicted": f"{times} with {counted(made.workers, 'worker')}",
+            "predicted": f"{times} with {counted(made.workers, 'worker')}" * bool(made.missing),
             "size": f"{size}, and as much in shards; {free} free",
         }
     )

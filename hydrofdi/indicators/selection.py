@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from hydrofdi.errors import ConfigError, IndicatorWarning, Issue
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, shadows, sound_indicator
-from hydrofdi.settings.messages import describe_error
+from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.validation import read_extended
 from hydrofdi.settings.yaml_source import Path as KeyPath
@@ -96,6 +96,10 @@ def _loadable_names() -> list[str]:
 _KIND_HINT = "; under a label of your own, add 'kind: NAME'"
 
 
+_KEYS = ("indicators", "scores", "detection")
+"""Keys of a file of indicators; the last one is for the experiments that extend it."""
+
+
 def load_indicators(text: str) -> dict[str, Indicator[Any]]:
     """Make the indicators named in a file or a list.
 
@@ -110,12 +114,23 @@ def load_indicators(text: str) -> dict[str, Indicator[Any]]:
     ConfigError
         One or more mistakes; the error lists all of them.
     """
-    if not text.endswith((".yaml", ".yml")) and not located(Path(text)).is_file():
+    source = indicators_file(text)
+    if source is None:
         return make_indicators(text)
+    return make_indicators(source.data["indicators"], source, ("indicators",))
+
+
+def indicators_file(text: str) -> Source | None:
+    """The content of a file of indicators; None where names are given instead."""
+    if not text.endswith((".yaml", ".yml")) and not located(Path(text)).is_file():
+        return None
     source = read_extended(Path(text), "a file of indicators")
     if "indicators" not in source.data:
         raise ConfigError([Issue("has no 'indicators:'", origin=text)])
-    return make_indicators(source.data["indicators"], source, ("indicators",))
+    unknown = [key for key in source.data if key not in _KEYS]
+    if unknown:
+        raise ConfigError([source.mistake((key,), f"unknown key{nearest(key, _KEYS)}") for key in unknown])
+    return source
 
 
 def make_indicators(

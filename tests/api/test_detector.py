@@ -29,12 +29,6 @@ def samples():
     return pressure(leaking=[2])
 
 
-def monitored(trained, file):
-    """Lines of the command on a file."""
-    told = run("monitor", trained, file, "--no-follow", "--json", check=0).stdout
-    return [json.loads(line) for line in told.splitlines()]
-
-
 def test_an_array_gives_the_rows_of_the_command_on_a_file(trained, samples, tmp_path):
     file = written(tmp_path / "rig.csv", samples)
     told = json.loads(run("detect", trained, file, "--json").stdout)["windows"]
@@ -62,23 +56,21 @@ def test_what_is_not_judged_says_why(trained, samples):
     assert short["fault"].tolist() == ["short_record"]
 
 
-@pytest.mark.parametrize("n_chunk", [1, 7, 1999])
-def test_a_stream_in_chunks_of_any_size_gives_the_lines_of_the_monitor(trained, samples, tmp_path, n_chunk):
+def test_a_stream_in_chunks_of_any_size_gives_the_lines_of_the_monitor(trained, samples, tmp_path):
     file = written(tmp_path / "rig.csv", samples)
-    told = [
-        json.loads(line)
-        for line in run("monitor", trained, file, "--no-follow", "--json").stdout.split("\n")[:-1]
-    ]
-    windows = [line for line in told if line["line"] == "window"]
-    part = samples[:3000] if n_chunk == 1 else samples
-    chunks = (part[first : first + n_chunk] for first in range(0, part.size, n_chunk))
-    lines = [line for line in hydrofdi.Detector.load(trained).watch(chunks) if line["line"] == "window"]
-    assert len(lines) == part.size // 500 - 1
-    for line, other in zip(lines, windows, strict=False):
-        assert (line["number"], line["alarm"]) == (other["number"], other["alarm"])
-        np.testing.assert_allclose(
-            [line["start"], line["score"]], [other["start"], other["score"]], rtol=1e-9
-        )
+    loaded, lines = hydrofdi.Detector.load(trained), []
+    assert loaded.monitor(file, follow=False, on_line=lines.append) == "the stream is over"
+    told = run("monitor", trained, file, "--no-follow", "--json", check=0).stdout
+    assert [json.loads(line) for line in told.splitlines()] == lines
+    windows = [line for line in lines if line["line"] == "window"]
+    for n_chunk, n_sample in ((1, 3000), (1999, 5000)):
+        chunks = (samples[first : first + n_chunk] for first in range(0, n_sample, n_chunk))
+        found = [line for line in loaded.watch(chunks) if line["line"] == "window"]
+        assert len(found) == n_sample // 500 - 1
+        for line, other in zip(found, windows, strict=False):
+            assert (line["number"], line["alarm"]) == (other["number"], other["alarm"])
+            pairs = zip(*((each["start"], each["score"]) for each in (line, other)), strict=True)
+            assert all(one == pytest.approx(two, rel=1e-9) for one, two in pairs)
 
 
 def test_chunks_of_frames_keep_their_dates(trained, samples):
@@ -90,14 +82,6 @@ def test_chunks_of_frames_keep_their_dates(trained, samples):
     starts = [line["start"] for line in lines if line["line"] == "window"]
     noon = dates[0].timestamp()
     np.testing.assert_allclose(starts, noon + 0.5 * np.arange(9), rtol=0.0, atol=1e-5)
-
-
-def test_a_monitor_hands_on_what_the_command_writes(trained, samples, tmp_path):
-    file = written(tmp_path / "rig.csv", samples)
-    lines = []
-    ended = hydrofdi.Detector.load(trained).monitor(file, follow=False, on_line=lines.append)
-    assert monitored(trained, file) == lines
-    assert ended == "the stream is over"
 
 
 ROOT = Path(__file__).parent.parent.parent

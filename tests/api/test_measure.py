@@ -40,9 +40,7 @@ def holders(signals):
     return {
         "array": (bar * 1e5, rate),
         "list": ((bar * 1e5).tolist(), {"sampling_frequency": RATE}),
-        "array in bar": (bar, {"unit": "bar", **rate}),
         "mapping": ({"P1 [bar]": bar, "time": time}, {}),
-        "frame": (frame, {}),
         "frame with index": (frame.set_index("time [s]"), {}),
         "series": (pandas.Series(bar, name="pA"), {"unit": "bar", **rate}),
         "clock": (
@@ -80,22 +78,6 @@ def test_a_file_gives_the_bits_of_the_command(expected):
         assert table["record_id"][0] == "rig.csv"
 
 
-def test_records_side_by_side_are_rows(pressure):
-    table = hydrofdi.measure(np.stack([pressure, 2.0 * pressure]), sampling_frequency=RATE)
-    np.testing.assert_allclose(table["dwt.d1"][1], 2.0 * table["dwt.d1"][0])
-    assert table["record_id"].tolist() == ["0", "1"]
-
-
-def test_records_of_a_dataset_keep_their_names_and_share_what_has_no_record(signals):
-    both = xarray.concat(
-        [signals.chamber_1_pressure] * 2, dim=xarray.DataArray(["new", "old"], dims="unit", name="unit")
-    )
-    data = signals.drop_vars("chamber_1_pressure").assign(chamber_1_pressure=both)
-    table = hydrofdi.measure(data, "dwt,cross_correlation")
-    assert table["record_id"].tolist() == ["new", "old"]
-    assert table["dwt.d2"][0] == table["dwt.d2"][1]
-
-
 def test_a_table_turns_into_what_people_use(pressure):
     table = hydrofdi.measure(pressure, {"dwt": {}, "volterra": {}}, sampling_frequency=RATE)
     data = table.to_xarray()
@@ -113,12 +95,21 @@ def test_a_table_turns_into_what_people_use(pressure):
         table["dwt.d22"]
 
 
-def test_what_cannot_be_measured_says_why(pressure):
+def test_records_side_by_side_are_rows_with_their_names_and_reasons(signals, pressure):
+    table = hydrofdi.measure(np.stack([pressure, 2.0 * pressure]), sampling_frequency=RATE)
+    np.testing.assert_allclose(table["dwt.d1"][1], 2.0 * table["dwt.d1"][0])
+    assert table["record_id"].tolist() == ["0", "1"]
     stuck = np.full_like(pressure, 5e6)
     table = hydrofdi.measure([pressure.tolist(), stuck.tolist()], sampling_frequency=RATE)
     assert np.isnan(table["dwt.d2"]).tolist() == [False, True]
     assert table["status"].tolist() == ["ok", "stuck"]
     assert "chamber_1_pressure never changes" in table["reasons"][1]
+    units = xarray.DataArray(["new", "old"], dims="unit", name="unit")
+    both = xarray.concat([signals.chamber_1_pressure] * 2, dim=units)
+    data = signals.drop_vars("chamber_1_pressure").assign(chamber_1_pressure=both)
+    table = hydrofdi.measure(data, "dwt,cross_correlation")
+    assert table["record_id"].tolist() == ["new", "old"]
+    assert table["dwt.d2"][0] == table["dwt.d2"][1]
 
 
 HEALTHY = 5e6 + 1e4 * np.random.default_rng(1).standard_normal((120, 500))
@@ -145,22 +136,15 @@ def test_every_form_trains_the_same_detector(form):
     assert found.file.limits != hydrofdi.train(HEALTHY, "dwt", **WANTED).file.limits
 
 
-def test_measure_takes_options_beside_the_name():
-    beside = hydrofdi.measure(HEALTHY, "dwt", options={"levels": 3}, sampling_frequency="1 kHz")
-    within = hydrofdi.measure(HEALTHY, {"dwt": {"levels": 3}}, sampling_frequency="1 kHz")
+def test_options_stand_beside_the_name_of_one_indicator():
+    beside = hydrofdi.measure(HEALTHY, "dwt", options={"levels": 3}, **SAID)
     assert "dwt.d3" in beside.columns
-    assert beside.to_dict() == within.to_dict()
-
-
-@pytest.mark.parametrize("indicators", ["all", "dwt,ring_down", ["dwt"], {"dwt": {}}])
-def test_options_of_several_indicators_are_refused(indicators):
-    with pytest.raises(hydrofdi.HydrofdiError, match="options: are for one named indicator"):
-        hydrofdi.measure(HEALTHY, indicators, options={"levels": 3}, sampling_frequency="1 kHz")
-
-
-def test_a_mistake_in_options_names_the_option():
-    with pytest.raises(hydrofdi.HydrofdiError, match="did you mean 'levels'"):
-        hydrofdi.measure(HEALTHY, "dwt", options={"levls": 3}, sampling_frequency="1 kHz")
+    assert beside.to_dict() == hydrofdi.measure(HEALTHY, {"dwt": {"levels": 3}}, **SAID).to_dict()
+    for indicators in ("all", "dwt,ring_down", ["dwt"], {"dwt": {}}):
+        with pytest.raises(hydrofdi.HydrofdiError, match=r"^options: "):
+            hydrofdi.measure(HEALTHY, indicators, options={"levels": 3}, **SAID)
+    with pytest.raises(hydrofdi.HydrofdiError, match=r"levls.*'levels'"):
+        hydrofdi.measure(HEALTHY, "dwt", options={"levls": 3}, **SAID)
 
 
 GIVEN = {
@@ -187,28 +171,17 @@ def balance(**options):
     return {"flow_balance": {"spool": "command", "supply": "sum"} | options}
 
 
-def test_constants_that_nobody_gave_are_named(records):
+def test_constants_that_nobody_gave_are_named_by_measure_and_by_a_detector(records, tmp_path):
     remark, *_ = hydrofdi.measure(records, balance(piston_area="20 cm^2"), sampling_frequency=500.0).remarks
     named = "chamber_volume, bulk_modulus, flow_gain, area_gradient, spool_gain, natural_frequency"
     assert remark.startswith(f"flow_balance: not given: {named}, damping_ratio; the nominal actuator")
-
-
-@pytest.mark.parametrize("chosen", ["dwt", {"flow_balance": {"supply": "sum"} | GIVEN}])
-def test_nothing_is_assumed_where_all_is_given_or_no_plant_is_needed(records, chosen):
-    remarks = hydrofdi.measure(records, chosen, sampling_frequency=500.0).remarks
-    assert not any("not given" in remark for remark in remarks)
-
-
-def test_simulated_records_are_of_the_known_plant():
-    experiment = hydrofdi.load_experiment(None, ["record.duration=2 s"])
-    assert hydrofdi.measure(hydrofdi.simulate(experiment), "flow_balance").remarks == ()
-
-
-def test_a_detector_says_which_constants_it_uses_and_which_nobody_gave(records, tmp_path):
+    for chosen in ("dwt", {"flow_balance": {"supply": "sum"} | GIVEN}):
+        remarks = hydrofdi.measure(records, chosen, sampling_frequency=500.0).remarks
+        assert not any("not given" in remark for remark in remarks)
+    assert hydrofdi.measure(hydrofdi.simulate(duration="2 s"), "flow_balance").remarks == ()
     config = {"indicators": balance(piston_area="20 cm^2"), "output": "leakage", "false_alarm_rate": 0.2}
     detector = hydrofdi.train(records, config=config, accept=True, sampling_frequency=500.0)
-    assert "It takes the actuator as piston_area = 2000 mm², chamber_volume = 280 cm³" in detector.summary
-    assert "Warning: flow_balance: not given: chamber_volume, bulk_modulus" in detector.summary
+    assert "piston_area = 2000 mm², chamber_volume = 280 cm³" in detector.summary
     detector.save(tmp_path / "detector.json")
     assert hydrofdi.Detector.load(tmp_path / "detector.json").summary.count("Warning: flow_balance: ") == 1
 
@@ -219,20 +192,23 @@ DATES = pandas.date_range("2026-01-31T12:00", periods=PRESSURE.size, freq="2ms")
 SECONDS = np.arange(PRESSURE.size) / 500.0
 
 
+INDEXED = pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES)
+
+
 @pytest.mark.parametrize(
     ("frame", "options"),
     [
-        (pandas.DataFrame({"time": SECONDS, "chamber_1_pressure": PRESSURE}), {}),
         (pandas.DataFrame({"t": SECONDS, "P1": PRESSURE}), {"unit": {"t": "s", "P1": "Pa"}}),
-        (pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES), {}),
         (pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES.tz_localize("Europe/Berlin")), {}),
-        (pandas.DataFrame({"time": DATES.astype(str), "P1 [Pa]": PRESSURE}), {}),
         (
             pandas.DataFrame({"Time": np.arange(PRESSURE.size), "P1 [Pa]": PRESSURE}),
             {"sampling_frequency": "500 Hz"},
         ),
+        (INDEXED.rename_axis("Zeit"), {}),
+        (INDEXED.rename_axis("timestamp").reset_index(), {}),
+        (INDEXED.rename_axis("Zeitstempel").reset_index().astype({"Zeitstempel": str}), {}),
     ],
-    ids=["full names", "units beside", "dates", "dates with a zone", "texts", "a counter"],
+    ids=["units beside", "dates with a zone", "a counter", "index of dates", "dates", "texts"],
 )
 def test_time_is_understood_as_people_have_it(frame, options):
     table = hydrofdi.measure(frame, **options)
@@ -240,9 +216,7 @@ def test_time_is_understood_as_people_have_it(frame, options):
 
 
 def test_records_of_different_length_make_a_list():
-    whole = pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES)
-    frames = [whole[:2000], whole]
-    table = hydrofdi.measure(frames, label=["sound", "worn"], group="monday")
+    table = hydrofdi.measure([INDEXED[:2000], INDEXED], label=["sound", "worn"], group="monday")
     assert table["record_id"].tolist() == ["0", "1"]
     assert table["label"].tolist() == ["sound", "worn"]
     assert table["group"].tolist() == ["monday", "monday"]
@@ -258,16 +232,3 @@ def test_a_column_is_named_with_or_without_its_unit(name):
     assert same["dwt.d2"][0] == pytest.approx(D2)
     with pytest.raises(hydrofdi.HydrofdiError, match="the file says bar, the description says Pa"):
         hydrofdi.measure(frame, channel={name: "P1"}, unit={name: "Pa"}, sampling_frequency="500 Hz")
-
-
-@pytest.mark.parametrize("name", ["timestamp", "datetime", "Zeit", "Zeitstempel"])
-def test_dates_are_time_in_a_column_and_in_the_index(name):
-    indexed = pandas.DataFrame({"P1 [Pa]": PRESSURE}, index=DATES.rename(name))
-    for frame in (indexed, indexed.reset_index(), indexed.reset_index().astype({name: str})):
-        assert hydrofdi.measure(frame)["dwt.d2"][0] == pytest.approx(D2, rel=1e-6)
-
-
-def test_numbers_named_like_dates_are_no_time():
-    frame = pandas.DataFrame({"Zeit": np.arange(PRESSURE.size) / 500.0, "P1 [Pa]": PRESSURE})
-    with pytest.raises(hydrofdi.HydrofdiError, match="no sampling frequency is given"):
-        hydrofdi.measure(frame)

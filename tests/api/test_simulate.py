@@ -20,14 +20,6 @@ def leaking():
     return hydrofdi.simulate(bulk_modulus="689 MPa", internal_flow="0.2 L/min", **SHORT)
 
 
-def test_keywords_and_settings_are_found_in_their_sections():
-    given = {"bulk_modulus": 1e9, "pressure_1_sensor__noise": 2.0, "friction.scale": 3.0, "name": "x"}
-    keywords = hydrofdi.load_experiment(None, given)
-    dotted = {"fluid.bulk_modulus": 1e9, "pressure_1_sensor.noise": 2.0, "friction.scale": 3.0, "name": "x"}
-    assert keywords == hydrofdi.load_experiment(None, dotted)
-    assert keywords == hydrofdi.load_experiment(None, [f"{key}={value}" for key, value in given.items()])
-
-
 def test_files_mappings_and_keywords_ask_for_the_same_run(tmp_path, leaking):
     file = tmp_path / "mine.yaml"
     file.write_text("fluid: {bulk_modulus: 689 MPa}\nrecord: {duration: 2 s}\n")
@@ -51,23 +43,23 @@ def test_a_run_says_what_the_command_says(leaking):
     assert (leaking.status, leaking.message) == ("ok", "")
 
 
-def test_a_run_is_a_dataset_with_units(leaking):
+def test_a_run_is_a_dataset_with_units_a_frame_and_a_page(leaking):
     data = leaking.to_xarray()
-    assert data.chamber_1_pressure.dims == ("time",)
-    assert data.detail_rms.dims == ("level",)
+    assert (data.chamber_1_pressure.dims, data.detail_rms.dims) == (("time",), ("level",))
     assert data.level.values.tolist() == [1, 2, 3, 4, 5]
     assert (data.time.attrs["units"], data.internal_leakage_flow.attrs["units"]) == ("s", "m3 s-1")
     assert all({"units", "long_name"} <= each.attrs.keys() for each in data.data_vars.values())
     flow = np.abs(data.internal_leakage_flow).mean().item()
     np.testing.assert_allclose(flow, data.mean_internal_leakage_flow, rtol=0.2)
     assert data.attrs["run_id"] == leaking.run_id
-
-
-def test_a_data_frame_of_a_run_is_measured_like_the_run(leaking):
     frame = leaking.to_pandas()
     assert frame.columns[0] == "time [s]"
     same, own = hydrofdi.measure(frame, "dwt"), hydrofdi.measure(leaking, "dwt")
     np.testing.assert_allclose(same["dwt.d2"], own["dwt.d2"], rtol=1e-12)
+    page = leaking._repr_html_()
+    assert "RMS of d2" in page
+    assert page.count("<tr>") == len(leaking.table) + 1
+    assert leaking.plot()._repr_png_().startswith(b"\x89PNG")
 
 
 def test_outputs_with_dimensions_keep_them():
@@ -77,25 +69,13 @@ def test_outputs_with_dimensions_keep_them():
     assert "volterra.coefficients" not in run.features
 
 
-def test_notebooks_show_runs_and_figures(leaking):
-    page = leaking._repr_html_()
-    assert "RMS of d2" in page
-    assert page.count("<tr>") == len(leaking.table) + 1
-    assert leaking.plot()._repr_png_().startswith(b"\x89PNG")
-    assert "RMS of d2" in repr(leaking)
-
-
-def test_strange_settings_are_told_with_the_run():
-    run = hydrofdi.simulate(mass="1 g", **SHORT)
-    assert any("actuator.mass" in warning for warning in run.warnings)
-    assert "actuator.mass" in run._repr_html_()
-
-
-def test_a_run_that_fails_says_how():
-    run = hydrofdi.simulate(bulk_modulus="1e7 MPa", **SHORT)
+def test_a_run_that_fails_says_how_and_names_strange_settings():
+    run = hydrofdi.simulate(bulk_modulus="1e7 MPa", mass="1 g", **SHORT)
     assert run.status != "ok"
     assert run.message
-    assert run.status in run._repr_html_()
+    page = run._repr_html_()
+    assert all(text in page for text in (run.status, "actuator.mass"))
+    assert any("actuator.mass" in warning for warning in run.warnings)
 
 
 def test_a_written_run_is_read_again_and_nothing_else_is_overwritten(tmp_path, leaking):
@@ -128,14 +108,13 @@ def swept(tmp_path_factory):
     return hydrofdi.sweep(STUDY, out=tmp_path_factory.mktemp("api") / "small", engine="in-process")
 
 
-def test_a_mapping_asks_for_the_runs_of_a_file(swept, small_sweep):
-    assert swept.file.name == "small.h5"
+def test_a_mapping_asks_for_the_runs_of_a_file_the_same_call_for_none_and_keywords_win(
+    swept, small_sweep, tmp_path
+):
     stored = hydrofdi.load(small_sweep.directory)
     assert swept.data.columns["run_id"].tolist() == stored.data.columns["run_id"].tolist()
     assert repr(stored) == f"4 runs in {small_sweep.directory}: 4 ok"
-
-
-def test_the_same_call_runs_nothing_again_and_keywords_win(swept, tmp_path):
+    assert "population" not in stored.dataset.coords
     before = swept.file.read_bytes()
     hydrofdi.sweep(STUDY, out=str(swept.folder), engine="in-process")
     assert swept.file.read_bytes() == before
@@ -145,13 +124,20 @@ def test_the_same_call_runs_nothing_again_and_keywords_win(swept, tmp_path):
     assert shorter.data.experiment.record.duration == 1.0
 
 
-def test_the_dataset_has_all_runs_and_is_read_when_used(small_sweep):
+def test_the_dataset_has_all_runs_and_is_read_when_used(small_sweep, tmp_path):
     dataset = hydrofdi.load(str(small_sweep.directory)).dataset
     assert dict(dataset.sizes) | {"run": 4, "level": 5} == dict(dataset.sizes)
     assert not dataset.chamber_1_pressure._in_memory
     stored = read_experiment(small_sweep.file)
     np.testing.assert_array_equal(dataset.detail_rms, stored.columns["detail_rms"])
     dataset.close()
+    folder = tmp_path / "unfinished"
+    shutil.copytree(small_sweep.directory, folder)
+    (folder / "small.h5").unlink()
+    results = hydrofdi.load(folder)
+    assert len(results.table)
+    with pytest.raises(hydrofdi.HydrofdiError, match=r"hydrofdi collect"):
+        _ = results.dataset
 
 
 def test_report_table_and_figure_are_those_of_the_command(small_sweep):
@@ -167,16 +153,6 @@ def test_report_table_and_figure_are_those_of_the_command(small_sweep):
         results.plot("sensitivty")
 
 
-def test_a_sweep_that_has_not_ended_has_a_table_and_no_dataset(small_sweep, tmp_path):
-    folder = tmp_path / "unfinished"
-    shutil.copytree(small_sweep.directory, folder)
-    (folder / "small.h5").unlink()
-    results = hydrofdi.load(folder)
-    assert len(results.table)
-    with pytest.raises(hydrofdi.HydrofdiError, match=r"hydrofdi collect"):
-        _ = results.dataset
-
-
 def test_workers_do_not_run_the_script_again(tmp_path):
     script = tmp_path / "study.py"
     script.write_text(f"import hydrofdi\nprint('once')\nprint(hydrofdi.sweep({STUDY!r}, workers=2))\n")
@@ -188,23 +164,18 @@ def test_workers_do_not_run_the_script_again(tmp_path):
     assert told.startswith("4 runs in results/small: 4 ok")
 
 
-def test_results_have_the_warnings_of_the_plan(tmp_path):
-    study = STUDY | {"sweep": {"grid": {"fluid.bulk_modulus": ["0.5 GPa", 0.7]}}}
+def test_results_have_the_warnings_of_the_plan_and_the_verdicts(tmp_path):
+    oils = {"fluid.bulk_modulus": ["0.5 GPa", "0.7 Pa", "689 MPa"]}
+    study = {"name": "small", "record": {"duration": "4 s"}, "sweep": {"grid": oils}}
     planned = hydrofdi.plan(study, out=tmp_path / "small").warnings
     swept = hydrofdi.sweep(study, out=tmp_path / "small", engine="in-process")
     assert any("0.7 Pa is far below" in warning for warning in swept.warnings)
     assert swept.warnings == planned
     assert hydrofdi.load(tmp_path / "small").warnings == planned
     assert f"{len(planned)} warnings" in repr(swept)
-
-
-def test_runs_that_have_not_settled_are_not_called_ok(tmp_path):
-    oils = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
-    study = {"name": "short", "record": {"duration": "4 s"}, "sweep": {"grid": oils}}
-    found = hydrofdi.sweep(study, out=tmp_path / "short", engine="in-process")
-    assert found.verdicts == found.summary.verdicts == {"unsettled": 2}
-    assert "2 done, 2 unsettled;" in repr(found)
-    assert " ok" not in repr(found)
+    assert swept.verdicts == swept.summary.verdicts
+    assert swept.verdicts["unsettled"] == 3
+    assert " ok" not in repr(swept)
 
 
 STUDY_COORDINATES = {
@@ -220,12 +191,13 @@ STUDY_COORDINATES = {
 
 
 @pytest.fixture(scope="module")
-def dataset(tmp_path_factory):
+def told(tmp_path_factory):
     folder = tmp_path_factory.mktemp("told") / "told"
-    return hydrofdi.sweep(STUDY_COORDINATES, out=folder, engine="in-process").dataset
+    return hydrofdi.sweep(STUDY_COORDINATES, out=folder, engine="in-process")
 
 
-def test_each_run_has_the_population_that_its_parameters_show(dataset):
+def test_each_run_has_the_population_and_the_role_that_its_parameters_show(told):
+    dataset = told.dataset
     assert dataset.population.dims == ("run",)
     leaking = dataset.internal_leakage_level.values * 60e3
     for name, flow in (("0.1 L/min", 0.1), ("0.5 L/min", 0.5)):
@@ -234,12 +206,7 @@ def test_each_run_has_the_population_that_its_parameters_show(dataset):
     np.testing.assert_array_equal(dataset.population == "stiffer", is_stiff)
     kinds = {"healthy": 5, "fault": 6, "shift": 2}
     assert {kind: int((dataset.population_kind == kind).sum()) for kind in kinds} == kinds
-
-
-def test_fit_records_are_told_from_test_records(dataset):
     counts = dataset.is_fit.groupby("population").sum()
     assert counts.to_series().to_dict() == {"healthy": 3, "0.1 L/min": 1, "0.5 L/min": 1, "stiffer": 0}
-
-
-def test_a_sweep_without_a_study_has_no_populations(small_sweep):
-    assert "population" not in hydrofdi.load(small_sweep.directory).dataset.coords
+    roles = [hydrofdi.why(told, row).role for row in (0, int(np.flatnonzero(is_stiff)[0]))]
+    assert roles == ["healthy, fit record", "shift stiffer, test record"]

@@ -87,14 +87,6 @@ def test_what_is_saved_is_what_is_loaded(tmp_path):
         hydrofdi.train(HEALTHY, **WANTED, sampling_frequency=RATE, out=tmp_path / "notes.txt")
 
 
-def test_few_records_are_warned_of():
-    long = noisy(5 * 12).reshape(5, -1)
-    for n_record, is_warned in ((1, True), (2, True), (5, False)):
-        wanted = WANTED | {"window": "1 s", "sampling_frequency": RATE}
-        summary = hydrofdi.train(long[:n_record], **wanted).summary
-        assert any(line.startswith("Warning: ") for line in summary.split("\n")) is is_warned
-
-
 def test_settings_come_from_a_mapping_a_file_or_keywords(tmp_path):
     config = {"indicator": "dwt", **WANTED, "window": {"duration": "0.5 s"}}
     (tmp_path / "wanted.yaml").write_text(json.dumps(config))
@@ -138,18 +130,22 @@ def test_an_evaluation_in_memory_is_that_of_the_command(files):
         hydrofdi.evaluate(BOTH, sampling_frequency=RATE)
 
 
-@pytest.mark.parametrize(("window", "is_warned"), [("0.5 s", True), ("2.02 s", True), ("2 s", False)])
-def test_windows_that_are_no_whole_periods_of_u_are_warned_of(window, is_warned):
+def test_few_records_and_windows_that_are_no_whole_periods_of_u_are_warned_of():
+    long = noisy(5 * 12).reshape(5, -1)
+    for n_record, is_warned in ((1, True), (2, True), (5, False)):
+        wanted = WANTED | {"window": "1 s", "sampling_frequency": RATE}
+        summary = hydrofdi.train(long[:n_record], **wanted).summary
+        assert any(line.startswith("Warning: ") for line in summary.split("\n")) is is_warned
     time = np.arange(0.0, 100.0, 0.02)
     square = np.sign(np.sin(np.pi * time + 0.1))
     pressure = 5e6 + 3e5 * square + 1e5 * np.random.default_rng(0).normal(size=time.size)
     signals = {"chamber_1_pressure": pressure, "input_voltage": square}
     settings = {"output": "standard_deviation", "direction": "both", "false_alarm_rate": "10 %"}
-    detector = hydrofdi.train(
-        signals, "pressure_statistics", sampling_frequency="50 Hz", window=window, **settings
-    )
-    assert detector.file.basis.drive_period == 2.0
-    assert ("periods of the drive" in detector.summary) is is_warned
+    settings |= {"sampling_frequency": "50 Hz"}
+    for window, is_warned in (("0.5 s", True), ("2.02 s", True), ("2 s", False)):
+        detector = hydrofdi.train(signals, "pressure_statistics", window=window, **settings)
+        assert detector.file.basis.drive_period == 2.0
+        assert ("periods of the drive" in detector.summary) is is_warned
 
 
 def test_a_score_of_several_numbers_learns_from_labelled_faulty_records_too(files, tmp_path):
@@ -194,31 +190,19 @@ def evaluation(n_healthy):
     )
 
 
-def texts_of(axis):
-    return [text.get_text() for text in (axis.title, axis._left_title)]
-
-
-def texts(figure):
-    return [text for axis in figure.axes for text in texts_of(axis)]
-
-
 @pytest.mark.parametrize("n_healthy", [100, 4], ids=["with limits", "too few for limits"])
 def test_the_scores_are_drawn_with_limits_if_there_are_any(n_healthy):
     found = evaluation(n_healthy)
     has_limits = any(each.threshold is not None for each in found.detection.judgements)
     assert has_limits == (n_healthy == 100)
     figure = found.plot()
-    assert any(text.startswith("dwt.d1") for text in texts(figure))
+    assert any(axis._left_title.get_text().startswith("dwt.d1") for axis in figure.axes)
     rows = [text.get_text() for text in figure.axes[0].get_yticklabels()]
     assert rows == ["healthy (fit)", "healthy", "worn"]
     assert any(axis.lines for axis in figure.axes) == has_limits
     assert figure._repr_png_().startswith(b"\x89PNG")
-
-
-def test_another_figure_has_a_name_and_a_wrong_name_is_refused():
-    found = evaluation(100)
-    assert found.plot("roc").axes
-    with pytest.raises(ReportError, match=r"no figure .density.*densities"):
+    assert not has_limits or found.plot("roc").axes
+    with pytest.raises(ReportError, match="densities"):
         found.plot("density")
     empty = replace(found, detection=replace(found.detection, judgements=()), healthy_pairs={})
     assert (len(empty.table), len(empty.pairs), empty.best) == (0, 0, "")

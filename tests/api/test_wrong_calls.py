@@ -105,15 +105,11 @@ def test_masked_samples_are_missing(several):
     np.testing.assert_array_equal(found["dwt.d1"], expected["dwt.d1"])
 
 
-def test_a_missing_label_is_no_kind_of_fault():
+def test_a_missing_label_is_no_kind_of_fault_and_labels_may_be_numbers():
     label = ["sound"] * 100 + ["leaking"] * 60 + [None] * 20 + [float("nan")] * 20
     found = hydrofdi.evaluate(NOISE, label=label, healthy="sound", false_alarm_rate="5 %", **RATE)
     assert not {"nan", "None"} & set(found.table["population"])
     assert found.left.n_unlabelled == 40
-    assert "without a label, left out: 40 of 200 records" in repr(found)
-
-
-def test_labels_may_be_numbers():
     found = hydrofdi.evaluate(NOISE, label=[0] * 100 + [1] * 100, healthy=0, false_alarm_rate="5 %", **RATE)
     assert "1" in found.table["population"].tolist()
 
@@ -146,15 +142,10 @@ def test_a_channel_that_no_indicator_uses_does_not_mark_a_record():
 
 
 WORK = [
-    "run.plot()", "run.to_pandas()", "run.to_xarray()", "run.features['dwt.d2']", "run.signals['P1']",
-    "run.P1", "run['P1']", "run.t", "run.time", "run.chamber_1_pressure", "run['dwt.d2']", "run.x",
-    "run.table", "run.save('again.h5')", "run.mean_internal_leakage_flow.to('L/min')", "run.to_dict()",
-    "hydrofdi.load('study')", "hydrofdi.load('study').dataset",
-    "hydrofdi.load(pathlib.Path('study')).plot()", "hydrofdi.report('study')",
-    "hydrofdi.load('study').report()", "hydrofdi.indicators()", "hydrofdi.indicators('dwt')",
-    "hydrofdi.measure(run)", "hydrofdi.measure(run, 'ring_down')", "hydrofdi.measure('run.h5')",
-    "hydrofdi.simulate(bulk_modulus='689 MPa', duration='1 s')",
-    "hydrofdi.load_experiment(settings='bulk_modulus=689 MPa')", "hydrofdi.plan({'name': 'x'})",
+    "run.plot()", "run.features['dwt.d2']", "run.signals['P1']", "run.P1", "run['P1']", "run.t",
+    "run.chamber_1_pressure", "run['dwt.d2']", "run.x", "run.save('again.h5')",
+    "hydrofdi.measure('run.h5')", "hydrofdi.load_experiment(settings='bulk_modulus=689 MPa')",
+    "hydrofdi.load_experiment(None, {'pressure_1_sensor__noise': 2.0})",
 ]  # fmt: skip
 ANSWERED = {
     "run.p1": "p1", "run['p1']": "'P1'", "hydrofdi.simulat": "simulat",
@@ -170,26 +161,16 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("guesses")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        simulated = hydrofdi.simulate(duration="2 s", out="run.h5")
-        study = {"name": "study", "sweep": {"grid": {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}}}
-        hydrofdi.sweep(study, out="study", engine="in-process", duration="2 s")
-        yield simulated
+        yield hydrofdi.simulate(duration="2 s", out="run.h5")
 
 
-@pytest.mark.parametrize("guess", [*WORK, *ANSWERED])
-def test_a_guess_works_or_is_answered(guess, run):
-    import pathlib
-
-    names = {"run": run, "hydrofdi": hydrofdi, "pathlib": pathlib}
-    if guess in WORK:
+def test_a_guess_works_or_is_answered(run):
+    names = {"run": run, "hydrofdi": hydrofdi}
+    for guess in WORK:
         eval(guess, names)
-        return
-    with pytest.raises((AttributeError, hydrofdi.HydrofdiError)) as raised:
-        eval(guess, names)
-    assert ANSWERED[guess] in str(raised.value)
-
-
-def test_signals_are_arrays_over_time_in_si(run):
+    for guess, answer in ANSWERED.items():
+        with pytest.raises((AttributeError, hydrofdi.HydrofdiError), match=answer):
+            eval(guess, names)
     assert run.P1.shape == run.time.shape == (1000,)
     assert np.isclose(run.mean_internal_leakage_flow.to("L/min"), run.mean_internal_leakage_flow * 60e3)
     with pytest.raises(ValueError, match="dimension"):

@@ -55,29 +55,22 @@ def test_rows_are_those_of_a_monitor_on_the_same_stream(trained, tmp_path):
     assert ended.returncode == 0
 
 
-def test_the_summary_counts_what_the_rows_say(trained, tmp_path):
-    files = [written(tmp_path / f"{n}.csv", pressure(4, n, [2] if n == 3 else [])) for n in range(5)]
-    ended, found = detected(trained, *files)
-    summary, rows = found["summary"], found["windows"]
+def test_the_summary_counts_what_the_rows_say_and_more_records_never_lose_the_interval(trained, tmp_path):
+    files = [written(tmp_path / f"{n}.csv", pressure(4, n, [2] if n == 1 else [])) for n in range(5)]
+    found = [detected(trained, *files[:count]) for count in (1, 2, 4, 5)]
+    summary, rows = found[-1][1]["summary"], found[-1][1]["windows"]
     assert summary["n_record"] == 5
     assert summary["n_judged"] == len(rows) == 35
     assert summary["n_alarm"] == sum(row["alarm"] for row in rows) == 3
     assert summary["hours"] == pytest.approx(35 * 0.5 / 3600.0)
     low, high = summary["alarm_share_interval"]
     assert 0.0 <= low < 3 / 35 < high <= 1.0
-    assert summary["interval_rests_on"] == "records"
-    assert "judged 35 windows of 5 records, 17.5 s: 3 alarms, 8.57 % (" in ended.stderr
-
-
-def test_more_records_never_lose_the_interval(trained, tmp_path):
-    files = [written(tmp_path / f"{n}.csv", pressure(4, n, [2] if n == 1 else [])) for n in range(5)]
-    counts = 1, 2, 4, 5
-    found = [detected(trained, *files[:count]) for count in counts]
     rests_on = [each["summary"]["interval_rests_on"] for _, each in found]
     assert rests_on == ["windows", "windows", "windows", "records"]
     widths = [np.ptp(each["summary"]["alarm_share_interval"]) for _, each in found]
     assert widths[2] < widths[1]
-    assert "95 % interval over windows; records are too few)" in found[1][0].stderr
+    codes = [run_hydrofdi("detect", trained, each, "--fail-on-alarm").returncode for each in files[:2]]
+    assert [*codes, found[-1][0].returncode] == [0, 1, 0]
 
 
 def test_windows_that_overlap_do_not_narrow_the_interval(trained, tmp_path):
@@ -93,39 +86,22 @@ def test_windows_that_overlap_do_not_narrow_the_interval(trained, tmp_path):
     assert widths[0] > 0.9 * widths[1]
 
 
-def test_an_alarm_is_an_exit_code_on_request_alone(trained, tmp_path):
-    healthy = written(tmp_path / "healthy.csv", pressure())
-    leaking = written(tmp_path / "leaking.csv", pressure(leaking=[3]))
-    codes = [
-        run_hydrofdi("detect", trained, source, *flags).returncode
-        for source in (healthy, leaking)
-        for flags in ([], ["--fail-on-alarm"])
-    ]
-    assert codes == [0, 0, 0, 1]
-
-
 @pytest.mark.parametrize(
-    ("kind", "said", "options"),
+    ("kind", "options"),
     [
-        ("short_record", "lasts 0.9 s, and a window 1 s", {"samples": pressure()[:900]}),
-        ("other_rate", "is sampled at 500 Hz instead of 1000 Hz", {"frequency": 500.0}),
-        ("missing_channel", "has no chamber_1_pressure", {"name": "P2 [Pa]"}),
+        ("short_record", {"samples": pressure()[:900]}),
+        ("other_rate", {"frequency": 500.0}),
+        ("missing_channel", {"name": "P2 [Pa]"}),
     ],
 )
-def test_a_record_that_cannot_be_judged_says_why(trained, tmp_path, kind, said, options):
+def test_a_record_that_cannot_be_judged_says_why(trained, tmp_path, kind, options):
     odd = written(tmp_path / "odd.csv", **{"samples": pressure(), **options})
-    ended, found = detected(trained, written(tmp_path / "healthy.csv", pressure()), odd)
+    ended, found = detected(trained, written(tmp_path / "healthy.csv", pressure()[:1000]), odd)
     assert ended.returncode == 1
-    assert found["windows"][-1]["fault"] == {"kind": kind, "text": said}
+    assert [row["record_id"] for row in found["windows"]] == ["healthy.csv", "odd.csv"]
+    assert found["windows"][1]["fault"]["kind"] == kind
     assert found["summary"]["not_judged"] == {kind: 1}
-    assert f"no window of odd.csv was judged: {said}" in ended.stderr
-
-
-def test_a_short_record_is_not_judged_beside_its_neighbours(trained, tmp_path):
-    sizes = [900, 1000, 5000]
-    files = [written(tmp_path / f"{size}.csv", pressure()[:size]) for size in sizes]
-    _, found = detected(trained, *files)
-    assert [row["record_id"] for row in found["windows"]] == ["900.csv", "1000.csv", *["5000.csv"] * 9]
+    assert "no window of odd.csv was judged: " in ended.stderr
 
 
 def test_clipped_and_novel_windows_are_no_alarms(trained, tmp_path):

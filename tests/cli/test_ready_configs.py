@@ -9,7 +9,6 @@ import pytest
 
 from hydrofdi.config import load_experiment
 from hydrofdi.config.loading import anchor_input_files
-from hydrofdi.config.plausibility import unusual_values
 from hydrofdi.indicators import indicator_names, load_indicators
 from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names
 from hydrofdi.settings.validation import read_extended
@@ -17,27 +16,22 @@ from tests.commands import run, run_json
 
 
 def contents(file):
-
     data = read_extended(file, "a file", lambda own, named: anchor_input_files(own.data, named.parent)).data
     if name := data.get("input", {}).get("file"):
         data["input"]["file"] = Path(name).resolve()
     return data
 
 
-def test_the_list_has_every_configuration_and_what_it_is_for():
+def test_the_list_has_every_configuration_which_is_planned_and_measured_in_any_folder(tmp_path):
     listed = run_json("configs")["configs"]
     files = {file.relative_to(ready_folder()).as_posix() for file in ready_folder().rglob("*.yaml")}
     assert {f"{each['name']}.yaml" for each in listed} == files
     page = run("configs", check=0).stdout
-    assert "delays/" in page
     assert "Table 3: how the RMS" in page
-
-
-def test_a_name_is_planned_and_swept_in_any_folder(tmp_path):
     run("plan", "delays/smoke", cwd=tmp_path, check=0)
-    run("sweep", "smoke", "--engine", "in-process", cwd=tmp_path, check=0)
-    assert (tmp_path / "results" / "smoke" / "smoke.h5").exists()
-    assert "δd3" in run("report", "--full", cwd=tmp_path, check=0).stdout
+    records = json.dumps(run_json("measure", "smoke", "--indicators", "dwt", cwd=tmp_path))
+    assert "smoke" in records
+    assert str(ready_folder()) not in records
 
 
 def test_a_file_of_the_user_wins(tmp_path):
@@ -71,12 +65,6 @@ def test_presets_of_indicators_and_detectors_have_names(tmp_path, monkeypatch):
     assert json.loads((tmp_path / "d.json").read_text())["config"]["indicator"] == "weak_rls"
 
 
-def test_a_ready_configuration_is_a_source_of_records(tmp_path):
-    records = run_json("measure", "smoke", "--indicators", "dwt", cwd=tmp_path)
-    assert "smoke" in json.dumps(records)
-    assert str(ready_folder()) not in json.dumps(records)
-
-
 @pytest.mark.parametrize("name", ready_names())
 def test_a_printed_copy_means_the_same_anywhere(name, tmp_path):
     file = tmp_path / "copy.yaml"
@@ -101,7 +89,6 @@ def test_an_unknown_name_gets_a_suggestion(arguments, hint, tmp_path):
 
 
 TEMPLATES = ("actuator", "online", "paper")
-SMALL = ("study.healthy.fit=12", "study.healthy.test=4", "study.healthy.shift=2", "study.faults.each=2")
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
@@ -115,25 +102,10 @@ def test_the_file_is_planned_as_it_is_and_takes_minutes_at_most(template, tmp_pa
     assert not plan["unusual_values"]
     assert not plan["idle_parameters"]
     assert not [warning for warning in plan["warnings"] if "study" in warning]
-
-
-@pytest.mark.parametrize("template", TEMPLATES)
-def test_the_baseline_and_the_data_sheet_are_stated(template, tmp_path):
-    run("init", "mine", "--from", template, cwd=tmp_path, check=0)
     text = (tmp_path / "mine.yaml").read_text()
-    experiment = load_experiment(tmp_path / "mine.yaml")
     assert re.search(r"^baseline:\n  fluid.bulk_modulus: ", text, re.MULTILINE)
-    assert not unusual_values(experiment)
-    for key in (
-        "mass",
-        "piston_area",
-        "chamber_volume",
-        "pressure",
-        "bulk_modulus",
-        "flow_gain",
-        "spool_gain",
-    ):
-        assert re.search(rf"\b{key}: (&\w+ )?[\d.]+ [^\s\d]", text), key
+    sheet = ["mass", "piston_area", "chamber_volume", "pressure", "bulk_modulus", "flow_gain", "spool_gain"]
+    assert [key for key in sheet if not re.search(rf"\b{key}: (&\w+ )?[\d.]+ [^\s\d]", text)] == []
     assert "hydrofdi init" not in text
     assert max(map(len, text.splitlines())) <= 132
 
@@ -150,30 +122,16 @@ def test_indicators_know_the_data_sheet_of_the_file(template, tmp_path):
     assert known.flow_gain == experiment.valve.flow_gain == 0.03
 
 
-def test_the_study_is_swept_and_reported(tmp_path):
-    run("init", "mine", cwd=tmp_path, check=0)
-    less = [part for setting in (*SMALL, "study.faults.fit=2") for part in ("--set", setting)]
-    run("sweep", "mine", *less, "--engine", "in-process", cwd=tmp_path, check=0)
-    assert "flow_balance" in run("report", "results/mine", "--full", cwd=tmp_path, check=0).stdout
-
-
-@pytest.mark.parametrize("name", ["2024", "null", "1e3"])
-def test_a_name_that_looks_like_a_number_is_text(name, tmp_path):
-    run("init", name, cwd=tmp_path, check=0)
-    assert load_experiment(tmp_path / f"{name}.yaml").name == name
-
-
-def test_a_name_with_a_blank_is_refused_without_a_pattern(tmp_path):
+def test_a_name_that_looks_like_a_number_is_text_and_an_existing_file_stays(tmp_path):
+    for name in ("2024", "null", "1e3"):
+        run("init", name, cwd=tmp_path, check=0)
+        assert load_experiment(tmp_path / f"{name}.yaml").name == name
+    before = (tmp_path / "2024.yaml").read_text()
+    assert "2024.yaml: already exists" in run("init", "2024", cwd=tmp_path, check=2).stderr
+    assert (tmp_path / "2024.yaml").read_text() == before
     refused = run("init", "my press", cwd=tmp_path, check=2).stderr
     assert "name: " in refused
     assert "^[" not in refused
-
-
-def test_an_existing_file_stays(tmp_path):
-    (tmp_path / "mine.yaml").write_text("name: kept\n")
-    done = run("init", "mine", cwd=tmp_path, check=2)
-    assert done.stderr == "hydrofdi: mine.yaml: already exists; choose another name\n"
-    assert (tmp_path / "mine.yaml").read_text() == "name: kept\n"
 
 
 STATED = re.compile(r"(\d+) L/min at (\d+) V and (\d+) bar per edge")

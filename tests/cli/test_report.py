@@ -26,17 +26,21 @@ def largest(deltas):
     return max(range(5), key=lambda level: deltas[level])
 
 
-def test_the_table_is_nine_leaky_modes_and_three_sealed_controls(modes):
+def test_the_table_is_nine_leaky_modes_and_three_sealed_controls(hydrofdi, table3, modes):
     expected = {(leakage, beta) for leakage in (0.0, *LEAKAGES) for beta in BULK_MODULI}
     assert modes.keys() == expected
     assert [modes[0.0, beta]["internal_leakage_coefficient"] for beta in BULK_MODULI] == [0.0] * 3
-
-
-def test_the_coefficient_of_a_leakage_is_held_over_the_bulk_moduli(modes):
     for leakage in LEAKAGES:
         assert len({modes[leakage, beta]["internal_leakage_coefficient"] for beta in BULK_MODULI}) == 1
     at_baseline = [modes[leakage, 551.0]["mean_internal_leakage_L_per_min"] for leakage in LEAKAGES]
     assert at_baseline == pytest.approx(LEAKAGES, rel=1e-8)
+    frequencies = [modes[0.0, beta]["hydraulic_mode_Hz"] for beta in BULK_MODULI]
+    assert frequencies == sorted(frequencies)
+    assert frequencies[0] == pytest.approx(59.64, abs=0.02)
+    dampings = [modes[leakage, 551.0]["hydraulic_mode_damping_ratio"] for leakage in (0.0, *LEAKAGES)]
+    assert dampings == sorted(dampings)
+    checked = hydrofdi("report", table3.directory, "--check")
+    assert (checked.returncode, len(checked.stderr.splitlines())) == (0, 6)
 
 
 def test_delta_is_the_relative_fall_of_the_rms_against_both_baselines(modes):
@@ -61,14 +65,6 @@ def test_the_nominal_scenario_passes_the_sentences_of_the_paper(modes):
     assert d2 == sorted(d2), "C2"
     for beta in BULK_MODULI[1:]:
         assert [value > 0.0 for value in delta[0.12, beta]] == [False, False, True, False, False], "C5"
-
-
-def test_the_mode_rises_with_the_bulk_modulus_and_its_damping_with_the_leak(modes):
-    frequencies = [modes[0.0, beta]["hydraulic_mode_Hz"] for beta in BULK_MODULI]
-    assert frequencies == sorted(frequencies)
-    assert frequencies[0] == pytest.approx(59.64, abs=0.02)
-    dampings = [modes[leakage, 551.0]["hydraulic_mode_damping_ratio"] for leakage in (0.0, *LEAKAGES)]
-    assert dampings == sorted(dampings)
 
 
 @pytest.fixture(scope="module")
@@ -125,17 +121,6 @@ def test_csv_holds_one_line_per_run_and_level_with_the_numbers_of_json(printed, 
         assert float(line["leakage_L_per_min"]) == row["leakage_L_per_min"]
         for key in ("detail_rms_Pa", "delta_fixed_percent", "delta_matched_percent"):
             assert float(line[key]) == row[key][level]
-
-
-def test_the_report_can_be_drawn(hydrofdi, table3, tmp_path):
-    result = hydrofdi("report", table3.directory, "--figure", tmp_path / "sensitivity.svg", "--json")
-    assert result.returncode == 0
-    assert json.loads(result.stdout)["rows"]
-    assert (tmp_path / "sensitivity.svg").read_text().startswith("<?xml")
-    named = ("report", table3.directory, "--figure", "sensitivity")
-    assert hydrofdi(*named, "--out", tmp_path / "map.png").returncode == 0
-    assert (tmp_path / "map.png").exists()
-    assert hydrofdi(*named).returncode == 2
 
 
 def test_without_a_folder_the_newest_experiment_is_reported(hydrofdi, small_sweep, failing_sweep, tmp_path):
@@ -227,44 +212,38 @@ def test_check_ends_with_0_where_the_listed_claims_hold_and_with_1_where_one_doe
     held = hydrofdi("report", "--check")
     assert (held.returncode, held.stdout) == (0, "")
     assert held.stderr.startswith("C2 holds: ")
-    hydrofdi("sweep", experiment_file(CLAIMS.replace("[C2]", f"[C2, {broken}]")), "--engine", "in-process")
+    more = experiment_file(CLAIMS.replace("[C2]", f"[C2, {broken}]"))
+    again = hydrofdi("sweep", more, "--engine", "in-process", "--json")
+    assert json.loads(again.stdout)["completed"] == 0
+    assert json.loads(hydrofdi("report", "--json").stdout)["guarded_claims"] == ["C2", broken]
     failed = hydrofdi("report", "--check")
     assert failed.returncode == 1
     assert f"{broken} does not hold: " in failed.stderr
 
 
-def test_the_study_of_the_paper_passes_its_own_check(hydrofdi, table3):
-    result = hydrofdi("report", table3.directory, "--check")
-    assert result.returncode == 0, result.stderr
-    assert len(result.stderr.splitlines()) == 6
+def test_the_page_goes_where_it_is_wanted(hydrofdi, small_sweep, tmp_path):
+    for arguments, page in (
+        (("page.html", "--html"), tmp_path / "page.html"),
+        (("--format", "html"), small_sweep.directory / "small.html"),
+    ):
+        result = hydrofdi("report", small_sweep.directory, *arguments)
+        assert (result.returncode, result.stdout) == (0, "")
+        assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
 
 
 @pytest.mark.parametrize(
-    "arguments",
-    [("page.html", "--html"), ("--html",), ("page.html", "--format", "html"), ("--format", "html")],
+    ("arguments", "file", "start"),
+    [
+        (("spectrum.svg", "--json"), "spectrum.svg", b"<?xml"),
+        (("sensitivity.pdf",), "sensitivity.pdf", b"%PDF"),
+        (("sensitivity", "--out", "map.png"), "map.png", b"\x89PNG"),
+    ],
 )
-def test_the_page_goes_where_it_is_wanted(hydrofdi, small_sweep, tmp_path, arguments):
-    result = hydrofdi("report", small_sweep.directory, *arguments)
-    page = tmp_path / "page.html" if "page.html" in arguments else small_sweep.directory / "small.html"
-    assert (result.returncode, result.stdout) == (0, "")
-    assert f"wrote {page.name if 'page.html' in arguments else page}" in result.stderr
-    assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
-
-
-@pytest.mark.parametrize(
-    ("name", "start"),
-    [("spectrum.svg", b"<?xml"), ("sensitivity.pdf", b"%PDF"), ("responses.png", b"\x89PNG")],
-)
-def test_the_name_of_a_figure_chooses_what_is_drawn_and_how(hydrofdi, table3, tmp_path, name, start):
-    result = hydrofdi("report", table3.directory, "--figure", name)
-    assert (tmp_path / name).read_bytes().startswith(start)
-    assert f"drew {name}: " in result.stderr
-
-
-def test_claims_that_change_need_no_run_again(hydrofdi, experiment_file):
-    hydrofdi("sweep", experiment_file(CLAIMS), "--engine", "in-process")
-    again = hydrofdi(
-        "sweep", experiment_file(CLAIMS.replace("[C2]", "[C1]")), "--engine", "in-process", "--json"
-    )
-    assert json.loads(again.stdout)["completed"] == 0
-    assert json.loads(hydrofdi("report", "--json").stdout)["guarded_claims"] == ["C1"]
+def test_the_name_of_a_figure_chooses_what_is_drawn_and_how(
+    hydrofdi, table3, tmp_path, arguments, file, start
+):
+    result = hydrofdi("report", table3.directory, "--figure", *arguments)
+    assert (tmp_path / file).read_bytes().startswith(start)
+    assert f"drew {file}: " in result.stderr
+    assert bool(result.stdout) == ("--json" in arguments)
+    assert hydrofdi("report", table3.directory, "--figure", "sensitivity").returncode == 2

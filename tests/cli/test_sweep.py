@@ -4,7 +4,6 @@ import shutil
 
 import h5py
 import numpy as np
-import pytest
 
 import hydrofdi as package
 from hydrofdi.api.run import simulate
@@ -32,22 +31,17 @@ def test_results_go_where_out_says(hydrofdi, experiment_file, tmp_path):
     assert not (tmp_path / "results").exists()
 
 
-def test_a_run_that_diverges_is_a_stored_row_and_the_others_go_on(failing_sweep):
+def test_a_run_that_diverges_is_a_stored_row_and_the_others_go_on(hydrofdi, failing_sweep, tmp_path):
     assert failing_sweep.result.returncode == 1
     assert failing_sweep.summary["failed"] == 1
     with h5py.File(failing_sweep.file) as file:
         statuses, messages = file["status"].asstr()[:].tolist(), file["message"].asstr()[:].tolist()
         assert statuses == ["ok", "diverged", "ok"]
         assert [bool(message) for message in messages] == [False, True, False]
-        assert "the state grew without bound" in messages[1]
         assert np.isfinite(file["detail_rms"][:]).all(axis=1).tolist() == [True, False, True]
-
-
-def test_a_diverged_run_is_not_computed_again(hydrofdi, failing_sweep, tmp_path):
     shutil.copytree(failing_sweep.folder, tmp_path, dirs_exist_ok=True)
-    result = hydrofdi("sweep", "experiment.yaml", "--json")
-    assert result.returncode == 1
-    assert json.loads(result.stdout)["completed"] == 0
+    again = hydrofdi("sweep", "experiment.yaml", "--json")
+    assert (again.returncode, json.loads(again.stdout)["completed"]) == (1, 0)
 
 
 def test_no_connection_is_made(hydrofdi, tmp_path, experiment_file):
@@ -78,18 +72,17 @@ def test_any_parameter_can_be_swept(hydrofdi, experiment_file):
         assert len({row["labels"][axis] for row in rows}) >= 2
 
 
-def test_records_of_different_lengths_fit_into_a_file_without_signals(hydrofdi, experiment_file):
+def test_records_and_features_of_different_lengths_fit_into_a_file_without_signals(hydrofdi, experiment_file):
     config = experiment_file("sweep: {grid: {record.duration: [2 s, 4 s]}}\n")
     result = hydrofdi("sweep", config, "--engine", "in-process")
     assert result.returncode == 2
     assert "store: {signals: none}" in result.stderr
     assert hydrofdi("sweep", config, "--engine", "in-process", "--set", "store.signals=none").returncode == 0
-
-
-@pytest.mark.parametrize("wavelet", ["wavelet.levels: [4, 5]", "wavelet.phase: [0, 3, all]"])
-def test_a_plan_meets_features_of_different_shapes(hydrofdi, experiment_file, wavelet):
-    text = f"record: {{duration: 4 s}}\nstore: {{signals: none}}\nsweep: {{grid: {{{wavelet}}}}}\n"
-    assert hydrofdi("plan", experiment_file(text)).returncode == 0
+    for wavelet in ("levels: [4, 5]", "phase: [0, 3, all]"):
+        text = (
+            f"record: {{duration: 4 s}}\nstore: {{signals: none}}\nsweep: {{grid: {{wavelet.{wavelet}}}}}\n"
+        )
+        assert hydrofdi("plan", experiment_file(text)).returncode == 0
 
 
 LAPS = """\
@@ -124,9 +117,6 @@ def test_a_sweep_without_any_possible_leak_names_each_condition_and_stores_nothi
         f"{SENTENCE} at valve.lap = 50 µm{most}",
     ]
     assert (result.returncode, os.listdir(tmp_path)) == (2, [config.name])
-
-
-def test_a_single_run_out_of_reach_keeps_its_one_line(hydrofdi):
     settings = ["--set", "record.duration=2 s", "--set", "valve.lap=50 um"]
     leak = ["--set", "leakage.internal_flow=2 L/min"]
     for command in (["simulate", *leak], ["check", *leak], ["calibrate", "--flow", "2 L/min"]):
@@ -140,11 +130,10 @@ SHORT = ("--set", "record.duration=2 s")
 
 def test_without_arguments_the_nominal_actuator_runs_from_any_folder_and_writes_nothing(hydrofdi, tmp_path):
     result = hydrofdi("simulate")
-    assert result.returncode == 0
-    assert result.stderr == ""
-    for word in ("L/min", "d1", "d5", "kPa", "MPa", "f_h", "ζ"):
-        assert word in result.stdout
+    assert (result.returncode, result.stderr) == (0, "")
+    assert all(word in result.stdout for word in ("L/min", "d1", "d5", "kPa", "MPa", "f_h", "ζ"))
     assert not list(tmp_path.iterdir())
+    assert hydrofdi("--version").stdout == f"hydrofdi {package.__version__}\n"
 
 
 def test_what_is_stored_is_what_is_printed(hydrofdi, tmp_path):
@@ -171,31 +160,20 @@ def test_a_run_that_diverges_is_stored_with_a_sentence_and_exit_code_1(hydrofdi,
         assert file["status"].asstr()[0] == "diverged"
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        ["input.amplitude=0"],
+def test_odd_but_valid_parameters_end_in_a_run_or_in_a_failed_one():
+    for settings in (
         ["input.amplitude=0", "leakage.internal_coefficient=1e-8"],
-        ["wavelet.levels=1"],
-        ["wavelet.name=haar", "wavelet.extension=periodization"],
+        ["wavelet.name=haar", "wavelet.extension=periodization", "wavelet.levels=1"],
         ["supply.return_pressure=17 MPa"],
         ["leakage.external_coefficient=1e-6"],
         ["actuator.piston_area=1e200"],
         ["actuator.mass=1e-300"],
         ["valve.natural_frequency=1e200"],
         ["friction.velocity_threshold=1e-300"],
-    ],
-)
-def test_odd_but_valid_parameters_end_in_a_run_or_in_a_failed_one(settings):
-    single = simulate(load_experiment(None, ["record.duration=2 s", *settings]))
-    record = single.to_dict()
-    assert record["status"] in ("ok", "diverged", "stroke_exceeded")
-    json.dumps(record, allow_nan=False)
-
-
-def test_the_version_is_printed(hydrofdi):
-    result = hydrofdi("--version")
-    assert (result.returncode, result.stdout) == (0, f"hydrofdi {package.__version__}\n")
+    ):
+        record = simulate(load_experiment(None, ["record.duration=2 s", *settings])).to_dict()
+        assert record["status"] in ("ok", "diverged", "stroke_exceeded"), settings
+        json.dumps(record, allow_nan=False)
 
 
 def test_the_edges_of_bands_matter_to_wavelets_alone():

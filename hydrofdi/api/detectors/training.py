@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from os import PathLike
@@ -32,6 +32,8 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.yaml_source import plain
 from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.store.layout.names import stored_signals
+from hydrofdi.store.records import SIGNAL_OF_CHANNEL, StoredRecords
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
 from hydrofdi.studies.reading import within
 from hydrofdi.studies.records import found_from
@@ -76,7 +78,7 @@ def train(
         Labels of healthy records, besides those that descriptions name.
     best : bool
         Train the winner of a stored study: the best score that keeps its false-alarm rate, with the rules and
-        on the fit records of the study, which are simulated again.
+        on the fit records of the study, which are simulated again unless their signals are stored.
     sensors : str or sequence of str
         Sensors that the winner may need, such as ``P1,P2,x,u``; all by default.
     config : path or mapping, optional
@@ -151,11 +153,7 @@ def train(
     labels = tuple(names_of("healthy", healthy, "labels of healthy records"))
     feature = feature_of(stated)
     needed = feature.channels | feature.optional_channels | {stated.window.channel}
-    sources: list[RecordSource]
-    if stored is None:
-        sources = sources_of(data, needed, said)
-    else:
-        sources = [SimulatedRecords(stored.experiment, str(stored.path), needed)]
+    sources = sources_of(data, needed, said) if stored is None else [_records_of(stored, needed)]
     records = HealthyRecords(sources, labels)
     made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
     faulty = replace(records, is_faulty=True)
@@ -171,6 +169,15 @@ def train(
     if out is not None:
         detector.save(out)
     return detector
+
+
+def _records_of(stored: ExperimentData, needed: Collection[Channel]) -> RecordSource:
+    """The records of a study: its stored signals where they suffice, else simulated again."""
+    store, name = stored.experiment.store, str(stored.path)
+    signals = {signal for channel, signal in SIGNAL_OF_CHANNEL.items() if channel in needed}
+    if signals <= stored_signals(store.signals) and store.dtype == "float64":
+        return StoredRecords(stored, name, needed)
+    return SimulatedRecords(stored.experiment, name, needed)
 
 
 def _winner(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path as FilePath
 from typing import Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
@@ -13,11 +12,10 @@ from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, sco
 from hydrofdi.detectors.rules import ChartConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator
-from hydrofdi.indicators.selection import label_mistake
+from hydrofdi.indicators.selection import indicators_file, label_mistake
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.ready import located
-from hydrofdi.settings.validation import read_extended, validated
+from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Path, Source
 
 CHANGE = " (change)"
@@ -71,9 +69,9 @@ def load_scores(indicators: str, made: Mapping[str, Indicator[Any]]) -> dict[str
     made : mapping of str to Indicator
         What it gave.
     """
-    if not located(FilePath(indicators)).is_file():
+    source = indicators_file(indicators)
+    if source is None:
         return {}
-    source = read_extended(FilePath(indicators), "a file of indicators")
     source.data = {"scores": source.data.get("scores") or {}}
     normalize_scores(source, source.data["scores"], ("scores",), made)
     return validated(ScoresConfig, source).scores

@@ -353,10 +353,11 @@ def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction
             if (needed := refusal.records_needed) is None:
                 raise
             what = "windows that do not overlap" if found.n_sample else "estimates"
+            total = needed + found.scores.size - scores.size
             raise NotStatedError(
                 f"{str(refusal).partition(' needs ')[0]} needs {needed:,} healthy {what}"
                 f" ({time_text(needed * found.duration)}), and there are {scores.size:,}"
-                f"{'' if scores.size == found.scores.size else ' without one of the groups'}",
+                f"{'' if total == needed else f' without one of the groups, so {total:,} in all'}",
                 needed,
             ) from None
 

@@ -25,24 +25,22 @@ from tests.commands import run
 from tests.monitor.streams import config_of, read_in_pieces, reader
 
 
-def test_an_empty_file_and_none_are_the_default(tmp_path):
-    (tmp_path / "monitor.yaml").write_text("# nothing yet\n")
-    assert load_monitor_config(None) == MonitorConfig()
-    assert load_monitor_config(tmp_path / "monitor.yaml") == MonitorConfig()
-
-
 def test_paths_start_at_the_folder_of_the_file_unless_they_are_absolute(tmp_path):
-    mqtt = "mqtt: {username: u, password_file: secrets/mqtt, ca_file: /etc/ca.pem}"
-    (tmp_path / "monitor.yaml").write_text(f"{mqtt}\n")
-    config = load_monitor_config(tmp_path / "monitor.yaml")
+    file = tmp_path / "monitor.yaml"
+    file.write_text("# nothing yet\n")
+    assert load_monitor_config(None) == load_monitor_config(file) == MonitorConfig()
+    file.write_text("mqtt: {username: u, password_file: secrets/mqtt, ca_file: /etc/ca.pem}\n")
+    config = load_monitor_config(file)
+    assert (config.mqtt.username, config.mqtt.ca_file) == ("u", Path("/etc/ca.pem"))
     assert config.mqtt.password_file == tmp_path / "secrets" / "mqtt"
-    assert config.mqtt.ca_file == Path("/etc/ca.pem")
-    assert config.mqtt.username == "u"
 
 
-@pytest.mark.parametrize("text", ["- a list\n", "mqtt: [1]\n", "channels: {\n", "mqtt: {key: a.pem}\n"])
+@pytest.mark.parametrize("text", [
+    "- a list", "mqtt: [1]", "channels: {", "mqtt: {key: a.pem}", "zone: Europe/Berln", "format: {kind: mat}",
+    "format: {encoding: cp125}", "format: {encoding: utf-16}",
+])  # fmt: skip
 def test_what_is_no_configuration_is_refused_with_its_line(text, tmp_path):
-    (tmp_path / "monitor.yaml").write_text(text)
+    (tmp_path / "monitor.yaml").write_text(f"{text}\n")
     with pytest.raises(ConfigError, match=r"monitor\.yaml:[12]:"):
         load_monitor_config(tmp_path / "monitor.yaml")
 
@@ -50,7 +48,6 @@ def test_what_is_no_configuration_is_refused_with_its_line(text, tmp_path):
 def test_the_printed_schema_of_a_monitor_has_every_section():
     schema = json.loads(run("schema", "monitor", check=0).stdout)
     assert set(schema["properties"]) == set(MonitorConfig.model_fields)
-    assert {"type": "string"} in schema["$defs"]["ChannelConfig"]["anyOf"]
 
 
 def test_one_description_serves_files_and_streams(tmp_path):
@@ -80,12 +77,9 @@ def seconds(*when):
     ("zone", "date", "expected"),
     [
         ("UTC", "2026-07-01 12:00:00.010", seconds(2026, 7, 1, 12) + 0.01),
-        ("Europe/Berlin", "2026-07-01 12:00:00", seconds(2026, 7, 1, 10)),
         ("Europe/Berlin", "2026-01-31T12:00:00", seconds(2026, 1, 31, 11)),
         ("Europe/Berlin", "2026-07-01 12:00:00.000Z", seconds(2026, 7, 1, 12)),
         ("Europe/Berlin", "2026-10-25 02:30:00", seconds(2026, 10, 25, 0, 30)),  # the first pass of the hour
-        ("Europe/Berlin", "2026-10-25 03:30:00", seconds(2026, 10, 25, 2, 30)),
-        ("+05:30", "2026-07-01 12:00:00", seconds(2026, 7, 1, 6, 30)),
         ("-03:00", "2026-07-01 12:00:00", seconds(2026, 7, 1, 15)),
     ],
 )
@@ -95,17 +89,6 @@ def test_dates_without_a_zone_are_in_the_stated_one(zone, date, expected):
     chunks = [read_in_pieces(reader(zone=zone), text)[0] for text in texts]
     for chunk in (*chunks, PayloadReader(config_of(zone=zone)).read(payload)):
         assert chunk.time.tolist() == pytest.approx([expected], abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["zone: Europe/Berln", "format: {encoding: cp125}", "format: {encoding: utf-16}", "format: {kind: mat}"],
-)
-def test_a_wrong_zone_or_encoding_is_refused_with_its_line(tmp_path, text):
-    path = tmp_path / "monitor.yaml"
-    path.write_text(f"{text}\n")
-    with pytest.raises(ConfigError, match=rf":1: {text.partition(':')[0]}"):
-        load_monitor_config(path)
 
 
 def test_a_stated_encoding_reads_the_names_of_columns():
@@ -128,14 +111,16 @@ def parsed(arguments):
     return typer.main.get_command(application()).commands[name].make_context(name, rest).params
 
 
-def test_the_command_of_the_systemd_unit_is_understood():
+def test_the_commands_of_the_systemd_unit_and_of_the_container_file_are_understood():
     command = re.search(r"^ExecStart=((?:.*\\\n)*.*)", UNIT.read_text(), re.MULTILINE)[1]
     program, *arguments = shlex.split(command.replace("\\\n", " "))
     assert program.endswith("/hydrofdi")
     params = parsed(arguments)
     assert params["source"].startswith("mqtts://")
     assert Path(params["state"]).parent == Path("${STATE_DIRECTORY}")
-    assert params["json"]
+    comment = " ".join(line.strip("# \\") for line in CONTAINER.read_text().splitlines() if line[:1] == "#")
+    words = shlex.split(comment.partition("podman run")[2].partition("docker takes")[0])
+    assert parsed(words[words.index("monitor") :])["state"] == "/state/press-1.state"
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not installed")
@@ -146,13 +131,6 @@ def test_systemd_finds_nothing_wrong_with_the_unit(tmp_path):
         ["systemd-analyze", "verify", str(unit)], capture_output=True, text=True, timeout=60
     )
     assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_the_command_of_the_container_file_is_understood():
-    comment = " ".join(line.strip("# \\") for line in CONTAINER.read_text().splitlines() if line[:1] == "#")
-    words = shlex.split(comment.partition("podman run")[2].partition("docker takes")[0])
-    params = parsed(words[words.index("monitor") :])
-    assert params["state"] == "/state/press-1.state"
 
 
 def test_what_the_container_file_copies_and_installs_is_there():

@@ -28,15 +28,7 @@ def is_mqtt(text: str) -> bool:
 
 @dataclass(frozen=True)
 class Address:
-    """A topic of an MQTT broker, or an OPC UA server.
-
-    Attributes
-    ----------
-    scheme : str
-        ``mqtt``, ``mqtts`` (encrypted) or ``opc.tcp``.
-    path : str
-        Topic of the broker, or path of the server.
-    """
+    """A topic of an MQTT broker (``mqtt``, encrypted ``mqtts``), or an OPC UA server (``opc.tcp``)."""
 
     scheme: str
     host: str

@@ -76,13 +76,7 @@ _HEAD = 4096
 
 
 class FollowedFile:
-    """An open file.
-
-    Attributes
-    ----------
-    offset : int
-                Position of the next byte.
-    """
+    """An open file, and the position of the next byte."""
 
     def __init__(self, path: Path, offset: int = 0) -> None:
         self._file = open(path, "rb", buffering=0)  # noqa: SIM115

@@ -107,26 +107,13 @@ class Sink(Protocol):
 
 
 class Output:
-    """Hands each line except silent ones to a function, or writes them as JSON and flushes after each step.
-
-    Parameters
-    ----------
-    to : callable, file object or None
-    unit : str
-        Unit of scores.
-    """
+    """Hands each line except silent ones to a function, or writes JSON and flushes after each step."""
 
     def __init__(self, to: Callable[[dict[str, Any]], None] | TextIO | None, unit: str = "1") -> None:
         self._to, self._unit = to, unit
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Hand lines on.
-
-        Raises
-        ------
-        BrokenPipeError
-            Nobody reads the output any more.
-        """
+        """Hand lines on; `BrokenPipeError` if nobody reads the output any more."""
         if callable(self._to):
             for line in filter(is_said, lines):
                 self._to(line_record(line, self._unit))

@@ -287,10 +287,7 @@ def _client_id(address: Address, detector: Path) -> str:
 class Publisher(MqttConnection):
     """A bounded queue of messages; a new connection sends again what the broker did not acknowledge.
 
-    Attributes
-    ----------
-    events : deque of Event
-        Events of the connection, and messages that the broker refused.
+    `events` are those of the connection, and messages that the broker refused.
     """
 
     def __init__(

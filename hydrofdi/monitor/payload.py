@@ -43,10 +43,7 @@ class PayloadError(ValueError):
 class Lines:
     """Reads complete lines: as many at once as possible, and those that are not understood one by one.
 
-    Attributes
-    ----------
-    header : list of str
-        The lines that are needed to continue within the stream.
+    `header` has the lines that are needed to continue within the stream.
     """
 
     def __init__(

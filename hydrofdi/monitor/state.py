@@ -30,17 +30,7 @@ SCHEMA, VERSION = "hydrofdi.monitor-state", 4
 
 @dataclass(frozen=True)
 class Stored:
-    """The state of a monitor after a step.
-
-    Attributes
-    ----------
-    state : mapping of str to ndarray
-                State of the watch.
-    position : mapping
-        Where the source continues.
-    log : mapping
-        Where the log continues, and lines that it may not have yet; empty without one.
-    """
+    """The state of a watch after a step, and where its source and its log continue."""
 
     state: State
     position: Position

@@ -28,14 +28,9 @@ MOST_SAMPLES = 2**22
 
 
 class ByWindows:
-    """Judges windows of a stream without defects.
+    """Judges windows of a stream without defects; `needs` are the channels that chunks must contain.
 
-    Attributes
-    ----------
-    needs : tuple of Channel
-        Channels that chunks must contain.
-    patience : int
-        Number of windows in a row after which a condition or an episode is over.
+    `patience` is the number of windows in a row after which a condition or an episode is over.
     """
 
     def __init__(self, file: DetectorFile) -> None:

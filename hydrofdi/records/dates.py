@@ -23,13 +23,7 @@ _EXAMPLE = "2026-01-31T12:00:00.25Z"
 
 
 class Instant(NamedTuple):
-    """A date and time of day.
-
-    Attributes
-    ----------
-    nanoseconds : int
-        Time since 1970-01-01T00:00 [ns], in UTC if the zone is known.
-    """
+    """Time since 1970-01-01T00:00 [ns], in UTC if the zone is known."""
 
     nanoseconds: int
     has_zone: bool
@@ -51,12 +45,9 @@ def time_zone(name: str) -> tzinfo:
 
 
 def instant(text: str, zone: tzinfo | None = None) -> Instant:
-    """The instant of a text in ISO 8601, or such as 31.01.2026 12:00:00,25, with or without a zone.
+    """The instant of a text in ISO 8601, or such as 31.01.2026 12:00:00,25; `zone` if it has none.
 
-    Parameters
-    ----------
-    zone : tzinfo, optional
-        Zone of a text without one; in an hour that repeats, the first pass is taken.
+    In an hour that repeats, the first pass is taken.
     """
     written = text.strip()
     try:
@@ -87,13 +78,7 @@ def seconds_since(first: Instant | None, instants: Sequence[Instant | None]) -> 
 
 
 def unix_seconds(texts: Sequence[str], zone: tzinfo | None = None) -> Array:
-    """Dates as time since 1970-01-01T00:00Z [s], shape (n_time,).
-
-    Parameters
-    ----------
-    zone : tzinfo, optional
-        Zone of texts without one.
-    """
+    """Dates as time since 1970-01-01T00:00Z [s], shape (n_time,); `zone` is that of texts without one."""
     instants = [instant(text, zone) for text in texts]
     if not all(found.has_zone for found in instants):
         raise ValueError(

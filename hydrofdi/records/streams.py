@@ -65,15 +65,11 @@ class Event:
 
     Attributes
     ----------
-    text : str
-        The event in words.
     time : float or None
         Instant on the clock of the stream [s].
     count : int
-        Number of occurrences. What continues is reported once when it begins. The counts of one kind,
-        without lines that end an episode, add up to all occurrences, and do not depend on the chunks.
-    is_silent : bool
-        Whether it is only counted, because it was reported before.
+        Number of occurrences. What continues is reported once when it begins; later events are silent. The
+        counts of one kind, without ends of episodes, add up to all occurrences.
     is_end : bool
         Whether it ends an episode; `count` is then the count of the whole episode.
     """
@@ -87,18 +83,11 @@ class Event:
 
 
 class EvenStream:
-    """Checks a stream sample by sample; the results do not depend on the chunks.
+    """Checks a stream sample by sample; the results do not depend on the chunks. Other channels are ignored.
 
     It drops samples that are not later than the last accepted one, or have no time stamp within 1e11 s of
     zero. A step of more than 1.5 periods is a gap; smaller irregularities are tolerated. A minute of only
     earlier samples means that the clock was set back; the stream then begins anew.
-
-    Parameters
-    ----------
-    sampling_frequency : float
-        Expected [Hz].
-    channels : sequence of Channel
-        Channels of the pieces; others are ignored.
     """
 
     def __init__(self, sampling_frequency: float, channels: Sequence[Channel]) -> None:
@@ -121,11 +110,8 @@ class EvenStream:
     def resumed(self, state: State, *, may_repeat: bool = True) -> State:
         """A stored state that continues: samples that are sent again are not reported.
 
-        Parameters
-        ----------
-        may_repeat : bool
-            Whether the whole stream may be sent again, of any length. It is recognised by its first minute.
-            Otherwise a minute of earlier samples means that the clock was set back.
+        If the whole stream may repeat, of any length, it is recognised by its first minute; otherwise a
+        minute of earlier samples means that the clock was set back.
         """
         is_whole = state["begin"][1] == self._patience
         return {
@@ -262,17 +248,9 @@ class Chunk:
     """Samples of a stream: as they came, neither checked nor evenly spaced, perhaps a single one or none;
     after `EvenStream`, accepted samples with all requested channels and without a gap.
 
-    Attributes
-    ----------
-    time : ndarray, shape (n_time,)
-        Sampling instants on the clock of the source [s].
-    channels : mapping of Channel to ndarray, shape (n_time,)
-        In SI; NaN if a sample is missing.
-    unread : mapping of int to str
-        Position of a sample that could not be read, with the instant NaN → why.
-    begins_anew : bool
-        Of accepted samples: whether they do not continue those before, because they are the first, or follow
-        a gap or a clock change.
+    Instants are on the clock of the source [s], channels in SI, NaN if a sample is missing. `unread` has why
+    samples could not be read, by position; their instant is NaN. `begins_anew` tells of accepted samples
+    whether they are the first, or follow a gap or a clock change.
     """
 
     time: Array
@@ -302,18 +280,10 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Window:
-    """Consecutive samples of a stream, without a gap.
+    """Consecutive samples of a stream, without a gap: instants as the source stated them [s], channels in SI.
 
-    Attributes
-    ----------
-    number : int
-        From 0, in the order of their ends; it continues after gaps and restarts.
-    time : ndarray, shape (n_time,)
-        Sampling instants as the source stated them [s].
-    channels : mapping of Channel to ndarray, shape (n_time,)
-        In SI.
-    fault : Issue or None
-        Why it cannot be judged; None if no fault is found so far.
+    Numbers begin at 0, in the order of the ends, and continue after gaps and restarts. A fault is why it
+    cannot be judged.
     """
 
     number: int
@@ -327,17 +297,7 @@ _RATE = 0.01
 
 
 class Windower(ABC):
-    """Cuts pieces into windows, which do not depend on the ends of pieces. Windows begin anew after a gap.
-
-    Parameters
-    ----------
-    n_sample : int
-        Samples of a window.
-    channels : sequence of Channel
-        Channels of the windows.
-    sampling_frequency : float
-        Expected [Hz].
-    """
+    """Cuts pieces into windows, which do not depend on the ends of pieces. Windows begin anew after a gap."""
 
     def __init__(self, n_sample: int, channels: Sequence[Channel], sampling_frequency: float) -> None:
         self.n_sample = n_sample
@@ -374,17 +334,7 @@ class Windower(ABC):
 
 
 class TimeWindower(Windower):
-    """Windows at equal distances: adjacent, overlapping, or apart.
-
-    Parameters
-    ----------
-    n_sample : int
-        Samples of a window.
-    n_every : int
-        Samples from the start of one window to the start of the next.
-    sampling_frequency : float
-        [Hz]
-    """
+    """Windows at equal distances of `n_every` samples: adjacent, overlapping, or apart."""
 
     def __init__(
         self, n_sample: int, n_every: int, channels: Sequence[Channel], sampling_frequency: float
@@ -414,20 +364,9 @@ class TimeWindower(Windower):
 class CycleWindower(Windower):
     """A window from each edge of the drive on; the rest of a longer cycle is ignored.
 
-    A shorter cycle ends at the next edge and becomes a window with the fault ``short_cycle``.
-
-    Parameters
-    ----------
-    n_sample : int
-        Samples of a window.
-    sampling_frequency : float
-        [Hz]
-    drive_channel : Channel
-        Pieces contain it; windows contain it if it is among `channels`.
-    drive : (float, float)
-        Lowest and highest value of the drive.
-    edge : str
-        ``rising``, ``falling`` or ``both``.
+    A shorter cycle ends at the next edge and becomes a window with the fault ``short_cycle``. Pieces contain
+    the channel of the drive, whose lowest and highest value are stated; windows only if it is among
+    `channels`.
     """
 
     def __init__(
@@ -469,19 +408,7 @@ class CycleWindower(Windower):
 def fault_of(
     time: Array, samples: Array, channels: tuple[Channel, ...], n_sample: int, sampling_frequency: float
 ) -> Issue | None:
-    """The first fault of a window, in the order: length, rate, missing samples, stuck channels.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n_time,)
-        [s]
-    samples : ndarray, shape (n_channel, n_time)
-        In SI.
-    n_sample : int
-        Samples that a window should have.
-    sampling_frequency : float
-        Expected [Hz].
-    """
+    """The first fault of a window, in the order: length, rate, missing samples, stuck channels."""
     n_time = time.size
     if n_time < n_sample:
         return Issue(f"the cycle has {counted(n_time, 'sample')} instead of {n_sample}", kind="short_cycle")

@@ -29,14 +29,7 @@ def is_ideal_rail(channel: Channel, value: float) -> bool:
 
 
 def frozen_time(channels: Mapping[Channel, Array], sampling_frequency: float) -> float:
-    """Longest time for which the position repeats one value [s]; 0 if that is short, or the pressures rest.
-
-    Parameters
-    ----------
-    channels : mapping of Channel to ndarray, shape (n_time,)
-    sampling_frequency : float
-        [Hz]
-    """
+    """Longest time for which the position repeats a value [s]; 0 if it is short, or pressures rest."""
     position = channels.get(Channel.PISTON_POSITION)
     apart = max(1, int(_FROZEN_FOR * sampling_frequency / 2.0))
     if position is None or not np.any(position[apart::apart] == position[:-apart:apart]):
@@ -68,15 +61,8 @@ def drive_edges(
 ) -> tuple[NDArray[np.intp], int]:
     """First sample beyond the band around the middle after each change of side, and the last side.
 
-    Parameters
-    ----------
-    samples : ndarray, shape (n_time,)
-    drive : (float, float)
-        Lowest and highest value of the channel.
-    direction : str
-        ``rising``, ``falling`` or ``both``.
-    side : int
-        Side of the preceding samples: 1 above the band, −1 below it, 0 if unknown.
+    A side is 1 above the band, −1 below it, 0 if unknown; `drive` is the lowest and highest value of the
+    channel.
     """
     low, high = drive
     middle, half = (low + high) / 2.0, BAND * (high - low) / 2.0

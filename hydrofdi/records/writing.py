@@ -20,14 +20,7 @@ from hydrofdi.units import parse_unit
 
 @dataclass(frozen=True)
 class Column:
-    """Samples with a name and a unit.
-
-    Attributes
-    ----------
-    name : str
-        Symbol of the channel, or ``time``.
-    values : ndarray, shape (n_time,)
-    """
+    """Samples under the symbol of a channel, or ``time``, with their unit."""
 
     name: str
     unit: str
@@ -46,15 +39,7 @@ def titled(name: str, unit: str) -> str:
 
 @dataclass(frozen=True)
 class Selection:
-    """Which channels are written, and in which units.
-
-    Attributes
-    ----------
-    channels : sequence of Channel
-        Channels in this order; if empty, all channels of a record.
-    units : mapping of Channel to str
-        The others are in SI.
-    """
+    """Which channels are written, in this order, all if empty; and in which units, SI if not stated."""
 
     channels: Sequence[Channel]
     units: Mapping[Channel, str]
@@ -76,15 +61,7 @@ class Selection:
 
 
 def selection(channels: Collection[str], units: Collection[str]) -> Selection:
-    """A selection from the usual names of channels and units.
-
-    Parameters
-    ----------
-    channels : collection of str
-        Symbols or names: ``P1``, ``chamber_1_pressure``, ``position``.
-    units : collection of str
-        Such as ``bar`` and ``mm``, each for the channels of its dimension.
-    """
+    """A selection from symbols or names of channels, and units, each for the channels of its dimension."""
     chosen, of = tuple(dict.fromkeys(map(channel_called, channels))), dict[Channel, str]()
     for unit in units:
         try:

@@ -53,9 +53,6 @@ def test_windows_are_counted_by_what_is_said_of_them(sink):
     assert values["hydrofdi_chart_limit",] == 8.0
     assert values["hydrofdi_threshold", "high"] == 5.0
     assert ("hydrofdi_threshold", "low") not in values
-
-
-def test_scores_beyond_the_limit_that_are_no_alarm_are_counted(sink):
     novel = Issue("P1 is unlike the healthy ones", kind="novel")
     verdicts = [Verdict(9.0, None, margin, novel) for margin in (-2.0, 1.0, -3.0)]
     sink.put(None, [WindowLine(0, 0.0, 1.0, each, None, Condition.UNKNOWN) for each in verdicts])
@@ -85,39 +82,25 @@ def test_samples_are_counted_and_the_lag_is_that_of_the_wall_clock(sink):
     assert 1000.0 <= served(sink)["hydrofdi_lag_seconds",] < 1100.0
 
 
-def test_an_address_that_others_reach_is_insecure(closing):
-    assert [event.kind for event in closing(MetricsSink("0.0.0.0:0", detector())).put(None, [])] == [
-        "notice",
-        "insecure",
-    ]
-
-
-def test_clients_that_send_nothing_take_no_threads_and_are_dropped(closing, monkeypatch):
+def test_silent_clients_are_dropped_and_nothing_listens_after_the_end(closing, monkeypatch):
     monkeypatch.setattr(metrics, "_PATIENCE", 0.05)
-    sink = closing(MetricsSink("127.0.0.1:0", detector()))
+    sink = MetricsSink("127.0.0.1:0", detector())
     n_thread, address = threading.active_count(), ("127.0.0.1", int(sink.url.split(":")[2].partition("/")[0]))
     with ExitStack() as stack:
         clients = [stack.enter_context(socket.create_connection(address)) for _ in range(6)]
         clients[0].sendall(b"GET /metrics HTTP/1.1\r\n")
         assert served(sink)["hydrofdi_alarms_total",] == 0
         assert threading.active_count() <= n_thread + 2
-
-
-def test_nothing_listens_after_the_end():
-    sink = MetricsSink("127.0.0.1:0", detector())
-    port = int(sink.url.rpartition(":")[2].partition("/")[0])
-    sink.close()
+        with pytest.raises(ConfigError, match="in use"):
+            MetricsSink("{}:{}".format(*address), detector())
+        sink.close()
     with socket.socket() as probe:
-        assert probe.connect_ex(("127.0.0.1", port)) != 0
+        assert probe.connect_ex(address) != 0
+    kinds = [event.kind for event in closing(MetricsSink("0.0.0.0:0", detector())).put(None, [])]
+    assert kinds == ["notice", "insecure"]
 
 
-@pytest.mark.parametrize("address", ["", "9464", "host:", ":9464", "host:99999", "../etc:80", "a\0b:80"])
+@pytest.mark.parametrize("address", ["9464", "host:", ":9464", "host:99999", "a\0b:80"])
 def test_what_is_no_address_is_refused(address):
     with pytest.raises(ConfigError):
-        MetricsSink(address, detector())
-
-
-def test_an_address_in_use_is_refused_in_one_line(sink):
-    address = sink.url.removeprefix("http://").removesuffix("/metrics")
-    with pytest.raises(ConfigError, match="in use"):
         MetricsSink(address, detector())

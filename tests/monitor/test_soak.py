@@ -72,7 +72,7 @@ def said(log):
     return [line for line in lines if json.loads(line).get("event") not in _OF_ONE_LIFE]
 
 
-def soak(folder, n_minute, n_kill, seed=0, longest=1.0):
+def soak(folder, n_minute, n_kill, seed=0, longest=0.4):
     """Its log and its output are those of an undisturbed monitor; gives how many lives took up a state."""
     chance, detector = random.Random(seed), trained(folder, seed)
     whole, growing, undisturbed = folder / "whole.csv", folder / "growing.csv", folder / "undisturbed.jsonl"

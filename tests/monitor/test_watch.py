@@ -1,7 +1,6 @@
 """What a watch says does not depend on chunks and restarts; it says things once, and counts them."""
 
 import time
-from collections import Counter
 from io import StringIO
 
 import numpy as np
@@ -116,65 +115,62 @@ def test_verdicts_are_those_of_the_same_windows_in_a_batch():
         assert [(line.start, line.end) for line in said] == [(each.time[0], each.time[-1]) for each in whole]
 
 
-def test_a_stuck_channel_is_said_when_it_begins_and_when_it_ends():
-    lines = lines_of(Watch(FILES["side by side"]), [stream(60, stuck=range(5, 45))])
+@pytest.mark.parametrize("stuck", [range(5, 45), range(5, 45, 5)], ids=["throughout", "interrupted"])
+def test_a_stuck_channel_is_said_when_it_begins_and_when_it_ends(stuck):
+    watch, made = Watch(FILES["side by side"]), stream(60, stuck=stuck)
+    lines = lines_of(watch, [made])
     begin, *silent, end = events_of(lines, EventKind.STUCK)
     assert len(windows(lines)) == 60
     assert (begin.time, begin.is_silent, begin.is_end) == (5.0, False, False)
     assert all(event.is_silent for event in silent)
-    assert total(lines, EventKind.STUCK) == end.count == 40
-    assert end.is_end
-    assert "40 windows" in end.text
-    assert "from 5 s to 44.999 s" in end.text
-
-
-def test_short_interruptions_of_an_episode_are_not_said():
-    lines = lines_of(Watch(FILES["side by side"]), [stream(60, stuck=range(5, 45, 5))])
-    said = [event for event in events_of(lines, EventKind.STUCK) if not event.is_silent]
-    assert [event.is_end for event in said] == [False, True]
+    assert total(lines, EventKind.STUCK) == end.count == len(stuck)
+    assert (end.is_end, end.time) == (True, stuck[-1] + 0.999)
 
 
 def test_what_goes_on_is_said_once_a_minute_with_its_count():
-    made = stream(300)
+    made = stream(130)
     doubled = rearranged(
         made, np.sort(np.concatenate([np.arange(made.n_time), np.arange(0, made.n_time, 10)]))
     )
     lines = lines_of(Watch(FILES["side by side"]), [doubled])
     said = events_of(lines, EventKind.DUPLICATE)
-    assert [event.count for event in said] == [1, 5999, 6000, 6000, 6000, 6000]
-    assert [event.time for event in said[1:]] == [60.0, 120.0, 180.0, 240.0, 300.0]
-    assert len(windows(lines)) == 300
+    assert [event.count for event in said] == [1, 5999, 6000, 1000]
+    assert [event.time for event in said[1:]] == [60.0, 120.0, 180.0]
+    assert len(windows(lines)) == 130
 
 
 def test_another_rate_is_said_once_and_no_window_is_judged():
-    made = stream(60)
+    made = stream(24)
     slow = rearranged(made, np.concatenate([np.arange(20_000), np.arange(20_000, made.n_time, 2)]))
     lines = lines_of(Watch(FILES["side by side"]), [slow])
     (begin,) = (each for each in events_of(lines, EventKind.RATE_CHANGED) if each.count == 1)
     assert 20.0 < begin.time < 20.1
     assert all(line.verdict.alarm is None for line in windows(lines) if line.start > 21.0)
-    assert total(lines, EventKind.RATE_CHANGED) + total(lines, EventKind.GAP) == 19_999
+    assert total(lines, EventKind.RATE_CHANGED) + total(lines, EventKind.GAP) == 1_999
 
 
 def test_a_clock_that_was_set_back_is_watched_on():
     watch, made = Watch(FILES["side by side"]), stream(100)
-    earlier = Chunk(made.time - 5000.0, made.channels)
     state, lines = watch.step(watch.start(), made)
-    state, more = watch.step(watch.resume(state, may_repeat=False), earlier)
-    assert 30 < len(windows(more)) < 100
-    assert windows(more)[0].number == len(windows(lines))
+    earlier = Chunk(made.time - 5000.0, made.channels)
+    more = windows(watch.step(watch.resume(state, may_repeat=False), earlier)[1])
+    assert 30 < len(more) < 100
+    assert more[0].number == len(windows(lines))
 
 
-def test_an_alarm_is_raised_once_and_cleared_after_ten_calm_windows():
-    leaking = [20, 21, 25, 34]
-    lines = lines_of(Watch(FILES["side by side"]), [stream(60, leaking=leaking)])
-    alarms = [line.number for line in windows(lines) if line.verdict.alarm]
-    assert alarms == leaking
-    raised, cleared = events_of(lines, EventKind.ALARM_RAISED, EventKind.ALARM_CLEARED)
-    assert (raised.kind, raised.time) == (EventKind.ALARM_RAISED, 20.999)
-    assert (cleared.kind, cleared.time) == (EventKind.ALARM_CLEARED, 44.999)
-    conditions = Counter(line.condition for line in windows(lines))
-    assert conditions == {Condition.HEALTHY: 20 + 16, Condition.ALARM: 24}
+def test_an_alarm_is_raised_once_and_cleared_after_ten_calm_windows_and_conditions_lapse():
+    leaking, stuck = [20, 21, 25, 34, 47], [0, 1, *range(10, 14), *range(48, 60)]
+    lines = lines_of(Watch(FILES["side by side"]), [stream(70, leaking=leaking, stuck=stuck)])
+    assert [line.number for line in windows(lines) if line.verdict.alarm] == leaking
+    said = events_of(lines, EventKind.ALARM_RAISED, EventKind.ALARM_CLEARED)
+    assert [each.time for each in said] == [20.999, 44.999, 47.999, 69.999]
+    assert [each.kind is EventKind.ALARM_RAISED for each in said] == [True, False] * 2
+    unknown, alarm = (
+        [line.number for line in windows(lines) if line.condition is each]
+        for each in (Condition.UNKNOWN, Condition.ALARM)
+    )
+    assert unknown == [0, 1, 57, 58, 59], "before the first, and after ten that are not judged"
+    assert alarm == [*range(20, 44), *range(47, 57), *range(60, 69)]
 
 
 def test_with_a_chart_its_alarms_decide():
@@ -184,30 +180,6 @@ def test_with_a_chart_its_alarms_decide():
     assert 30 <= first.number < 40
     assert raised.time == first.end
     assert first.chart.statistic >= first.chart.limit
-
-
-def test_nothing_is_known_before_the_first_and_after_ten_windows_that_are_not_judged():
-    lines = lines_of(Watch(FILES["side by side"]), [stream(40, stuck=[0, 1, *range(10, 25)])])
-    conditions = [line.condition for line in windows(lines)]
-    unknown = [number for number, condition in enumerate(conditions) if condition is Condition.UNKNOWN]
-    assert unknown == [0, 1, *range(19, 25)]
-
-
-def test_an_alarm_outlasts_windows_that_are_not_judged():
-    lines = lines_of(Watch(FILES["side by side"]), [stream(40, leaking=[5], stuck=range(6, 20))])
-    conditions = [line.condition for line in windows(lines)]
-    assert conditions[15] is Condition.UNKNOWN
-    assert conditions[20] is Condition.ALARM
-    assert not events_of(lines[:20], EventKind.ALARM_CLEARED)
-
-
-def test_the_state_holds_one_window_and_some_numbers():
-    watch, made = Watch(FILES["sliding"]), stream(100, leaking=[5], stuck=[50])
-    state, sizes = watch.start(), []
-    for some in divided(made, [777]):
-        state, _ = watch.step(state, some)
-        sizes.append(sum(array.nbytes for array in state.values()))
-    assert max(sizes) < 2 * 8 * N_SAMPLE + 1000
 
 
 def test_novel_windows_whose_score_comes_to_lie_beyond_the_limit_are_said_anew():
@@ -241,6 +213,7 @@ def view(n_window=24, file=FILE, chunk=LEAKING):
         some = part(chunk, first, first + 1000)
         state, lines = watch.step(state, some)
         seen._take(some, lines)
+        assert sum(array.nbytes for array in state.values()) < 2 * 8 * N_SAMPLE + 1000
     return seen
 
 
@@ -261,13 +234,9 @@ def test_a_condition_that_is_not_of_now_is_not_shown_as_if_it_were(monkeypatch):
     for wait, badge in ((4.0, " HEALTHY "), (6.0, " SILENT  no samples for 6")):
         monkeypatch.setattr("hydrofdi.cli.live_view.time.monotonic", lambda w=wait: now + w)
         assert badge in text_of(seen)
-
-
-def test_it_knows_no_more_after_a_million_windows_than_after_a_thousand():
-    seen = view(1)
     for _ in range(3):
         seen._take(None, [seen._windows[0], Event(EventKind.GAP, "a gap", 1.0)] * 1000)
-    assert "3,001 windows judged" in text_of(seen)
+    assert "3,010 windows judged" in text_of(seen)
     assert max(len(seen._windows), len(seen._events)) <= 1000
 
 
@@ -281,7 +250,7 @@ leakage: {{onset: step, onset_time: 7 s}}
 baseline: {{leakage.onset: constant}}
 study:
   population: {{seed: {seed}}}
-  healthy: {{fit: 160, test: 1}}
+  healthy: {{fit: 100, test: 1}}
   faults: {{leakage.internal_flow: [0.05 L/min, 0.5 L/min], each: 8, fit: 0, severity: level}}
 """
 
@@ -351,13 +320,13 @@ def test_the_delay_after_an_onset_is_that_of_the_study(study_detector, machines,
 
 def test_other_healthy_machines_alarm_within_the_promised_interval(study_detector, machines):
     others = of_population(machines, "sealed")
-    assert len(others) == 161
+    assert len(others) == 101
     alarms = sum(
         isinstance(line, Event) and line.kind is EventKind.ALARM_RAISED
         for records, row in others
         for line in watched(study_detector, records, row)
     )
-    hours = 161 * (10.0 - 4.0) / 3600.0
+    hours = 101 * (10.0 - 4.0) / 3600.0
     shortest, longest = study_detector.chart.interval
     most = 3600.0 * hours / shortest
     least = 0.0 if longest is None else 3600.0 * hours / longest

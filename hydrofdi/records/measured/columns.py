@@ -48,18 +48,9 @@ Units = Callable[[int], str]
 
 @dataclass(frozen=True)
 class Column:
-    """A column that is used.
+    """A column that is used, at a position among the titles, with its gain, offset and sign.
 
-    Attributes
-    ----------
-    position : int
-        Position among the titles.
-    config : ChannelConfig
-        Gain, offset and sign.
-    unit : str
-        Unit after the gain; empty for dates, which need none.
-    factor : Fraction or None
-        Factor to SI; one for counts, None for dates without a unit.
+    The unit is that after the gain, empty for dates; the factor leads to SI: one for counts, None for dates.
     """
 
     position: int
@@ -86,22 +77,10 @@ def columns_of(
     configured: Mapping[Channel, ChannelConfig],
     needed: Collection[Channel] = (),
 ) -> dict[Channel, Column]:
-    """The columns of channels, as configured, or else by their names and units.
+    """The columns of channels, as configured, or else by their names and units; `place` names the source.
 
-    A channel under its full name, such as ``chamber_1_pressure``, is in SI if no unit is stated.
-
-    Parameters
-    ----------
-    titles : sequence of str
-        Such as ``P1 [bar]``.
-    units : callable
-        Position → unit.
-    place : str
-        The source, for messages.
-    configured : mapping of Channel to ChannelConfig
-        If it is empty, names and units are self-explanatory.
-    needed : collection of Channel
-        Channels whose columns are refused, not ignored, if their unit has another dimension.
+    A channel under its full name, such as ``chamber_1_pressure``, is in SI if no unit is stated. A column of
+    a `needed` channel is refused, not ignored, if its unit has another dimension.
     """
     if configured:
         places = {channel: find_column(titles, each.column, place) for channel, each in configured.items()}
@@ -153,15 +132,6 @@ def time_column(
     """The column of time, as configured, or else by its name; None if there is none.
 
     Dates need no unit, and ``time`` is in seconds if none is stated.
-
-    Parameters
-    ----------
-    units : callable
-        Position → unit.
-    place : str
-        The source, for messages.
-    is_dated : callable
-        Whether a column contains dates.
     """
     if configured is not None:
         found = [find_column(titles, configured.column, place)]

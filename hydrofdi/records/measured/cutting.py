@@ -16,25 +16,13 @@ from hydrofdi.records.stuck import BAND, Direction, drive_edges
 
 
 def edges(samples: Array, direction: Direction) -> list[int]:
-    """First sample beyond a band around the middle of the range, after each change of side.
-
-    Parameters
-    ----------
-    samples : ndarray, shape (n_time,)
-    direction : str
-        ``rising``, ``falling`` or ``both``.
-    """
+    """First sample beyond a band around the middle of the range, after each change of side."""
     drive = _range(samples)
     return drive_edges(samples, drive, direction)[0].tolist() if drive[1] > drive[0] else []
 
 
 def reversals(position: Array) -> list[int]:
-    """Samples at which a position reverses; reversals below a fifth of its range do not count.
-
-    Parameters
-    ----------
-    position : ndarray, shape (n_time,)
-    """
+    """Samples at which a position reverses; reversals below a fifth of its range do not count."""
     low, high = _range(position)
     size = BAND * (high - low)
     if not size > 0.0:
@@ -67,14 +55,9 @@ _MOST_ENDS = 20
 
 @dataclass(frozen=True)
 class Stroke:
-    """A motion from the first position to the last.
+    """A motion over a distance, in the position's unit.
 
-    Attributes
-    ----------
-    distance : float
-        Last minus first position, in the position's unit.
-    start, arrival : int
-        First samples beyond 2 % and at 98 % of the distance.
+    `start` and `arrival` are the first samples beyond 2 % and at 98 % of the distance.
     """
 
     distance: float
@@ -88,12 +71,7 @@ class Stroke:
 
 
 def find_stroke(position: Array) -> Stroke | None:
-    """The stroke in a position; None if its distance is within the noise.
-
-    Parameters
-    ----------
-    position : ndarray, shape (n_time,)
-    """
+    """The stroke in a position; None if its distance is within the noise."""
     n_end = min(_MOST_ENDS, max(1, position.size // 50))
     first, last = float(np.median(position[:n_end])), float(np.median(position[-n_end:]))
     noise = float(np.median(np.abs(np.diff(position)))) if position.size > 1 else 0.0

@@ -31,17 +31,9 @@ Clipping may hide a line for a quarter of a record."""
 
 
 def hum_share(samples: Array, sampling_frequency: float, mains: float) -> float:
-    """Share of the power above 20 Hz in steady lines at the mains frequency and its harmonics.
+    """Share of the power above 20 Hz in steady lines at the mains frequency [Hz] and its harmonics.
 
     A line is steady if its amplitude lasts through the record, also while the machine rests.
-
-    Parameters
-    ----------
-    samples : ndarray, shape (n_time,)
-    sampling_frequency : float
-        [Hz].
-    mains : float
-        [Hz].
     """
     if samples.size < _PERIODS * sampling_frequency / mains or mains >= sampling_frequency / 2.0:
         return 0.0
@@ -97,13 +89,7 @@ Ranges = Mapping[Channel, tuple[float, float]]
 
 
 def defects(recording: Recording, limits: LimitsConfig, ranges: Ranges) -> Iterator[Issue]:
-    """Remarks on a record and on each of its channels.
-
-    Parameters
-    ----------
-    ranges : mapping of Channel to (float, float)
-        Plausible values, if known.
-    """
+    """Remarks on a record and on each of its channels, and on values outside of `ranges`."""
     if limits.samples is not None and recording.n_time != limits.samples:
         text = f"has {counted(recording.n_time, 'sample')} instead of {limits.samples}"
         yield Issue(text, kind="wrong_length")

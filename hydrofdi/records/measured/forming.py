@@ -63,14 +63,7 @@ def batched(
 ) -> Iterator[RecordBatch]:
     """Batches of consecutive records that fit together; rejected records come with the next batch.
 
-    Parameters
-    ----------
-    drive_period : float or None
-        [s].
-    labels : bool
-        Whether batches contain the labels of their records.
-    most_samples : int
-        Most samples, over all channels, of a batch with more than one record.
+    A batch of more than one record has at most `most_samples` over all channels.
     """
     waiting: list[Recording] = []
     rejected: list[RejectedRecord] = []
@@ -130,14 +123,9 @@ _DIGITS = re.compile(r"(\d+)")
 
 
 def matching_files(folder: Path, pattern: str) -> list[Path]:
-    """Files that match a pattern, in natural order: run 2 before run 10.
+    """Files that match a pattern relative to a folder, in natural order: run 2 before run 10.
 
     Leading parts of the pattern that exist literally are taken literally, including brackets and stars.
-
-    Parameters
-    ----------
-    folder : path
-        Base of relative patterns.
     """
     parts = PurePath(pattern).parts
     literal = 0

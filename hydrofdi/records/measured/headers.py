@@ -56,16 +56,8 @@ def completed(
 ) -> tuple[MeasuredConfig, tuple[Issue, ...]]:
     """A description with the channels that the first readable file states, and a remark on unused columns.
 
-    Without a readable file it has no channels.
-
-    Parameters
-    ----------
-    config : MeasuredConfig
-        A description without channels; its sampling is kept.
-    files : sequence of path
-        Not empty.
-    is_plain : bool
-        Whether a sampling frequency is refused if there is a column of time.
+    Its sampling is kept; if it `is_plain`, a column of time beside a sampling frequency is refused. Without a
+    readable file it has no channels.
     """
     for file in files:
         with suppress(RejectionError), open_table(file, str(file), config.format) as table:

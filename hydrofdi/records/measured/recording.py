@@ -31,17 +31,7 @@ MOST_BYTES = 2**31
 
 
 class Table(ABC):
-    """Columns of one file.
-
-    Attributes
-    ----------
-    place : str
-        The file, for messages.
-    titles : sequence of str
-        Header of each column, or its number.
-    remarks : tuple of Issue
-        Findings while reading.
-    """
+    """Columns of one file with titles, or numbers from 1; `place` names it, `remarks` are findings."""
 
     place: str
     titles: Sequence[str]
@@ -62,13 +52,7 @@ class Table(ABC):
         return f"sample {row + 1}"
 
     def find(self, column: str) -> int:
-        """Position of a column.
-
-        Raises
-        ------
-        DataError
-            There is no such column, or more than one.
-        """
+        """Position of a column; `DataError` unless there is exactly one."""
         return find_column(self.titles, column, self.place)
 
     def unit(self, position: int) -> str:
@@ -80,36 +64,18 @@ class Table(ABC):
 
     @abstractmethod
     def numbers(self, position: int) -> Array:
-        """Values of a column, shape (n_row,); NaN where missing.
-
-        Raises
-        ------
-        DataError
-            It contains something other than real numbers.
-        """
+        """Values of a column, shape (n_row,), NaN where missing; `DataError` if it is not numeric."""
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
         return False
 
     def instants(self, position: int) -> Array:
-        """Values of a time column, shape (n_row,); of dates, the time since the first one [s].
-
-        Raises
-        ------
-        DataError
-            It contains dates and something else.
-        """
+        """Values of a time column, shape (n_row,); of dates, the time since the first one [s]."""
         return self.numbers(position)
 
     def text(self, position: int) -> str:
-        """The value of a constant column.
-
-        Raises
-        ------
-        DataError
-            The column changes, or contains no text.
-        """
+        """The value of a constant column; `DataError` if it changes, or is not text."""
         raise DataError(f"{self.place}: column {self.titles[position]!r} is not text")
 
 
@@ -146,13 +112,7 @@ def counts_samples(values: Array) -> bool:
 
 
 def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tuple[float, list[Issue]]:
-    """The sampling frequency of the instants of a table [Hz], and remarks on gaps and uneven steps.
-
-    Parameters
-    ----------
-    times : ndarray, shape (n_time,)
-        [s].
-    """
+    """The sampling frequency of the instants of a table [Hz], and remarks on gaps and uneven steps."""
     steps = np.diff(times)
     if n_missing := np.count_nonzero(~np.isfinite(times)):
         text = f"{n_missing} sampling instants are missing; give 'sampling_frequency' in place of 'time'"
@@ -200,28 +160,10 @@ _TOLERANCE = 0.01
 
 @dataclass(frozen=True)
 class Recording:
-    """Channels of one file, or of a part of it: a record that is not yet in a batch.
+    """Channels of one file, or of a part of it: a record that is not yet in a batch, whose attributes it has.
 
-    Attributes
-    ----------
-    channels : dict of Channel to ndarray, shape (n_time,)
-        In SI, or in counts.
-    sampling_frequency, start_time : float
-        [Hz], and instant of the first sample [s].
-    relative : frozenset of Channel
-        Channels without a scale.
-    normalized : frozenset of Channel
-        Channels of `relative` that were divided by a reference pressure.
-    values : dict of str to str
-        Name that group and label may use → its value in this file.
-    scaled_headers : dict of Channel to str
-        Units that the file states for channels with a gain.
-    units : dict of Channel to str
-        Units that the file, or its description, states for its numbers.
-    record_id, source, group, label : str
-        As in a batch.
-    stroke : float
-        Last minus first piston position; zero if unknown.
+    `values` are what group and label may use; `scaled_headers` the units that the file states for channels
+    with a gain, `units` those of its numbers; `stroke` is the last minus the first position, or zero.
     """
 
     channels: dict[Channel, Array]

@@ -55,17 +55,10 @@ def wrong_encoding(place: str, encoding: str) -> DataError:
 
 
 class RowReader:
-    """Reads lines under a header.
+    """Reads lines under a header; the first lines show the delimiter if the format does not state it.
 
-    Parameters
-    ----------
-    first_lines : sequence of str
-        They show the delimiter if the format does not state it; a blank stands for runs of blanks.
-
-    Attributes
-    ----------
-    titles, units : list of str
-        Names of the columns, and cells of a row of units, to be set after the header is read.
+    A blank stands for runs of blanks. `titles` and `units`, the cells of a row of units, are set from
+    outside.
     """
 
     def __init__(self, form: FormatConfig, first_lines: Sequence[str]) -> None:
@@ -142,13 +135,7 @@ class RowReader:
         return width
 
     def numbers(self, lines: Sequence[str], positions: Sequence[int]) -> list[Array]:
-        """Numbers of columns, each of shape (n_line,); NaN if one is missing.
-
-        Parameters
-        ----------
-        lines : sequence of str
-            Rows of the same width.
-        """
+        """Numbers of columns of rows of the same width, each of shape (n_line,); NaN if one is missing."""
         text, form = "\n".join(lines), self._form
         if positions and not form.missing and '"' not in text and (form.decimal == "." or "." not in text):
             plain = lines if form.decimal == "." else text.replace(",", ".").split("\n")
@@ -204,12 +191,7 @@ def runs(
 ) -> Iterator[tuple[int, Parsed | ValueError]]:
     """Lines parsed together, as many at once as possible, and the error of each line that cannot be parsed.
 
-    Parameters
-    ----------
-    parse : callable
-        Raises ValueError if one of the lines cannot be parsed.
-    first : int
-        Position of the first line, which is returned with each result.
+    `first` is the position of the first line, which is returned with each result.
     """
     if not lines:
         return

@@ -45,18 +45,10 @@ from hydrofdi.settings.yaml_source import Source
 
 @dataclass(frozen=True)
 class MeasuredSource:
-    """Records of measured files, read one file at a time.
+    """Records of measured files, read one file at a time; ids are relative to `folder`.
 
-    Attributes
-    ----------
-    name : str
-        The description, or the file.
-    folder : path
-        Base of record ids.
-    remarks : tuple of Issue
-        Remarks on every record.
-    most_samples : int
-        Most samples, over all channels, of a batch with more than one record.
+    `remarks` are on every record; a batch of more than one record has at most `most_samples` over all
+    channels.
     """
 
     name: str
@@ -144,15 +136,7 @@ class MeasuredSource:
 
 
 def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> MeasuredSource:
-    """The records of the files that a YAML file describes.
-
-    Parameters
-    ----------
-    path : path
-        The description; its patterns are relative to its folder.
-    most_samples : int
-        Most samples, over all channels, of a batch with more than one record.
-    """
+    """The records of the files that a YAML file describes; its patterns are relative to its folder."""
     file = Path(path)
     source = read_yaml(file, "a description of measured files")
     source.data = {key: value for key, value in (source.data or {}).items() if key not in OF_STREAMS}
@@ -187,18 +171,7 @@ def _require_consistent(config: MeasuredConfig, source: Source) -> None:
 
 @dataclass(frozen=True)
 class HeldTable(Table):
-    """Columns of one record.
-
-    Attributes
-    ----------
-    place : str
-        Name of the record in messages.
-    titles, units : sequence of str
-        Name and unit of each column; the unit is empty if unknown.
-    columns : sequence of ndarray, shape (n_time,)
-    record_id, group, label : str
-        Group and label are empty if unknown.
-    """
+    """Columns of one record in memory, each of shape (n_time,); unknown texts are empty."""
 
     place: str
     titles: Sequence[str]
@@ -219,15 +192,7 @@ class HeldTable(Table):
 
 @dataclass(frozen=True)
 class HeldSource(MeasuredSource):
-    """Records in memory.
-
-    Attributes
-    ----------
-    tables : sequence of HeldTable
-        One for each record.
-    is_simulated : bool
-        Whether an experiment file states the plant.
-    """
+    """Records in memory; `is_simulated` if an experiment file states the plant."""
 
     tables: Sequence[HeldTable] = ()
     is_simulated: bool = False
@@ -261,12 +226,8 @@ def held_source(
 ) -> HeldSource:
     """Records of tables with the same columns.
 
-    Parameters
-    ----------
-    channels : mapping
-        Channel → ``column``, and ``unit`` if the table does not state it.
-    sampling : mapping
-        ``time`` or ``sampling_frequency``, as in a description of measured files.
+    A channel has a ``column``, and a ``unit`` if the table states none; `sampling` has ``time`` or
+    ``sampling_frequency``, as in a description.
     """
     columns = {channel.value: dict(column) for channel, column in channels.items()}
     name = tables[0].place if tables else "the records"
@@ -283,12 +244,8 @@ _SUFFIXES_IN_FOLDERS = (".csv", ".tsv", ".parquet", ".pq", ".mat", ".npz", ".csv
 def plain_source(path: Path | str, sampling_frequency: float | None = None) -> MeasuredSource:
     """The records of one file whose headers name channels and units, or of a folder of them.
 
-    Parameters
-    ----------
-    path : path
-        All files of a folder have the columns of the first; subfolders and hidden files are not read.
-    sampling_frequency : float, optional
-        [Hz]; needed if there is no column ``time [s]``.
+    All files of a folder have the columns of the first readable one; subfolders and hidden files are not
+    read.
     """
     place = Path(path)
     files = _files_at(place)
@@ -299,15 +256,7 @@ def plain_source(path: Path | str, sampling_frequency: float | None = None) -> M
 
 
 def write_description(path: Path, file: Path, sampling_frequency: float | None = None) -> str:
-    """Write what the headers of a measured file, or of a folder of them, state as a description; its text.
-
-    Parameters
-    ----------
-    path, file : path
-        The records and the YAML file.
-    sampling_frequency : float, optional
-        [Hz]
-    """
+    """Write what the headers of a measured file, or of a folder of them, state as a description; its text."""
     files = _files_at(path)
     pattern = os.path.relpath(path / f"*{files[0].suffix}" if path.is_dir() else path, file.parent)
     text = suggested_description(files[0], pattern, sampling_frequency)
@@ -355,14 +304,7 @@ def outliers(records: Iterable[Recording | RejectedRecord], limit: float) -> dic
     """Record id → remarks, for records that are further from the median of their group than others.
 
     The check compares the stroke, and the logarithm of the RMS of each pressure's changes from sample to
-    sample.
-
-    Parameters
-    ----------
-    records : iterable of Recording or RejectedRecord
-        Only a few numbers of each are kept.
-    limit : float
-        Largest usual distance from the median, in robust standard deviations.
+    sample; the limit is in robust standard deviations.
     """
     names: dict[Key, list[str]] = defaultdict(list)
     numbers: dict[Key, list[float]] = defaultdict(list)

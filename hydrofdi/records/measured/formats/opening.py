@@ -40,16 +40,7 @@ Content = Path | BytesIO
 class ArrayTable(Table):
     """Columns in arrays: vectors by their name, columns of matrices as ``name[1]``, ``name[2]``, …
 
-    Parameters
-    ----------
-    what : str
-        Kind of file, for messages.
-    shapes : mapping of str to tuple of int
-        Name → shape, known before the arrays are read. The longer axis of a matrix is time.
-    load : callable
-        Name → array, as the file contains it.
-    units : mapping of str to str, optional
-        Name → unit that the file states.
+    The longer axis of a matrix is time. `load` gives the array of a name; `what` is the kind of file.
     """
 
     def __init__(

@@ -342,6 +342,8 @@ class ExperimentConfig(RunRequest):
         is_listed = bool(given.cells if isinstance(given, ReferenceConfig) else given)
         if is_listed and info.context != STORED and info.data.get("paper", "mistaken") is None:
             raise ValueError(_NO_PAPER.format(info.field_name))
+        if is_listed and info.field_name == "claims" and info.data.get("study"):
+            raise ValueError("a study has no claims; those of the paper are about its own experiment")
         return given
 
     @field_validator("baseline")

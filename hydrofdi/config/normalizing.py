@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,8 @@ from pydantic import ValidationError
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.config.sweeps.sweep import LAWS, argument_values
-from hydrofdi.settings.messages import describe_error, first_reason, nearest
+from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.yaml_source import Path, Source
 from hydrofdi.units import parse_quantity
@@ -91,12 +91,21 @@ def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
         if not any(mistake.message == unknown.message for mistake in source.mistakes):
             source.mistakes.append(unknown)
         return value
-    try:
+    with _reported(source, path):
         return validate_parameter(name, value)
+    return value
+
+
+@contextmanager
+def _reported(source: Source, path: Path, said: str = "") -> Iterator[None]:
+    """Collect what is invalid within as a mistake at a path."""
+    try:
+        yield
     except ValidationError as errors:
         for error in errors.errors():
-            source.report(path, describe_error(error))
-        return value
+            source.report(path, f"{said}{describe_error(error)}")
+    except ValueError as error:
+        source.report(path, f"{said}{error}")
 
 
 def _changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
@@ -107,15 +116,12 @@ def _changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
     if not is_relative or name not in parameter_names():
         return parameter_value(source, path, name, value)
     nominal = nominal_value(source, name)
-    try:
+    with _reported(source, path):
         change = parse_quantity(value.replace("−", "-"), "1")
-    except ValueError as error:
-        source.report(path, str(error))
-        return value
-    if not isinstance(nominal, float) or not nominal * change:
-        source.report(path, f"{value} of the nominal {nominal!r} is no change; state the value itself")
-        return value
-    return parameter_value(source, path, name, nominal * (1.0 + change))
+        if not isinstance(nominal, float) or not nominal * change:
+            raise ValueError(f"{value} of the nominal {nominal!r} is no change; state the value itself")
+        return parameter_value(source, path, name, nominal * (1.0 + change))
+    return value
 
 
 def nominal_value(source: Source, name: str) -> Any:
@@ -172,15 +178,13 @@ def _argument(source: Source, path: Path, name: str, role: str, value: Any) -> A
     """An argument in SI: a value of the parameter, a difference of two, or a number without a unit."""
     if role not in ("deviation", "factor", "step", "count"):
         return parameter_value(source, path, name, value)
-    try:
+    with _reported(source, path):
         if role != "count":
             return _difference("" if role == "factor" else name, value)
         if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _MOST_VALUES:
             raise ValueError(f"the count must be an integer from 1 to {_MOST_VALUES}; found {value!r}")
-    except ValueError as error:
-        source.report(path, str(error))
-        return None
-    return value
+        return value
+    return None
 
 
 def _difference(name: str, value: Any) -> float:
@@ -202,13 +206,11 @@ def distribution_in_si(source: Source, path: Path, name: str, stated: Any) -> An
         values = _about_nominal(source, path, name, kind, about[1])
     else:
         values = _arguments(source, path, name, _DISTRIBUTIONS[kind], arguments)
-    if values and kind in LAWS:
-        try:
+    with _reported(source, path):
+        if values and kind in LAWS:
             _require_kind(name, kind, values)
-        except ValueError as error:
-            source.report(path, str(error))
-            return nothing
-    return {kind: values} if values else nothing
+        return {kind: values} if values else nothing
+    return nothing
 
 
 def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str) -> list[float]:
@@ -219,7 +221,7 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
     nominal = nominal_value(source, name)
     if nominal is None and _is_stated(source, name):  # validation of the model reports it
         return []
-    try:
+    with _reported(source, path, f"±{width}: "):
         if kind not in _ARGUMENTS_ABOUT or not isinstance(nominal, float):
             raise ValueError(f"± needs a real number, and one of {', '.join(_ARGUMENTS_ABOUT)}")
         size = abs(nominal) * parse_quantity(width, "1") if width.endswith("%") else _difference(name, width)
@@ -228,10 +230,8 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
         arguments: list[float] = _ARGUMENTS_ABOUT[kind](nominal, size)
         for value in argument_values({kind: arguments}):
             validate_parameter(name, value)
-    except ValueError as error:
-        source.report(path, f"±{width}: {first_reason(error)}")
-        return []
-    return arguments
+        return arguments
+    return []
 
 
 def _require_kind(name: str, kind: str, values: list[Any]) -> None:
@@ -270,16 +270,14 @@ def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) ->
     kind = _kind(source, path, stated, _GENERATORS)
     path = (*path, kind)
     ends = _arguments(source, path, name, _GENERATORS[kind], stated[kind]) if kind else []
-    try:
+    with _reported(source, path):
         values = _range(kind, *ends) if ends else []
         are_whole = bool(ends) and isinstance(ends[0], int)
         return [
             validate_parameter(name, int(value) if are_whole and value.is_integer() else value)
             for value in values
         ]
-    except ValueError as error:
-        source.report(path, first_reason(error))
-        return []
+    return []
 
 
 def _range(kind: str, first: float, last: float, third: float) -> list[float]:
@@ -307,26 +305,9 @@ def _normalize_block(source: Source, path: Path, block: Any) -> None:
         *_convert(source, block.get("sample"), (*path, "sample", "over"), distribution_in_si),
     ]
     _refuse_both_forms(source, path, varied)
-    _check_condition(source, (*path, "where"), block.get("where"))
     if isinstance(union := block.get("union"), list):
         for index, part in enumerate(union):
             _normalize_block(source, (*path, "union", index), part)
-
-
-def _check_condition(source: Source, path: Path, text: Any) -> None:
-    try:
-        condition = parse_condition(text) if isinstance(text, str) else None
-    except ValueError:  # validation of the model reports it
-        return
-    known = parameter_names()
-    for name in sorted(condition.names - set(known)) if condition else ():
-        source.report(path, f"no parameter {name!r}{nearest(name, known)}")
-    for name, quantity in condition.compared if condition else ():
-        if name in known and (unit := parameter_unit(name)) is not None:
-            try:
-                parse_quantity(quantity, unit)
-            except ValueError as error:
-                source.report(path, f"{name} cannot be compared with this quantity: {error}")
 
 
 def _refuse_both_forms(source: Source, path: Path, names: Iterable[str]) -> None:
@@ -336,8 +317,6 @@ def _refuse_both_forms(source: Source, path: Path, names: Iterable[str]) -> None
 
 def _normalize_study(source: Source, study: dict[str, Any]) -> None:
     """A study with what is drawn and kept unless the file says otherwise; without parts that are null."""
-    if source.data.get("claims"):
-        source.report(("claims",), "a study has no claims; those of the paper are about its own experiment")
     sections: list[Any] = [study, study.get("population")]
     for section in sections:
         for name in [*section] if isinstance(section, dict) else ():

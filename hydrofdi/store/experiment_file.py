@@ -6,7 +6,7 @@ depend only on the configuration, the results and the library versions.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -34,22 +34,12 @@ def write_experiment(
 ) -> None:
     """Write the experiment file atomically."""
     time = results.time() if experiment.store.signals != "none" else None
-    variables, sizes = computed_variables(table), names.dimensions(table.runs)
     signals = [each for each in names.stored_variables(experiment.store.signals) if each.is_signal]
-    columns = computed_columns(results, table)
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         _write_attributes(file, experiment, versions)
-        _write_coordinates(file, time, sizes)
-        for variable, values in _requested(table):
-            if variable is not names.REPLICATED or experiment.replicates.count:
-                _write_column(file, variable, values)
-        for variable in variables:
-            if not names.is_needless(variable.name, columns[variable.name]):
-                _write_column(file, variable, columns[variable.name])
-        by_level = names.wavelet_numbers(columns)
-        for variable in names.BY_LEVEL:
-            if variable.name in by_level:
-                _write_column(file, variable, by_level[variable.name])
+        _write_coordinates(file, time, names.dimensions(table.runs))
+        for variable, values in columns_of(results, table).items():
+            _write_column(file, variable, values)
         _describe_indicators(file, experiment)
         for variable in signals if time is not None else ():
             if variable.name == names.INPUT_VOLTAGE and _share_input(table):
@@ -65,12 +55,17 @@ def computed_variables(table: RunTable) -> tuple[Variable, ...]:
     return (*computed, *names.output_variables(map(table.runs.choice.made, wavelets)))
 
 
-def computed_columns(results: ShardResults, table: RunTable) -> dict[str, NDArray[Any]]:
-    """Computed results of the runs of a table, without signals; gaps for runs without results."""
+def columns_of(results: ShardResults, table: RunTable) -> dict[Variable, NDArray[Any]]:
+    """All variables of the runs of a table but signals; gaps for runs without results."""
     variables = computed_variables(table)
-    columns = results.columns(variables, names.dimensions(table.runs))
-    fill_given_coefficients(columns[names.LEAKAGE_COEFFICIENT], table)
-    return columns
+    computed = results.columns(variables, names.dimensions(table.runs))
+    given = np.array(table.runs.values("leakage.internal_coefficient"), dtype=float)
+    solved = computed[names.LEAKAGE_COEFFICIENT]
+    computed[names.LEAKAGE_COEFFICIENT] = np.where(np.isnan(solved), given, solved)
+    computed |= names.wavelet_numbers(computed)
+    columns = requested_columns(table)
+    columns |= {each: computed[each.name] for each in (*variables, *names.BY_LEVEL) if each.name in computed}
+    return {each: values for each, values in columns.items() if not names.is_needless(each.name, values)}
 
 
 def _describe_indicators(file: h5py.File, experiment: ExperimentConfig) -> None:
@@ -83,17 +78,9 @@ def _describe_indicators(file: h5py.File, experiment: ExperimentConfig) -> None:
 
 def _share_input(table: RunTable) -> bool:
     """Whether all runs have the same input voltage."""
-    parameters = [run.parameters for run in table.runs]
-    is_open = not any(run.control.is_closed for run in parameters)
-    is_exact = all(run.is_shown_exactly("voltage_sensor") for run in parameters)
-    return is_open and is_exact and len({(run.input, run.record) for run in parameters}) == 1
-
-
-def fill_given_coefficients(coefficients: NDArray[np.float64], table: RunTable) -> None:
-    """Fill in K_i for runs without a result whose configuration specifies K_i directly."""
-    for position, given in enumerate(table.runs.values("leakage.internal_coefficient")):
-        if given is not None and np.isnan(coefficients[position]):
-            coefficients[position] = given
+    runs = list(table.runs.distinct("input", "record", "control", "measurement", "voltage_sensor"))
+    are_shown = all(run.is_shown_exactly("voltage_sensor") and not run.control.is_closed for run in runs)
+    return are_shown and len({(run.input, run.record) for run in runs}) == 1
 
 
 def _write_attributes(file: h5py.File, experiment: ExperimentConfig, versions: Mapping[str, str]) -> None:
@@ -171,12 +158,8 @@ def _describe(dataset: h5py.Dataset, units: str, long_name: str) -> None:
     dataset.attrs["long_name"] = long_name
 
 
-def requested_columns(table: RunTable) -> dict[str, NDArray[Any]]:
+def requested_columns(table: RunTable) -> dict[Variable, NDArray[Any]]:
     """Variables of each run that come from the experiment, in addition to the computed ones."""
-    return {variable.name: values for variable, values in _requested(table)}
-
-
-def _requested(table: RunTable) -> Iterator[tuple[Variable, NDArray[Any]]]:
     flows, coefficients = (
         table.runs.values(name) for name in ("leakage.internal_flow", "leakage.internal_coefficient")
     )
@@ -184,15 +167,15 @@ def _requested(table: RunTable) -> Iterator[tuple[Variable, NDArray[Any]]]:
         flow or (np.nan if coefficient else 0.0)
         for flow, coefficient in zip(flows, coefficients, strict=True)
     ]
-    moduli = table.runs.values("fluid.bulk_modulus")
-    columns = (moduli, np.array(levels, dtype=float), table.fixed_baseline, table.matched_baseline)
-    yield from zip(names.REQUESTED, map(np.asarray, columns), strict=True)
-    yield names.REPLICATED, table.replicate_of
+    rows = (table.fixed_baseline, table.matched_baseline, table.replicate_of)
+    values = (np.array(table.runs.values("fluid.bulk_modulus")), np.array(levels, dtype=float), *rows)
+    columns: dict[Variable, NDArray[Any]] = dict(zip(names.REQUESTED, values, strict=True))
     for name in table.axes:
         if name != "fluid.bulk_modulus" and not name.startswith("leakage.internal"):
-            values, unit = _axis_values(table, name), parameter_unit(name) or ""
-            unit = "" if values.dtype == object else unit
-            yield Variable(names.axis_variable(name), (names.RUN,), unit, f"swept parameter {name}"), values
+            own = _axis_values(table, name)
+            unit = "" if own.dtype == object else parameter_unit(name) or ""
+            columns[Variable(names.axis_variable(name), (names.RUN,), unit, f"swept parameter {name}")] = own
+    return columns
 
 
 def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:

@@ -17,7 +17,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import describe_error
 from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
-from hydrofdi.store.experiment_file import computed_columns, requested_columns
+from hydrofdi.store.experiment_file import columns_of
 from hydrofdi.store.files import open_for_reading, reason, write_whole_text
 from hydrofdi.store.layout import names
 from hydrofdi.store.shard import values_in
@@ -85,11 +85,11 @@ def read_experiment(path: Path) -> ExperimentData:
         experiment = stored_experiment(
             file.attrs["configuration"], f"{path}: its configuration (hydrofdi {writer} wrote it)"
         )
-        asked = (*names.REQUESTED, names.REPLICATED) if names.REPLICATE_OF in file else names.REQUESTED
-        stored = (*asked, *names.stored_variables("none", phases=names.PHASE in file))
+        stored = (*names.REQUESTED, *names.stored_variables("none", phases=names.PHASE in file))
+        required = [each.name for each in stored if each.name != names.REPLICATE_OF or each.name in file]
         axes = {names.axis_variable(name) for name in experiment.varied_names}
         others = [name for name in file if name in axes or ("." in name and not file[name].is_scale)]
-        columns = {name: values_in(file, name) for name in (*(each.name for each in stored), *others)}
+        columns = {name: values_in(file, name) for name in (*required, *others)}
         columns |= names.wavelet_numbers(columns)
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")
@@ -150,6 +150,5 @@ def read_unfinished(
     versions: Mapping[str, str],
 ) -> ExperimentData:
     """Read an experiment from its shards; runs without a result contain the reason."""
-    columns = computed_columns(results, table) | requested_columns(table)
-    columns |= names.wavelet_numbers(columns)
+    columns = {variable.name: values for variable, values in columns_of(results, table).items()}
     return ExperimentData(path, experiment, columns, dict(versions), results)

@@ -230,7 +230,6 @@ def test_a_label_that_a_file_cannot_hold_is_a_mistake(label: str) -> None:
 def test_no_label_is_the_name_of_a_variable_of_a_file() -> None:
     variables = (
         *names.REQUESTED,
-        names.REPLICATED,
         *names.BY_LEVEL,
         *names.stored_variables("all", phases=True),
     )

@@ -123,7 +123,7 @@ def made(folder: Path, text: str) -> ExperimentData:
         if variable.is_text
         else draw.uniform(1.0, 2.0, (n_run, 5) if names.LEVEL in variable.dimensions else n_run)
         for variable in (*names.stored_variables("none"), *names.BY_LEVEL[:2])
-    } | requested_columns(runs)
+    } | {each.name: values for each, values in requested_columns(runs).items()}
     return ExperimentData(folder / "made.h5", experiment, columns, {}, FileSignals(folder / "made.h5"))
 
 

@@ -54,7 +54,7 @@ def made_up(tmp_path: Path) -> ExperimentData:
     experiment = load_experiment(config)
     table = expand_runs(experiment)
     statuses = ["ok"] * 5 + ["diverged"]
-    columns = requested_columns(table) | {
+    columns = {each.name: values for each, values in requested_columns(table).items()} | {
         names.RUN_ID: np.array([f"{position:016x}" for position in range(6)]),
         names.STATUS: np.array(statuses),
         names.MESSAGE: np.array([""] * 5 + ["the state grew without bound by t = 1 s"]),

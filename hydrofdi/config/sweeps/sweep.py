@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import Section
+from hydrofdi.units import parse_quantity
 
 _LARGEST_KEY = 2**62
 
@@ -249,9 +251,15 @@ Axes = Annotated[dict[str, list[Any]], WithJsonSchema(_AXES)]
 """Dotted parameter → its values in SI; generators are expanded when a file is loaded."""
 
 
-def _parsed(text: Any) -> Any:
+def _sound_condition(text: Any) -> Any:
+    """A condition on parameters that there are, compared with quantities of their units."""
     if isinstance(text, str):
-        parse_condition(text)
+        condition, known = parse_condition(text), parameter_names()
+        for name in sorted(condition.names.difference(known)):
+            raise ValueError(f"no parameter {name!r}{nearest(name, known)}")
+        for name, quantity in condition.compared:
+            if unit := parameter_unit(name):
+                parse_quantity(quantity, unit)
     return text
 
 
@@ -270,7 +278,7 @@ class SweepConfig(Section):
     union: list[SweepConfig] = Field(default_factory=list)
     """Blocks whose points are concatenated."""
 
-    where: Annotated[str, BeforeValidator(_parsed)] | None = None
+    where: Annotated[str, BeforeValidator(_sound_condition)] | None = None
     """Condition that the points of the block must satisfy, such as ``friction.breakaway >=
     friction.coulomb``. Quantities are quoted: ``fluid.bulk_modulus > '600 MPa'``."""
 

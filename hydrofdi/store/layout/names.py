@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import DWT, NAMED, Indicators
+from hydrofdi.config.experiment import SIGNALS as SIGNALS
 from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.transforms.wavelet import n_phase
 
@@ -89,21 +90,19 @@ REPLICATE_OF = "replicate_of_run"
 NO_BASELINE = -1
 """Row number that means "no healthy run"."""
 
-_SIGNALS = (
-    Variable(INPUT_VOLTAGE, (RUN, TIME), "V", "valve input voltage u"),
-    Variable(REFERENCE_POSITION, (RUN, TIME), "m", "position reference of the controller"),
-    Variable(LOAD_FORCE, (RUN, TIME), "N", "load force against positive motion, F_L"),
-    Variable("spool_position", (RUN, TIME), "m", "valve spool position x_v"),
-    Variable("piston_position", (RUN, TIME), "m", "piston position x_p"),
-    Variable("piston_velocity", (RUN, TIME), "m s-1", "piston velocity v_p"),
-    Variable(CHAMBER_1_PRESSURE, (RUN, TIME), "Pa", "pressure of chamber 1, P_1"),
-    Variable(CHAMBER_2_PRESSURE, (RUN, TIME), "Pa", "pressure of chamber 2, P_2"),
-    Variable(VALVE_SUPPLY_PRESSURE, (RUN, TIME), "Pa", "supply pressure at the valve, P_s"),
-    Variable("internal_leakage_flow", (RUN, TIME), "m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
+_OF_SIGNALS = (
+    ("V", "valve input voltage u"),
+    ("m", "position reference of the controller"),
+    ("N", "load force against positive motion, F_L"),
+    ("m", "valve spool position x_v"),
+    ("m", "piston position x_p"),
+    ("m s-1", "piston velocity v_p"),
+    ("Pa", "pressure of chamber 1, P_1"),
+    ("Pa", "pressure of chamber 2, P_2"),
+    ("Pa", "supply pressure at the valve, P_s"),
+    ("m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
 )
-
-SIGNALS = tuple(variable.name for variable in _SIGNALS)
-"""Names of all signals."""
+"""Unit and long name of each of the `SIGNALS`."""
 
 JUDGED = (
     Variable(VERDICT, (RUN,), "", "verdict on the quality of the run"),
@@ -111,9 +110,7 @@ JUDGED = (
     Variable("above_supply_share", (RUN,), "1", "fraction of samples above the supply pressure"),
     Variable("settling_change", (RUN,), "1", "largest relative change of a detail over the last two periods"),
     Variable("volume_residual", (RUN,), "1", "relative residual of the volume balance of chamber 1"),
-    Variable(
-        "energy_residual", (RUN,), "1", "residual of the energy balance, relative to the energy supplied"
-    ),
+    Variable("energy_residual", (RUN,), "1", "residual of the energy balance over the energy supplied"),
 )
 
 EXTREMES = (
@@ -124,16 +121,6 @@ EXTREMES = (
     Variable("chamber_2_pressure_min", (RUN,), "Pa", "least pressure of chamber 2"),
     Variable("chamber_2_pressure_max", (RUN,), "Pa", "largest pressure of chamber 2"),
 )
-
-OVER_PHASES = (
-    Variable(
-        SETTLED_PHASE_DETAIL_RMS,
-        (RUN, PHASE, LEVEL),
-        "Pa",
-        "RMS of the details of the settled P_1 at each phase",
-    ),
-)
-"""Features that exist only if every start phase was measured (``wavelet.phase: all``)."""
 
 BY_LEVEL = (
     Variable(DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the detail coefficients of the chamber-1 pressure"),
@@ -154,21 +141,21 @@ COMPUTED = (
     Variable("unusual_share", (RUN,), "1", "how far a parameter or the damping ratio misses its usual range"),
     Variable(SETTLED_FROM, (RUN,), "s", "start of the settled periods"),
     Variable(SETTLED_DETAIL_RMS, (RUN, LEVEL), "Pa", "RMS of the undecimated details of the settled P_1"),
-    Variable(
-        SETTLED_APPROXIMATION_RMS,
-        (RUN, LEVEL),
-        "Pa",
-        "RMS of the undecimated approximations of the settled P_1",
-    ),
+    Variable(SETTLED_APPROXIMATION_RMS, (RUN, LEVEL), "Pa", "RMS of undecimated approximations, settled P_1"),
     Variable(RECORD_ID, (RUN,), "", "identity of the record: hash of what determines it and the physics"),
-    *OVER_PHASES,
+    Variable(
+        SETTLED_PHASE_DETAIL_RMS,
+        (RUN, PHASE, LEVEL),
+        "Pa",
+        "RMS of the details of the settled P_1, by start phase",
+    ),
     Variable(MEAN_LEAKAGE_FLOW, (RUN,), "m3 s-1", "mean of the absolute internal leakage flow"),
     Variable(LEAKAGE_COEFFICIENT, (RUN,), "m3.5 kg-0.5", "internal leakage coefficient K_i"),
     Variable(MODE_FREQUENCY, (RUN,), "Hz", "frequency of the hydraulic mode f_h"),
     Variable(MODE_DAMPING_RATIO, (RUN,), "1", "damping ratio of the hydraulic mode"),
     *EXTREMES,
     *JUDGED,
-    *_SIGNALS,
+    *(Variable(name, (RUN, TIME), *about) for name, about in zip(SIGNALS, _OF_SIGNALS, strict=True)),
 )
 """Variables that a run computes; a shard contains these and the outputs of its indicators."""
 
@@ -177,14 +164,9 @@ REQUESTED = (
     Variable(LEAKAGE_LEVEL, (RUN,), "m3 s-1", "mean leakage flow that K_i was solved for"),
     Variable(FIXED_BASELINE, (RUN,), "", "row of the healthy run under the baseline's conditions, -1: none"),
     Variable(MATCHED_BASELINE, (RUN,), "", "row of the healthy run under the run's own conditions, -1: none"),
+    Variable(REPLICATE_OF, (RUN,), "", "row of the healthy run that this one replicates, -1: none"),
 )
 """Variables of each run that come from the experiment configuration."""
-
-
-REPLICATED = Variable(
-    REPLICATE_OF, (RUN,), "", "row of the healthy run that this is an independent replicate of, -1: none"
-)
-"""Present if the experiment requests replicates."""
 
 
 @cache
@@ -199,7 +181,7 @@ def stored_variables(signals: str, *, phases: bool = False) -> tuple[Variable, .
     return tuple(
         variable
         for variable in COMPUTED
-        if (variable.name in kept if variable.is_signal else phases or variable not in OVER_PHASES)
+        if (variable.name in kept if variable.is_signal else phases or PHASE not in variable.dimensions)
     )
 
 
@@ -215,7 +197,9 @@ def axis_variable(parameter: str) -> str:
 
 
 def is_needless(name: str, values: NDArray[Any]) -> bool:
-    """Whether a variable can be omitted: obstacles, if no record has one."""
+    """Whether a variable can be omitted: obstacles if no record has one, and of what runs are replicates."""
+    if name == REPLICATE_OF:
+        return bool((values == NO_BASELINE).all())
     return name.endswith(OBSTACLE) and not any(values)
 
 

@@ -18,10 +18,9 @@ def main() -> None:
 
 
 def _end_quietly_while_loading() -> None:
-    """Let Ctrl-C end the process with one line, and SIGTERM a monitor as it does later.
+    """Let Ctrl-C end the process with one line, and SIGTERM a monitor, until the command takes them back.
 
-    A command takes Ctrl-C back once it runs, and a monitor takes SIGTERM. An exception is no choice here: the
-    libraries that are being loaded may turn it into errors of their own.
+    An exception is no choice here: libraries that are being loaded may turn it into errors of their own.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupted)

@@ -27,10 +27,7 @@ _CREDENTIALS = re.compile(r"(?P<begin>://?).*@|(?P<slashes>//)\S*@|[^\s/:'\"]+:\
 
 
 def without_credentials(text: str) -> str:
-    """What somebody typed, fit to be shown: an ellipsis for what stands before ``@`` in an address.
-
-    Misspelt addresses hide it as well: behind ``//``, and behind a colon.
-    """
+    """What somebody typed, with an ellipsis for what stands before ``@``, behind ``//`` or a colon."""
     return _CREDENTIALS.sub(lambda found: f"{found['begin'] or found['slashes'] or ''}…@", text)
 
 
@@ -52,7 +49,7 @@ class Issue:
     where : str
         Dotted key or channel; ``""`` if it concerns the whole.
     origin : str
-        ``file:line`` or the command-line option that set the value; what it names is not repeated.
+        ``file:line`` or the command-line option that set the value.
     kind : str
         One word, such as ``clipped`` or ``stuck``; ``""`` in a configuration.
     is_unusable : bool
@@ -107,15 +104,7 @@ class ReportError(HydrofdiError):
 
 
 class NotStatedError(ReportError):
-    """The records do not support this result.
-
-    Parameters
-    ----------
-    message : str
-        One sentence: what is missing, and what would help.
-    records_needed : int, optional
-        Number of records that would suffice, if known.
-    """
+    """The records do not support this result; `records_needed` would suffice, if known."""
 
     def __init__(self, message: str, records_needed: int | None = None) -> None:
         self.records_needed = records_needed
@@ -129,10 +118,7 @@ def is_interruption(error: BaseException | None) -> bool:
 
 @contextmanager
 def interruption(on_request: Callable[[], None], at_once: Collection[int] = ()) -> Iterator[list[int]]:
-    """The first Ctrl-C or SIGTERM in this context is noted and calls a function; the second stops at once.
-
-    So do the signals `at_once`.
-    """
+    """Note the first Ctrl-C or SIGTERM and call a function; the second, or one `at_once`, stops at once."""
     requests: list[int] = []
 
     def handle(number: int, frame: FrameType | None) -> None:
@@ -158,15 +144,7 @@ class ShadowedNameWarning(UserWarning):
 
 
 class SweepInterrupted(KeyboardInterrupt):
-    """A sweep that was stopped early; its message says what is stored, and how to go on.
-
-    Parameters
-    ----------
-    completed, stored, planned : int
-        Runs that it computed; that are stored altogether; that were asked for.
-    summary : object, optional
-        What it did (a `SweepSummary`), where it could finish the runs in progress.
-    """
+    """A sweep that was stopped early; `summary` is there if it could finish the runs in progress."""
 
     def __init__(self, completed: int, stored: int, planned: int, summary: Any = None) -> None:
         self.summary = summary

@@ -208,13 +208,7 @@ _NUMBER = re.compile(r"\s*([-+]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0
 
 
 class Quantity(float):
-    """A number in SI that knows its unit.
-
-    Attributes
-    ----------
-    unit : str
-        ``""`` if it has none.
-    """
+    """A number in SI that knows its unit; ``""`` if it has none."""
 
     unit = ""
 
@@ -233,15 +227,7 @@ class Quantity(float):
 
 
 def parse_quantity(text: str, unit: str) -> float:
-    """A quantity such as ``"551 MPa"`` as a float in ``unit``.
-
-    Parameters
-    ----------
-    text : str
-        A number, or a number and a unit of the same dimension as `unit`.
-    unit : str
-        Unit of the returned number, e.g. ``"Pa"``; also the unit of a bare number.
-    """
+    """A quantity such as ``"551 MPa"``, or a bare number, as a float in ``unit``."""
     match = _NUMBER.fullmatch(text)
     if match is None or match[2].startswith(","):
         example = "1.5" if unit == "1" else f"1.5 {unit}"
@@ -266,18 +252,7 @@ def parse_si(text: str) -> float:
 
 
 def stated_unit(text: str, unit: str) -> str | None:
-    """The unit that a quantity is written with, such as ``bar`` in ``"80 bar"`` and ``"±5 bar"``.
-
-    Parameters
-    ----------
-    unit : str
-        Unit of the same dimension.
-
-    Returns
-    -------
-    str or None
-        None if the text states no unit of this dimension.
-    """
+    """The unit that a quantity is written with, like ``bar`` in ``"±5 bar"``; None if of another kind."""
     match = _NUMBER.fullmatch(text.lstrip(" ±"))
     if match is None or not (given := match[2].strip()):
         return None
@@ -288,10 +263,7 @@ def stated_unit(text: str, unit: str) -> str | None:
 
 
 def convert(value: float, unit: str) -> float:
-    """A value in SI expressed in `unit`, e.g. ``convert(2e-6, "L/min")`` is 0.12.
-
-    Non-finite values pass unchanged.
-    """
+    """A value in SI expressed in `unit`, e.g. ``convert(2e-6, "L/min")`` is 0.12; NaN and ∞ stay."""
     if not math.isfinite(value):
         return value
     return float(Fraction(value) / parse_unit(unit).factor)

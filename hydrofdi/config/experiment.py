@@ -35,10 +35,7 @@ DWT = "dwt"
 
 @dataclass(frozen=True)
 class IndicatorChoice:
-    """The indicators of an experiment: label → options, as canonical JSON.
-
-    The indicator `DWT` has the wavelet of a row, which may vary from row to row.
-    """
+    """Label → options of each indicator, as canonical JSON; `DWT` has the wavelet of a row."""
 
     text: str = json.dumps({DWT: {}})
 
@@ -93,13 +90,7 @@ DEFAULT_CHOICE = IndicatorChoice()
 
 @dataclass(frozen=True)
 class Analysis:
-    """What is measured of one record.
-
-    Attributes
-    ----------
-    n_discarded : int
-        Samples at its start that are left out.
-    """
+    """What is measured of one record, after its first `n_discarded` samples."""
 
     n_discarded: int = 0
     wavelet: WaveletConfig = PAPER
@@ -111,11 +102,7 @@ class Analysis:
         return self.choice.made(self.wavelet)
 
     def identities(self, record_id: str) -> dict[str, str]:
-        """Label → identity of what its indicator measures of a record.
-
-        It is the hash of the record's identity, the indicator, its version and its options, to which the
-        samples belong that are left out.
-        """
+        """Label → hash of record, indicator, version, options and discarded samples."""
         return {label: self._identity(record_id, each) for label, each in self.indicators.items()}
 
     def _identity(self, record_id: str, indicator: Indicator[Any]) -> str:

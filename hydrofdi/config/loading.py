@@ -20,10 +20,7 @@ from hydrofdi.units import parse_unit, stated_unit
 
 
 def note_written_units(source: Source) -> None:
-    """Add to ``units`` of a source the first unit that each parameter is written with; stated units win.
-
-    SI units are not noted, nor are those of leakage flows.
-    """
+    """Add to ``units`` the first unit that each parameter is written with, unless SI or of a leakage flow."""
     if not isinstance(source.data, dict) or not isinstance(stated := source.data.get("units") or {}, dict):
         return
     units: dict[str, str] = {}
@@ -45,10 +42,7 @@ def anchor_input_files(data: Any, folder: FilePath) -> None:
 
 
 def _written(data: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
-    """Dotted parameter, container and key of each text that is written for a parameter.
-
-    They stand in sections, axes, distributions and populations alike.
-    """
+    """Parameter, container and key of each text written for one: in sections, axes and distributions."""
     known = parameter_names()
     for key, value in data.items() if isinstance(data, dict) else enumerate(data):
         here = name

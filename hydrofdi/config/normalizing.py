@@ -44,10 +44,7 @@ _SEEDS = [0, 2**31 - 1]
 
 
 def normalize(source: Source) -> None:
-    """Convert all that a source says of dotted parameters to SI, and spell out what follows from it.
-
-    ``indicators`` has to be normalized before.
-    """
+    """All that a source says of dotted parameters in SI; ``indicators`` has to be normalized before."""
     data = source.data
     for section in ("baseline", "sweep", "ensemble", "study"):
         if data.get(section) is None:
@@ -71,10 +68,7 @@ Conversion = Callable[[Source, Path, str, Any], Any]
 
 
 def _convert(source: Source, section: Any, path: Path, in_si: Conversion) -> list[str]:
-    """Convert the mapping of a section at a path, and return its dotted parameters.
-
-    What is no mapping is left to the validation of the model.
-    """
+    """Convert the mapping at a path, if it is one, and return its dotted parameters."""
     mapping = section.get(path[-1]) if isinstance(section, dict) else None
     if not isinstance(mapping, dict):
         return []

@@ -170,11 +170,7 @@ _OF_RECORDS = ("measurement.seed", "input.seed", "load.seed")
 
 
 def seeds_of(experiment: ExperimentConfig) -> dict[str, int | list[int] | str]:
-    """Dotted key of each seed that has an effect → its value, its values, or what it is drawn from.
-
-    Those of records (sensor noise and jitter, pseudo-random inputs and loads) come first, then those of
-    draws: samples, replicates, the population of a study, and scores.
-    """
+    """Dotted key of each seed that has an effect, those of records first → value, values, or its source."""
     idle, values = _idle_sentences(experiment, _OF_RECORDS).keys(), _values(experiment, with_study=True)
     chances = {f"{section}.{field}" for section in SENSING for field in ("noise", "noise_density", "jitter")}
     has_chance = any(value for name in chances & values.keys() for value in values[name])

@@ -80,15 +80,7 @@ class RunParameters(Section):
         return self
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        """These parameters with the dotted names in `values` replaced.
-
-        Either form of the internal leakage replaces the other.
-
-        Raises
-        ------
-        ValueError
-            The values are invalid, or do not fit each other.
-        """
+        """These parameters with dotted names replaced; either form of internal leakage replaces the other."""
         changed: dict[str, list[tuple[str, Any]]] = {}
         for name, value in values.items():
             section, field = name.split(".")
@@ -111,13 +103,7 @@ class RunParameters(Section):
         return moved
 
     def require_fit(self, sections: tuple[str, ...]) -> None:
-        """Check that the sections of one of `fits` fit each other.
-
-        Raises
-        ------
-        ValueError
-            They do not fit.
-        """
+        """Raise a ValueError if the sections of one of `fits` do not fit each other."""
         self.fits[sections](*(self.__dict__[name] for name in sections))
 
     @property
@@ -146,11 +132,7 @@ class RunParameters(Section):
         return shared.jitter == 0.0 and shared.anti_alias is None and bool(getattr(self, sensor).is_ideal)
 
     def text(self) -> str:
-        """What differs from the defaults, as JSON; keys sorted, floats in their shortest exact form.
-
-        So a parameter that is added later leaves the identity of stored records alone, and the noise that is
-        drawn from it. A default that changes has to raise ``PHYSICS_VERSION``.
-        """
+        """What differs from the defaults, as JSON; a changed default has to raise ``PHYSICS_VERSION``."""
         return sections_text({name: self.__dict__[name] for name in RECORD_SECTIONS})
 
     def value(self, name: str) -> Any:

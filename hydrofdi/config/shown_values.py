@@ -32,15 +32,7 @@ def shown_in(units: Mapping[str, str]) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class ShownParameter:
-    """How a person reads the values of a parameter, all in one unit.
-
-    Attributes
-    ----------
-    name : str
-        Dotted name.
-    own_unit, unit : str
-        SI unit of the values, and the unit in which they are shown; empty if they have none.
-    """
+    """How a person reads the values of a parameter: its SI unit and the unit in which they are shown."""
 
     name: str
     own_unit: str

@@ -33,24 +33,14 @@ def leakage_coefficients(
 
     Parameters
     ----------
-    runs : sequence of RunSpec
-    engine : Engine
-        Solves what is not known.
     known : dict
         Identity of a calibration → K_i; what is solved is added as it comes.
     required : {"all", "any", "none"}
-        How many of the leaks have to be possible; beyond these, a flow that no K_i reaches gives NaN.
+        How many of the leaks have to be possible, else a ConfigError; a flow that no K_i reaches gives NaN.
     on_solved : callable
         Is told how many more are solved.
     lost : dict, optional
         Receives the position of each run whose K_i is NaN because its solution failed, and why.
-
-    Raises
-    ------
-    ConfigError
-        Leakage flows cannot be reached that have to be.
-    RuntimeError
-        A solution failed, and there is no `lost`.
     """
     identities_of_runs, conditions = _conditions(runs)
     unsolved = {identity: condition for identity, condition in conditions.items() if identity not in known}
@@ -108,10 +98,7 @@ def _conditions(runs: Sequence[RunSpec]) -> tuple[list[str | None], dict[str, Ru
 def _solved_groups(
     conditions: list[RunParameters], engine: Engine
 ) -> Iterator[tuple[int, list[Calibration] | TaskFailure]]:
-    """Solutions of neighbouring conditions with the position of the first, as they come.
-
-    A group that fails is halved until the condition that fails stands alone.
-    """
+    """Solutions of conditions with the position of the first; a group that fails is halved."""
     size = max(1, min(_MOST_CONDITIONS, -(-len(conditions) // max(1, engine.workers))))
     if len(conditions) > WIDTH:
         size = -(-size // WIDTH) * WIDTH

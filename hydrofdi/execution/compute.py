@@ -1,7 +1,4 @@
-"""The work of one task: simulate a batch of runs or read their records, measure them, write their shard.
-
-Jobs are dealt out in batches; one that fails is halved until the run is found that fails.
-"""
+"""The work of one task: simulate a batch of runs or read their records, measure them, write their shard."""
 
 from __future__ import annotations
 
@@ -40,10 +37,7 @@ Simulation = Callable[..., Trajectory]
 
 @dataclass(frozen=True)
 class Batch:
-    """Jobs that share duration, step and sampling, and where and how they are stored.
-
-    Either all records are to be simulated, or all are stored.
-    """
+    """Jobs of one time axis that are stored in one shard: all to be simulated, or all with stored records."""
 
     jobs: tuple[Job, ...]
     directory: Path
@@ -57,17 +51,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class BatchReceipt:
-    """What a finished batch says of itself.
-
-    Attributes
-    ----------
-    n_run, n_failed : int
-        Number of its runs, and of those that did not end well.
-    shard : Path
-        Where they are stored.
-    seconds : dict
-        Label of an indicator → CPU time that it took [s].
-    """
+    """What a finished batch says of itself; `seconds` is CPU time by label of indicator."""
 
     n_run: int
     n_failed: int
@@ -104,10 +88,9 @@ def _columns(batch: Batch, keeps_signals: bool, seconds: Seconds) -> Columns:
 def compute_columns(
     jobs: Sequence[Job], simulate: Simulation = simulate_batch, *, seconds: Seconds | None = None
 ) -> Columns:
-    """All variables of a shard, one row per job, and the time axis.
+    """All variables of a shard, one row per job, and the time axis; shared records are simulated once.
 
-    Jobs that differ in nothing but the analysis of their record are simulated once. CPU times [s] of their
-    indicators are added to `seconds` by label.
+    CPU times [s] of their indicators are added to `seconds` by label.
     """
     recorded, record_of_job = _distinct_records(jobs)
     records = _simulated(recorded, simulate)
@@ -220,10 +203,7 @@ shown and results are stored."""
 
 
 def split_jobs(jobs: Sequence[Job], workers: int, *, keeps_signals: bool = True) -> list[tuple[Job, ...]]:
-    """Batches of jobs, each of one shard, balanced over the workers.
-
-    Batches are whole numbers of lane widths if there are enough jobs. Results do not depend on the split.
-    """
+    """Batches of jobs, each of one shard, in whole lanes; results do not depend on the split."""
     most_samples = _MOST_SAMPLES if keeps_signals else _MOST_SAMPLES_OF_SHARD
     batches: list[tuple[Job, ...]] = []
     for group in _compatible_groups(jobs):
@@ -275,21 +255,8 @@ def run_batches(
 ) -> None:
     """Run batches; a batch that fails is halved until its failing jobs stand alone.
 
-    Parameters
-    ----------
-    engine : Engine
-    batches : iterable of Batch
-    time_per_job : float or None
-        Wall time that one run may take [s]. Runs of a batch that lie side by side in lanes share it.
-    on_done : callable
-        Receives news of each batch that is stored.
-    on_failure : callable
-        Receives news of each job that failed by itself.
-
-    Raises
-    ------
-    HydrofdiError
-        A task met an error that the user can fix, such as a full disk.
+    `time_per_job` [s] is shared by runs that lie side by side in lanes. An error of the user,
+    such as a full disk, ends all.
     """
     for batch in batches:
         engine.submit(compute_shard, batch, _time_limit(batch, time_per_job))

@@ -11,19 +11,7 @@ from typing import Any, Protocol, Self
 
 @dataclass(frozen=True)
 class TaskFailure:
-    """Why a task gave no result.
-
-    Attributes
-    ----------
-    status : str
-        ``error``, ``timeout`` or ``killed``.
-    message : str
-        One sentence.
-    log : str
-        Traceback, if there is one.
-    error : BaseException or None
-        What the task raised.
-    """
+    """Why a task gave no result: ``error``, ``timeout`` or ``killed``, a sentence, and its traceback."""
 
     status: str
     message: str

@@ -1,8 +1,4 @@
-"""A pool of processes on this machine.
-
-Every worker has a pipe of its own, and nothing is shared between workers: no lock that a killed worker could
-take with it. So only the task that raises, hangs or loses its worker fails.
-"""
+"""A pool of processes, each with its own pipe: they share no lock that one could take with it if killed."""
 
 from __future__ import annotations
 
@@ -117,13 +113,7 @@ def _without_interrupts() -> Iterator[None]:
 
 
 class LocalPoolEngine:
-    """Worker processes, forked from a server that has loaded the simulation once.
-
-    Parameters
-    ----------
-    workers : int
-        Number of processes.
-    """
+    """Worker processes, forked from a server that has loaded the simulation once."""
 
     reads_results = True
 

@@ -27,18 +27,8 @@ from hydrofdi.transforms.configuration import WaveletConfig
 class Job:
     """A run that is ready to be computed.
 
-    Attributes
-    ----------
-    run_id : str
-    parameters : RunParameters
-        What its record is made with.
-    leakage_coefficient : float
-        K_i [m^3.5/kg^0.5]; NaN says that no K_i gives its leakage.
-    analysis : Analysis
-        What is measured of the record.
-    record_id : str
-    stored : StoredRun or None
-        Where its record is stored with the signals that are measured; None if it is to be simulated.
+    `leakage_coefficient` is K_i [m^3.5/kg^0.5], NaN if none gives its leakage; `stored` is where its record
+    is, None if it is to be simulated.
     """
 
     run_id: str

@@ -1,7 +1,6 @@
 """YAML as plain data that remembers its lines.
 
-PyYAML speaks YAML 1.1, where ``1e-3`` is a string, ``no`` is false and ``12:30`` is 750, and where a
-repeated key silently wins. Here scalars follow the core schema of YAML 1.2, and a repeated key is a mistake.
+Scalars follow the core schema of YAML 1.2 (PyYAML speaks 1.1), and a repeated key is a mistake.
 """
 
 from __future__ import annotations
@@ -36,17 +35,7 @@ _SPECIAL = {
 
 @dataclass
 class Source:
-    """Data with the place that each part of it came from.
-
-    Attributes
-    ----------
-    data : Any
-        Dictionaries, lists and scalars.
-    origins : dict
-        Path of a part → ``file:line`` or the option that set it.
-    mistakes : list of Issue
-        What is wrong with the text itself.
-    """
+    """Data, the place of each part (path → ``file:line`` or option), and mistakes of the text itself."""
 
     data: Any = None
     origins: dict[Path, str] = field(default_factory=dict)

@@ -1,7 +1,4 @@
-"""Results of runs in the order of their table, and an experiment as it was stored.
-
-Sweeps and defaults are not expanded again, so changes of defaults in later versions have no effect.
-"""
+"""Results of runs in the order of their table, and an experiment as it was stored."""
 
 from __future__ import annotations
 
@@ -145,26 +142,9 @@ class ShardResults:
 
 @dataclass(frozen=True)
 class ExperimentData:
-    """An experiment and its results.
+    """An experiment and its results: variable → array with one row per run, and where its signals are.
 
-    Attributes
-    ----------
-    path : Path
-        The experiment file.
-    experiment : ExperimentConfig
-        The resolved configuration.
-    columns : dict
-        Variable name → array with one row per run, without signals.
-    versions : dict
-        Library → version that computed the results.
-    signals : FileSignals | ShardResults
-        Location of the signals.
-    configuration : dict or None
-        The configuration as written in the file, in SI; None if there is no file.
-    physics_version : int
-        Version of the physics that the runs were computed with.
-    remarks : tuple of str
-        Remarks that apply to all rows.
+    `configuration` is what the file says, in SI; None if there is no file. `remarks` apply to all rows.
     """
 
     path: Path
@@ -238,13 +218,7 @@ class ExperimentData:
         return list(values)
 
     def signal(self, name: str, position: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Sampling instants [s] and a signal of one run, each of shape (n_time,).
-
-        Raises
-        ------
-        StoreError
-            The experiment did not store this signal.
-        """
+        """Sampling instants [s] and a signal of one run, (n_time,); a StoreError if it is not stored."""
         time, rows = self.signals.time(), self.signals.rows([name], [position])
         if time is None or name not in rows:
             raise StoreError(f"{self.path}: contains no {name}; set store: {{signals: all}} and sweep again")

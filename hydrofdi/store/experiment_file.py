@@ -1,7 +1,6 @@
-"""The experiment file: all runs of an experiment as one labelled data set.
+"""The experiment file: all runs as one labelled data set, which xarray opens with the engine ``h5netcdf``.
 
-h5py opens it, and xarray (engine ``h5netcdf``) as a data set with the dimensions run, time, level. Its bytes
-depend only on the configuration, the results and the library versions.
+Its bytes depend only on the configuration, the results and the library versions.
 """
 
 from __future__ import annotations

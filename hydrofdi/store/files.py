@@ -25,13 +25,7 @@ _EDGE_BYTES = 1 << 20
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a temporary path to write to; it replaces `path` when the block ends without an error.
-
-    Raises
-    ------
-    StoreError
-        The folder cannot be created or written to.
-    """
+    """Yield a temporary path to write to; it replaces `path` when the block ends without an error."""
     if path.is_dir():
         raise StoreError(f"{path}: cannot be written: is a directory")
     aside = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -74,11 +68,7 @@ def require_replaceable(path: Path) -> None:
 
 
 def require_own(path: Path, own: re.Pattern[bytes], what: str) -> None:
-    """Check that writing to a path overwrites nothing but an earlier file of the same kind.
-
-    This is the rule for every table, page and export: a file is replaced if it is empty or begins, or for
-    Parquet ends, as hydrofdi writes it. Pictures are replaced.
-    """
+    """Check that a file that is to be replaced is empty, or begins (Parquet: ends) as hydrofdi writes it."""
     require_regular(path)
     if path.exists() and path.stat().st_size and not own.match(_edges(path)):
         raise StoreError(f"{path}: already exists, is not {what} and was not changed; choose another name")

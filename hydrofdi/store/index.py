@@ -1,8 +1,4 @@
-"""Index of an experiment's shards: the location of each run.
-
-It is rebuilt from the shards if it is missing. A shard is read and checked again if its size or modification
-time differs from that in the index.
-"""
+"""Index of an experiment's shards: the location of each run. It is rebuilt from new and changed shards."""
 
 from __future__ import annotations
 
@@ -36,16 +32,12 @@ class ShardIndex:
 
     Attributes
     ----------
-    runs : dict
-        Identity of a run → its location. If there are several copies, the one with the most signals is used.
-    records : dict
-        Identity of a record → the run that stores most of its signals.
+    runs, records : dict
+        Identity of a run, or of a record → where most of its signals are stored.
     damaged : dict
         Damaged shard → description of the damage.
     lost : set of str
         Runs that the index lists in shards that are damaged or missing.
-    physics_versions : set of int
-        Physics versions that the shards were computed with.
     """
 
     def __init__(

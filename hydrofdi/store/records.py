@@ -69,19 +69,7 @@ def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str
 
 @dataclass(frozen=True)
 class StoredRecords:
-    """Records of the runs of an experiment; a record that several runs share occurs once.
-
-    Attributes
-    ----------
-    data : ExperimentData
-        Data of an experiment file, or of shards.
-    name : str
-        Name of the source in messages.
-    channels : collection of Channel
-        Channels to read, if stored.
-    only : collection of int, optional
-        Positions of the runs to read; by default all.
-    """
+    """Records of some runs of an experiment, as far as stored; one that several runs share occurs once."""
 
     data: ExperimentData
     name: str

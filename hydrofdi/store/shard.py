@@ -30,15 +30,7 @@ SHARDS = "shards"
 
 @dataclass(frozen=True)
 class ShardContent:
-    """Description of the content of a shard.
-
-    Attributes
-    ----------
-    run_ids, record_ids, statuses : tuple of str
-        One per row.
-    signals, dtype : str
-        As in the ``store`` section.
-    """
+    """Content of a shard: identities and statuses of its rows; signals and dtype as in ``store``."""
 
     run_ids: tuple[str, ...]
     record_ids: tuple[str, ...]

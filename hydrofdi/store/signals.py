@@ -34,10 +34,7 @@ Block = NDArray[Any] | Chunk
 def create_signal(
     file: h5py.File, name: str, shape: tuple[int, int], store: StoreConfig, still: float | None = None
 ) -> h5py.Dataset:
-    """Create a signal of shape (n_run, n_time), in chunks of one run if compressed.
-
-    If `still` is given, it is the fill value: rows that are constant at this value take no space.
-    """
+    """Create a signal of shape (n_run, n_time); rows that are constant at `still` take no space."""
     options: dict[str, Any] = {}
     if still is not None:
         options = {"chunks": (1, shape[1]), "fillvalue": still}
@@ -49,11 +46,7 @@ def create_signal(
 
 
 def read_blocks(source: h5py.Dataset, row: int, n_row: int, target: h5py.Dataset) -> Iterator[Block]:
-    """Rows of a signal in the form that suits a target; write each block before reading the next one.
-
-    Rows in the same chunk layout as the target stay compressed. Others are dropped from the system's page
-    cache after reading, to leave its pages to the target.
-    """
+    """Rows of a signal, compressed if the target has its layout; write each block before the next."""
     if _laid_out_alike(source, target):
         for k in range(row, row + n_row):
             yield _read_chunk(source, k)
@@ -76,10 +69,7 @@ def lacking_blocks(n_row: int, target: h5py.Dataset) -> Iterator[Block]:
 
 
 def write_block(target: h5py.Dataset, row: int, block: Block) -> int:
-    """Write a block starting at a row, and return its number of rows.
-
-    Rows equal to the fill value are skipped.
-    """
+    """Write a block, but for rows at the fill value, from a row on, and return its number of rows."""
     if isinstance(block, Chunk):
         if block.content:
             target.id.write_direct_chunk((row, 0), block.content, block.filter_mask)

@@ -1,7 +1,4 @@
-"""An experiment → the runs that it asks for, each with the healthy runs to compare it with.
-
-Points of a sweep become rows of section numbers: the runs, their calibrations and their baselines.
-"""
+"""An experiment → its runs as rows of section numbers, their calibrations and their baselines."""
 
 from __future__ import annotations
 
@@ -36,22 +33,16 @@ NO_RUN = -1
 
 @dataclass(frozen=True, eq=False)
 class RunTable:
-    """The runs of an experiment in their order.
+    """The runs of an experiment: swept, then the healthy ones that the sweep lacks, then replicates.
 
     Attributes
     ----------
-    runs : Runs, length n_run
-        The swept runs in the order of the sweep, scenario by scenario, then the healthy runs
-        that the sweep itself lacks, then their replicates.
     axes : dict
         Dotted parameter → its different values in SI, in order of appearance.
-    n_swept : int
-        How many of the runs belong to the sweep.
     fixed_baseline, matched_baseline : array of int, shape (n_run,)
-        Index of the healthy run that a run is compared with: under the baseline's conditions, and under
-        its own conditions with the baseline's leakage.
+        The healthy run to compare with: under the baseline's conditions, and under the run's own.
     replicate_of : array of int, shape (n_run,)
-        Index of the healthy run that a run is an independent replicate of; −1 for all others.
+        The healthy run that a run replicates; −1 for all others.
     study : StudyTable or None
         Who is who among the runs of a study, which have no baselines.
     """
@@ -256,10 +247,7 @@ class Expansion:
         changed: Iterable[str],
         values: Callable[[int], Mapping[str, Any]] | None = None,
     ) -> None:
-        """Check that the sections of rows fit each other where some of them were changed.
-
-        `values` gives what was changed in a row; without it, rows are the points.
-        """
+        """Check that changed sections of rows fit each other; without `values`, rows are the points."""
         sections = {name.partition(".")[0] for name in changed}
         frame = Frame(self._nominal, self._pools, numbers)
         for fitting in RunRequest.fits:

@@ -46,17 +46,7 @@ class SectionPool:
 
 @dataclass(frozen=True)
 class Frame:
-    """Parameters of many runs, as numbers of their sections.
-
-    Attributes
-    ----------
-    base : RunRequest
-        Has the sections that are the same in all runs.
-    pools : dict
-        Name of a section that varies → its different contents.
-    numbers : array of int, shape (n_run, n_pool)
-        Which of them each run has.
-    """
+    """Parameters of many runs: which of the contents of each varying section (a pool) each run has."""
 
     base: RunRequest
     pools: dict[str, SectionPool]
@@ -99,18 +89,7 @@ NONE = -1
 
 @dataclass(frozen=True, eq=False)
 class RunSpec:
-    """One resolved run: a row of a sweep.
-
-    Attributes
-    ----------
-    request : RunRequest
-        All that determines it, except its indicators.
-    calibration : RunParameters or None
-        The conditions under which the internal leakage flow is solved for K_i, sensors and analysis left
-        aside; None if K_i is given.
-    choice : IndicatorChoice
-        What is measured of its record.
-    """
+    """One resolved run; `calibration` has the conditions under which K_i is solved, if it is."""
 
     request: RunRequest
     calibration: RunParameters | None = None
@@ -241,19 +220,12 @@ _MOST_MADE = 8192
 
 
 def record_identity(run: RunSpec, physics_version: int = PHYSICS_VERSION) -> str:
-    """First 16 hexadecimal digits of the SHA-256 of the physics version and all that determines a record.
-
-    This includes plant, drive, sensors and replicate, but not the analysis, names, paths, worker counts or
-    spellings of quantities.
-    """
+    """Hash of the physics version and all that determines a record, but not of its analysis."""
     return _of_record(run.record_digest, physics_version)
 
 
 def run_identity(run: RunSpec, physics_version: int = PHYSICS_VERSION) -> str:
-    """Hash of the identity of a run's record and its deviations from the default analysis.
-
-    With the default analysis, it is the identity of the record.
-    """
+    """Hash of a run's record and its analysis; the identity of the record if that is the default."""
     return _of_run(record_identity(run, physics_version), run.analysis_text)
 
 

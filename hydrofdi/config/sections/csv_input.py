@@ -36,17 +36,7 @@ _UNITS = {"voltage": "V", "position": "m"}
 
 @dataclass(frozen=True, eq=False)
 class HeldRows:
-    """Values that hold from their times on, each of shape (n_row,).
-
-    Attributes
-    ----------
-    quantity : str
-        ``voltage`` or ``position``.
-    times : ndarray
-        Strictly rising from zero or less [s].
-    values : ndarray
-        In V or m.
-    """
+    """Values of a ``voltage`` [V] or ``position`` [m] that hold from their times [s] on, (n_row,)."""
 
     quantity: str
     times: NDArray[np.float64]
@@ -54,10 +44,7 @@ class HeldRows:
 
 
 def input_contents(given: str, info: ValidationInfo) -> str:
-    """The contents of a CSV file, or of a text of more than one line, as a configuration holds them.
-
-    A stored experiment (a validation with a context) names no file.
-    """
+    """Contents of a CSV file, or of a text of lines; stored experiments (with a context) name no file."""
     if "\n" in given:
         first = given.partition("\n")[0]
         return held_text(first.removeprefix("# ") if first.startswith("# ") else "text", given)

@@ -22,11 +22,7 @@ from hydrofdi.transforms.configuration import WaveletConfig
 
 
 def normalize_detection(source: Source) -> None:
-    """``indicators`` and ``detection`` of a source with the options of each label; mistakes are collected.
-
-    Where the source has no ``indicators``, those of ``detection`` are measured. Options of the indicator
-    ``dwt`` under its own label are those of the section ``wavelet``.
-    """
+    """``indicators`` (by default those of ``detection``) and ``detection`` with options of each label."""
     data, path = source.data, ("detection", "indicators")
     detection = data["detection"] if isinstance(data.get("detection"), dict) else {}
     if (stated := detection.get("indicators")) is not None:

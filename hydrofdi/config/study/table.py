@@ -71,8 +71,6 @@ class Drawn:
 
     Attributes
     ----------
-    count : int
-        Number of its records.
     actuators : str
         Which stream its actuators are drawn from; populations of one stream have the same ones.
     settings : mapping
@@ -95,17 +93,9 @@ class Drawn:
 
 @dataclass(frozen=True, eq=False)
 class StudyTable:
-    """The roles of the runs of a study.
+    """The roles of the runs of a study: population, design (parameter → value in SI) and actuator.
 
-    Attributes
-    ----------
-    of_run : ndarray of int, shape (n_run,)
-        The population of each run.
-    designs : tuple of dict
-        Dotted parameter → its value in SI: what was chosen for all runs of a design alike.
-    design_of_run : ndarray of int, shape (n_run,)
-    actuators : tuple of str or None
-        Runs of one design with the same name are of the same actuator; None if each has its own.
+    Runs of one design with the same name in `actuators` are of the same actuator; None if each has its own.
     """
 
     populations: tuple[Population, ...]

@@ -1,7 +1,6 @@
 """Conditions on parameters, such as ``friction.coulomb > 0 and fluid.bulk_modulus < '900 MPa'``.
 
-They are written in Python syntax. Constructs that are not listed here are refused, so that what is computed
-consists of parameters, numbers and texts alone.
+Only the constructs of Python that are listed here are computed.
 """
 
 from __future__ import annotations
@@ -27,17 +26,7 @@ _ALLOWED = (
 
 @dataclass(frozen=True)
 class Condition:
-    """A parsed condition.
-
-    Attributes
-    ----------
-    code : code
-        In which names are dotted parameters, and quoted quantities are numbers in SI.
-    names : frozenset of str
-        Dotted names of the parameters in the condition.
-    compared : tuple of (str, str)
-        Each parameter that is compared with a quoted quantity, and the quantity.
-    """
+    """A parsed condition: its code, the parameters in it, and those compared with quoted quantities."""
 
     code: CodeType
     names: frozenset[str]

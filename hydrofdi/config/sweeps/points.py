@@ -31,15 +31,7 @@ NOMINAL = -1
 
 @dataclass(frozen=True)
 class Column:
-    """The values of one parameter.
-
-    Attributes
-    ----------
-    values : sequence
-        In SI.
-    index : array of int, shape (n_point,)
-        Index of each point's value; ``NOMINAL`` if the point sets none.
-    """
+    """The values of one parameter [SI], and the index of each point's; ``NOMINAL`` if the point sets none."""
 
     values: Sequence[Any]
     index: NDArray[np.int32]

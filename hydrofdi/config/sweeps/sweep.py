@@ -89,11 +89,7 @@ def _triangular(unit: NDArray[np.float64], low: float, mode: float, high: float)
 
 
 class Law(NamedTuple):
-    """A distribution.
-
-    Its arguments are values of the parameter, except a deviation (a positive difference of two values) and a
-    factor (a number greater than one).
-    """
+    """A distribution; its arguments are values of the parameter, except a deviation and a factor."""
 
     arguments: tuple[str, ...]
     shown: str

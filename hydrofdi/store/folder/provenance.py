@@ -27,17 +27,7 @@ _FOLDER = "failures"
 
 @dataclass(frozen=True)
 class Failure:
-    """A run without a result.
-
-    Attributes
-    ----------
-    status : str
-        ``error``, ``timeout`` or ``killed``.
-    message : str
-        One sentence.
-    log : str
-        Output of the worker, e.g. a traceback.
-    """
+    """A run without a result: ``error``, ``timeout`` or ``killed``, a sentence, and the worker's output."""
 
     run_id: str
     status: str

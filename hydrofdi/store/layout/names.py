@@ -24,15 +24,7 @@ RUN, TIME, LEVEL, PHASE = "run", "time", "level", "phase"
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of the experiment file.
-
-    Attributes
-    ----------
-    dimensions : tuple of str
-        The first dimension is always the run.
-    units : str
-        SI, as written to the file; ``"1"`` for dimensionless numbers, ``""`` for texts and indices.
-    """
+    """A variable of the experiment file; units in SI, ``"1"`` for numbers, ``""`` for texts and indices."""
 
     name: str
     dimensions: tuple[str, ...]

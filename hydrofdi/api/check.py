@@ -64,31 +64,19 @@ class Check(SimpleNamespace):
     step : float
         Runge-Kutta step [s].
     step_limits : dict
-        Part of the model → longest stable step over all runs [s].
-    binding : str
-        The part that allows the shortest step only.
-    bands : list of (float, float)
-        Band of each level [Hz].
-    n_period : float
-        Periods of the input in the record; NaN if it has none.
-    boundary_shares : list of float
-        Share of each level's coefficients that depend on the extension of the record [-].
-    noise : list of dict
-        Of each level of the chamber-1 pressure: RMS of the details of the ``noise`` of the sensor, as the
-        anti-alias filter leaves it, and of quantisation, of the noisiest run [Pa]; ``weakest_rms``, least
-        detail RMS of the pressure itself over the runs that ended well [Pa]. Empty without noise.
-    n_left_out : int
-        Further runs that differ in more than sensors and analysis, and are not among the modes.
-    n_run : int
-        All runs of the experiment.
-    sampling_frequency : float
-        Of the record [Hz].
-    observability : list of dict
-        What the first run, without a leak, tells each indicator that estimates unknowns; see `observability`.
-    problems, warnings : list of str
-        What makes results wrong, and what to keep in mind when reading them.
-    convergence : dict or None
-        Change of the features when the step is halved (see `converge`); None if this was not requested.
+        Part of the model → longest stable step over all runs [s]; ``binding`` is the part with the shortest.
+    modes : list of dict
+        The hydraulic mode of each run that is looked at; ``n_left_out`` further ones differ in more than
+        sensors and analysis, of ``n_run`` runs in all. bands : list of (float, float) Band of each level
+        [Hz]. n_period : float Periods of the input in the record; NaN if it has none. boundary_shares : list
+        of float Share of each level's coefficients that depend on the extension of the record [-]. noise :
+        list of dict Of each level of the chamber-1 pressure: RMS of the details of the ``noise`` of the
+        sensor, as the anti-alias filter leaves it, and of quantisation, of the noisiest run [Pa];
+        ``weakest_rms``, least detail RMS of the pressure itself over the runs that ended well [Pa]. Empty
+        without noise. observability : list of dict What the first run, without a leak, tells each indicator
+        that estimates unknowns; see `observability`. problems, warnings : list of str What makes results
+        wrong, and what to keep in mind when reading them. convergence : dict or None Change of the features
+        when the step is halved (see `converge`); None if this was not requested.
     """
 
     def to_dict(self) -> dict[str, Any]:
@@ -460,18 +448,9 @@ _USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coeff
 
 @dataclass(frozen=True)
 class Selection:
-    """Runs to look at.
-
-    Attributes
-    ----------
-    jobs : list of Job
-        Distinct runs with their K_i and ideal sensors.
-    labels : tuple of str
-        Varied parameters, besides EBM, internal leakage, sensors and analysis.
-    n_left_out, n_run : int
-        Number of further distinct runs, and of all runs.
-    distinct : callable
-        Gives one run of the experiment for each combination of sections that occurs.
+    """Runs to look at: distinct ones with their K_i and ideal sensors, and their varied parameters besides
+    EBM, internal leakage, sensors and analysis; how many distinct ones are left out, and how many runs there
+    are.
     """
 
     jobs: list[Job]

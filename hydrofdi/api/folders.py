@@ -76,43 +76,18 @@ class SweepStatus:
 class Explanation(SimpleNamespace):
     """Why a run is as it is.
 
-    Attributes
-    ----------
-    reason : str
-        Why it is to be computed: what of its request is not stored, its record or its analysis; empty where
-        it is stored.
-    causes : list of str
-        The step limits that a diverged run exceeds.
-    position : int
-        Row in the experiment file.
-    role : str
-        Population of a run of a study, and whether thresholds are fitted to its record or tested on it.
-    request : dict
-        All that determines the run, in SI.
-    differences : dict
-        Dotted parameter → (value of the fixed baseline, or of the nominal run without one, value of the run),
-        in SI.
-    is_baseline : bool
-        Whether it is the fixed baseline itself.
-    analysis : dict
-        Label of an indicator → its ``analysis_id``, its ``options`` that differ from the defaults, in SI, and
-        these in readable units (``shown``).
-    calibration : dict or None
-        Conditions under which its K_i was solved.
-    shard : str
-        Where it is stored, empty if it is not.
-    provenance : dict or None
-        The latest sweep on the folder.
-    verdict : str
-        How far it can be believed; empty if it is not stored.
-    doubts : dict
-        Word of the verdict → the number behind it, what it means, and what to do about it.
-    remedy : str
-        What to do about a failure; empty if it did not fail.
-    units : dict
-        Dotted parameter → the unit that the experiment is written in.
-    changes : dict
-        Key of the experiment → (value of the sweep that last stored results, value now), where they differ.
+    ``reason`` to compute it: what of its request is not stored, its record or its analysis; empty where it is
+    stored. ``causes``: the step limits that a diverged run exceeds. ``position``: row in the experiment file;
+    ``role``: population of a run of a study, and whether thresholds are fitted to its record or tested on it.
+    ``request``: all that determines the run, in SI; ``differences``: dotted parameter → (value of the fixed
+    baseline, or of the nominal run without one, value of the run), in SI; ``is_baseline``: whether it is this
+    baseline. ``analysis``: label of an indicator → its ``analysis_id``, its ``options`` that differ from the
+    defaults, in SI, and these in readable units (``shown``). ``calibration``: conditions under which its K_i
+    was solved, or None. ``shard``: where it is stored, or empty; ``provenance``: the latest sweep on the
+    folder. ``verdict``: how far it can be believed, empty if it is not stored; ``doubts``: word of it → the
+    number behind it, what it means, and what to do; ``remedy`` of a failure. ``changes``: key of the
+    experiment → (value of the sweep that last stored results, value now), where they differ. ``units``:
+    dotted parameter → the unit that the experiment is written in.
     """
 
     def __repr__(self) -> str:
@@ -123,13 +98,7 @@ class Explanation(SimpleNamespace):
 
 @dataclass(frozen=True)
 class Verification:
-    """Integrity of a folder, as `hydrofdi.verify` returns it. True if there are no faults.
-
-    Attributes
-    ----------
-    faults : list of str
-        Faults, one sentence each.
-    """
+    """Integrity of a folder: its ``faults``, one sentence each. True if there are none."""
 
     faults: list[str]
 
@@ -142,13 +111,8 @@ class Verification:
 
 @dataclass(frozen=True)
 class Rerun:
-    """A stored run that was computed again, as `hydrofdi.rerun` returns it. True if all bits agree.
-
-    Attributes
-    ----------
-    differing : list of str
-        Variables that differ.
-    """
+    """A stored run that was computed again, with the variables that are ``differing``. True if all bits
+    agree."""
 
     run_id: str
     differing: list[str]
@@ -203,14 +167,6 @@ def verify(folder: Folder) -> Verification:
     ------
     StoreError
         The folder contains no experiment.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> study = {"name": "asked", "record": {"duration": "2 s"}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
-    >>> hydrofdi.verify(results.folder)
-    every shard is sound
     """
     directory = path_of(folder)
     plan = _stored_plan(directory)
@@ -307,14 +263,6 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
     ------
     StoreError
         The folder contains no experiment or no such run, or the run is not stored.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> study = {"name": "asked", "record": {"duration": "2 s"}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
-    >>> hydrofdi.rerun(results.folder, 0).differing
-    []
     """
     from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 

@@ -41,19 +41,7 @@ _EXAMPLES = 3
 
 @dataclass
 class Range:
-    """Values of a channel over all records; in SI, or in counts.
-
-    Attributes
-    ----------
-    unit : str
-        Unit of the values.
-    units : set of str
-        Units of the channel in the files.
-    n_record, n_sample : int
-        Number of records with the channel, and of finite samples in them.
-    least, largest, total : float
-        Minimum, maximum and sum of these samples.
-    """
+    """Values of a channel over all records [in `unit`, SI or counts]; ``units`` are those in the files."""
 
     unit: str
     units: set[str] = field(default_factory=set)
@@ -112,17 +100,10 @@ class Inspection:
 
     Attributes
     ----------
-    name : str
-        The sources.
     n_record, n_rejected : int
         Number of records that can be measured, and of rejected records.
-    lengths : counter of int
-        Number of samples → number of records.
-    sampling_frequencies : counter of float
-        [Hz] → number of records.
-    drive_periods : counter of (float or None)
-        [s] → number of records, known or found in u; None if there is none.
-    groups, labels : counter of str
+    lengths, sampling_frequencies, drive_periods, groups, labels : counter
+        Number of samples, [Hz], [s] (known or found in u; None if there is none), names → number of records.
     ranges : dict of Channel to Range
     remarked : dict of str to Finding
         Kind of a remark, or of a rejection → its records.

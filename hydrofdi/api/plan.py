@@ -43,20 +43,8 @@ _CALIBRATION_ROUNDS = 14
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """What a sweep will do.
-
-    Attributes
-    ----------
-    directory : Path
-        Folder of the experiment.
-    table : RunTable
-        The runs in their order.
-    run_ids, record_ids : tuple of str
-        Identities of the runs, and of their records.
-    index : ShardIndex
-        What is stored.
-    failures : dict
-        Runs that failed before without a result, by identity.
+    """What a sweep will do: the runs of its table in their order, their identities and those of their
+    records, what is stored, and runs that failed before without a result, by identity.
     """
 
     experiment: ExperimentConfig
@@ -234,38 +222,16 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
 class Plan(SimpleNamespace):
     """What a sweep will do, as `hydrofdi.plan` returns it.
 
-    Attributes
-    ----------
-    experiment, file : str
-        Name of the experiment, and where its file will be.
-    planned, swept, controls_added : int
-        All runs; those of the sweep; healthy ones that are added to compare with.
-    study : dict or None
-        Populations and designs of a study of detection, and what varies.
-    axes : dict
-        Dotted parameter → its values, in SI.
-    first_point, last_point : dict
-        What the first and the last run of the sweep set, in SI.
-    stored, failed_before, missing : int
-        Runs that are stored, that failed before, and that are to be computed.
-    simulated_records, measured_analyses : int
-        Records to simulate for these, and analyses to measure from stored signals.
-    reasons : dict
-        Why runs are to be computed → how many.
-    solutions : dict
-        Leakage flows, conditions and total of the leakage coefficients K_i to solve.
-    calibrated_at : str
-        Whether K_i is solved for each run, or at the nominal actuator.
-    predicted_seconds, predicted_seconds_most : float
-        Least and most wall time to expect with so many workers, from a few runs that were tried [s].
-    predicted_file_bytes, free_bytes : int
-        Size of the experiment file (the shards take as much again), and free space.
-    warnings : list of str
-        Warnings, one sentence each.
-    unusual_values, idle_parameters : list of str
-        Those of the warnings that are about unusual values, and about parameters without effect.
-    units : dict
-        Dotted parameter → the unit that the experiment is written in.
+    ``experiment`` and ``file``: its name, and where its file will be. Runs: ``planned``, all; ``swept``;
+    ``controls_added``, healthy ones to compare with; ``stored``; ``failed_before``; ``missing``, those to be
+    computed, with ``reasons`` → how many. For these ``simulated_records`` and ``measured_analyses``, from
+    stored signals, and the ``solutions``: leakage flows, conditions and total of the K_i to solve,
+    ``calibrated_at`` each run or the nominal actuator. ``study``: populations and designs of a study, and
+    what varies, or None. ``axes``: dotted parameter → its values, and what ``first_point`` and ``last_point``
+    of the sweep set, in SI. ``predicted_seconds`` to ``predicted_seconds_most``: wall time to expect with so
+    many ``workers``, from a few runs that were tried [s]. ``predicted_file_bytes`` (the shards take as much
+    again) of ``free_bytes``. ``warnings``, one sentence each; those on ``unusual_values`` and
+    ``idle_parameters``; and ``units``: dotted parameter → the unit that the experiment is written in.
     """
 
     def to_dict(self) -> dict[str, Any]:

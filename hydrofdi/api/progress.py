@@ -21,16 +21,8 @@ RUNS, COEFFICIENTS = "runs", "leakage coefficients K_i solved before the runs"
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a sweep.
-
-    Attributes
-    ----------
-    what : str
-        ``runs``, or ``leakage coefficients K_i solved before the runs``.
-    done, total, failed : int
-        Number of these that have ended, that are to be computed, and that failed.
-    seconds : float
-        Time since the first began [s].
+    """Progress of a sweep: how many of ``what`` have ended of the ``total``, and how many ``failed``, since
+    so many ``seconds``.
 
     Examples
     --------

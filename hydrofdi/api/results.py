@@ -39,23 +39,11 @@ class Markdown(str):
 class SweepSummary:
     """What a sweep did.
 
-    Attributes
-    ----------
-    planned, completed, measured, skipped, failed : int
-        Runs of the experiment; computed now; those of them that were measured from stored signals; stored or
-        failed before; without a good end.
-    seconds : float
-        Wall time [s].
-    file : Path
-        The experiment file.
-    interrupted : bool
-        Whether it was asked to finish early.
-    faults : dict of str to str
-        Label → what is wrong with an indicator that failed, and in how many of the runs.
-    statuses, verdicts : dict of str to int
-        How runs ended, and words of the verdicts on those that ended well → number of runs, ``ok`` left out.
-    warnings : tuple of str
-        Warnings of the plan.
+    Runs ``planned``; ``completed`` now, those of them ``measured`` from stored signals; ``skipped``, as
+    stored or failed before; ``failed``, without a good end. ``seconds``: wall time [s]. ``interrupted``:
+    whether it was asked to finish early. ``faults``: label → what is wrong with an indicator that failed, in
+    how many runs. ``statuses``, ``verdicts``: how runs ended, and words on those that ended well → number,
+    ``ok`` left out.
     """
 
     planned: int
@@ -163,13 +151,7 @@ class Results:
         return Table.of(self.composed.columns())
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The `table` as a data frame.
-
-        Raises
-        ------
-        ReportError
-            pandas is not installed.
-        """
+        """The `table` as a data frame; pandas must be installed."""
         return self.table.to_pandas()
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
@@ -226,17 +208,8 @@ def load(folder: str | PathLike[str] | None = None) -> Results:
 
     Raises
     ------
-    ReportError
-        There are none.
-    StoreError
-        The file is missing, damaged, or of another version.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> hydrofdi.load("results/nothing")
-    Traceback (most recent call last):
-    hydrofdi.errors.StoreError: results/nothing: no such file
+    ReportError, StoreError
+        There are none; the file is missing, damaged, or of another version.
     """
     from hydrofdi.api.stored import read_results
 
@@ -249,18 +222,6 @@ def report(folder: str | PathLike[str] | Results | None = None) -> Markdown:
     Parameters
     ----------
     folder : path or Results, optional
-        As for `hydrofdi.load`.
-
-    Raises
-    ------
-    ReportError, StoreError
-        As `hydrofdi.load`.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> hydrofdi.report("results/nothing")
-    Traceback (most recent call last):
-    hydrofdi.errors.StoreError: results/nothing: no such file
+        As for `hydrofdi.load`, as are errors.
     """
     return (folder if isinstance(folder, Results) else load(folder)).report()

@@ -497,19 +497,7 @@ def detect(
     Returns
     -------
     Table
-        A row for each window, as `Detector.judge` gives it.
-
-    Raises
-    ------
-    ConfigError, DataError, StoreError
-        An argument is invalid, or the records cannot be read.
-
-    Examples
-    --------
-    >>> import hydrofdi
-    >>> hydrofdi.detect("nothing.json", "rig.csv")
-    Traceback (most recent call last):
-    hydrofdi.errors.ConfigError: nothing.json: No such file or directory
+        A row for each window, as `Detector.judge` gives it; errors are the same.
     """
     judge = detector if isinstance(detector, Detector) else Detector.load(detector)
     return judge.judge(data, sampling_frequency=sampling_frequency, channel=channel, unit=unit)

@@ -35,14 +35,9 @@ STUDY_LABEL = "healthy (fit)"
 
 @dataclass
 class LeftOut:
-    """Records that teach nothing.
-
-    Attributes
-    ----------
-    n_leaking : int
-        Records with another label, runs with a leak, and of a study all but the healthy fit records.
-    n_unlabelled, n_rejected, n_repeated : int
-        Without a label among labelled ones, not usable at all, with the samples of another.
+    """Records that teach nothing: with another label, with a leak, and of a study all but the healthy fit
+    records (``n_leaking``); without a label among labelled ones; not usable at all; with the samples of
+    another.
     """
 
     n_leaking: int = 0
@@ -55,21 +50,9 @@ class LeftOut:
 
 @dataclass
 class HealthyRecords:
-    """Healthy records of several sources, each record once.
-
-    Attributes
-    ----------
-    healthy : sequence of str
-        Labels of healthy records, beside those that descriptions name.
-    is_faulty : bool
-        Whether the others are meant: records with another label, runs with a leak, faulty fit records of a
-        study.
-    left_out : LeftOut
-        Counted while the batches are read.
-    n_taken : int
-        Number of these records, once the batches are read.
-    is_unlabelled : bool
-        Whether no source says which of its records are healthy.
+    """Healthy records of several sources, each record once; or, if ``is_faulty``, the others: those with
+    another label, runs with a leak, faulty fit records of a study. What is taken and left out is counted
+    while the batches are read. ``healthy``: labels of healthy records, beside those that descriptions name.
     """
 
     sources: Sequence[RecordSource]

@@ -41,16 +41,8 @@ _SAID_OF_WINDOWS = ("missing", "stuck")
 
 @dataclass(frozen=True)
 class JudgedWindow:
-    """What a detector says of a window of a record, or of a record that has none.
-
-    Attributes
-    ----------
-    line : WindowLine or None
-        That of a monitor which is given the record as a stream; None if the record has no window.
-    record_fault : Issue or None
-        Why it has none.
-    label : str
-        Condition of the record, where it is known.
+    """What a detector says of a window of a record, as the line of a monitor which is given the record as a
+    stream; or of a record without any window, and why. ``label``: condition of the record, where it is known.
     """
 
     record_id: str
@@ -188,18 +180,9 @@ def _chunks(chunks: Iterable[Any], said: Said, frequency: float) -> Iterator[Chu
 class Tally:
     """Windows on their way, counted.
 
-    Attributes
-    ----------
-    faults : Counter of str
-        Kind of fault → windows, or records without any, that were not judged.
-    n_beyond : int
-        Windows among them whose score is beyond a limit all the same.
-    n_doubtful : int
-        Judged windows whose verdict is doubtful.
-    first_doubt : str
-        The first reason.
-    unjudged : dict of (str, str) to str
-        Source and record of those of which nothing was judged → the first reason.
+    ``faults``: kind → windows, or records without any, that were not judged, ``n_beyond`` of them with a
+    score beyond a limit all the same. ``n_doubtful`` judged ones, with the ``first_doubt``. ``unjudged``:
+    source and record of those of which nothing was judged → the first reason.
     """
 
     def __init__(self, file: DetectorFile, windows: Iterable[JudgedWindow]) -> None:

@@ -33,19 +33,9 @@ _CF_POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")
 
 @dataclass(frozen=True)
 class Column:
-    """A column of one or more records.
-
-    Attributes
-    ----------
-    title : str
-        As it is written, such as ``P1 [bar]``; empty if it has none.
-    values : ndarray, shape (n_time,) or (n_record, n_time)
-    unit : str or None
-        Empty if it is not stated; None if there is no place to state it.
-    since : float
-        Instant from which dates are counted [s since 1970]; 0 without dates.
-    is_dates : bool
-        Whether it contained dates or durations.
+    """A column of one or more records: values, shape (n_time,) or (n_record, n_time), under their title as it
+    is written, such as ``P1 [bar]``. Its ``unit`` is empty if it is not stated, and None if there is no place
+    to state it. Dates, or durations, count from ``since`` [s since 1970].
     """
 
     title: str
@@ -62,14 +52,8 @@ class Column:
 
 @dataclass(frozen=True)
 class Held:
-    """Columns, and when they were sampled.
-
-    Attributes
-    ----------
-    kind : str
-        What messages call them.
-    record_ids, groups, labels : sequence of str
-        Empty if nothing names the records.
+    """Columns, and when they were sampled; ``kind`` is what messages call them. Names, groups and labels of
+    the records are empty if there are none.
     """
 
     kind: str

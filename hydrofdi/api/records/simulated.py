@@ -33,16 +33,8 @@ _SECONDS_BETWEEN_LINES = 5.0
 
 @dataclass(frozen=True)
 class SimulatedRecords:
-    """Records of the runs that an experiment asks for.
-
-    Attributes
-    ----------
-    name : str
-        What a person calls it.
-    channels : collection of Channel
-        What is kept of each record.
-    only : collection of int, optional
-        Positions of the runs that are made; all where left out.
+    """Records of the runs that an experiment asks for, or ``only`` of those at some positions, with some
+    ``channels``; ``name`` is what a person calls them.
     """
 
     experiment: ExperimentConfig

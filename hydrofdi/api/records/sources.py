@@ -24,18 +24,9 @@ from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
 
 @dataclass(frozen=True)
 class Said:
-    """Descriptions of data by keywords that `hydrofdi.measure` and others share.
-
-    Attributes
-    ----------
-    sampling_frequency : str, float or None
-        [Hz]
-    channel, unit : str, mapping or None
-        Of arrays: one name for all columns, or column → name.
-    label, group : str, sequence of str or None
-        Of records in memory.
-    settings : sequence of str
-        ``KEY=VALUE`` of an experiment that is simulated.
+    """Descriptions of data by keywords that `hydrofdi.measure` and others share: of arrays one ``channel``
+    and ``unit`` for all columns, or column → name; ``label`` and ``group`` of records in memory;
+    ``KEY=VALUE`` ``settings`` of an experiment that is simulated.
     """
 
     sampling_frequency: str | float | None = None

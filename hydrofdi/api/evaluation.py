@@ -431,7 +431,12 @@ def score_record(records: StudyRecords, judgement: Judgement, pairs: Sequence[He
         "q90_95_L_per_min": None if found is None else convert(found, "L/min"),
         "stands_clear": stands_clear(judgement, pairs),
         "without_number": records_without_number(records, scored),
-        "healthy_against_healthy": [_pair_record(each) for each in pairs],
+        "healthy_against_healthy": [
+            {"fit_group": each.fit_group, "test_group": each.test_group}
+            | _area_record(each.area)
+            | {"alarms": each.rate and each.rate.count, "refusal": each.refusal or None}
+            for each in pairs
+        ],
         "refusals": list(judgement.refusals),
         "remarks": list(judgement.remarks),
         "note": scored.note or None,
@@ -454,12 +459,6 @@ def _rate_record(judgement: Judgement, population: Population, rate: Rate) -> di
         **(dict.fromkeys(stated) if needed else stated),
         "records_needed": needed,
     }
-
-
-def _pair_record(pair: HealthyPair) -> dict[str, Any]:
-    named = {"fit_group": pair.fit_group, "test_group": pair.test_group}
-    alarms = pair.rate and pair.rate.count
-    return named | _area_record(pair.area) | {"alarms": alarms, "refusal": pair.refusal or None}
 
 
 def healthy_spread(pairs: Sequence[HealthyPair]) -> float:

@@ -13,8 +13,7 @@ from hydrofdi.api.arguments import names_of, path_of
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.api.stored import rows_named
-from hydrofdi.config import expand_runs
-from hydrofdi.config.run_table.runs import record_identities, run_identities
+from hydrofdi.config.run_table.runs import run_identities
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.writing import OWN, WRITERS, selection
@@ -225,16 +224,14 @@ def _with_runs(source: RecordSource, wanted: Sequence[str]) -> tuple[RecordSourc
     """A source that has some of its runs, by position, range or identity, and the names of their files."""
     if isinstance(source, StoredRecords):
         run_ids = [*map(str, source.data.columns[RUN_ID])]
-        record_ids = source.record_ids
         are_ok = [status == "ok" for status in source.data.columns[STATUS]]
     elif isinstance(source, SimulatedRecords):
-        runs = expand_runs(source.experiment).runs
-        run_ids, record_ids = [*run_identities(runs)], [*record_identities(runs)]
-        are_ok = [True] * len(runs)
+        run_ids, are_ok = [*run_identities(source.runs)], [True] * len(source.runs)
     elif wanted:
         raise ConfigError(f"{source.name}: contains measured records, so there are no runs to choose")
     else:
         return source, {}
+    record_ids = source.record_ids
     rows = {row for each in wanted for row in rows_named(each, run_ids, record_ids, source.name)}
     only = sorted(rows) if wanted else None
     shown = distinct_records(record_ids, are_ok, only)

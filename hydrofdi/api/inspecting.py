@@ -189,7 +189,11 @@ class Inspection:
                 {"period": period, "records": count}
                 for period, count in sorted(self.drive_periods.items(), key=lambda item: item[0] or 0.0)
             ],
-            "channels": {channel: _range_record(found) for channel, found in self.ranges.items()},
+            "channels": {
+                channel: {"unit": each.unit, "records": each.n_record}
+                | {"min": finite(each.least), "mean": finite(each.mean), "max": finite(each.largest)}
+                for channel, each in self.ranges.items()
+            },
             "groups": dict(self.groups),
             "labels": dict(self.labels),
             "findings": {
@@ -341,8 +345,3 @@ def _row(batch: RecordBatch, record_id: str | None) -> int | None:
         return batch.record_ids.index(record_id)
     names = enumerate(batch.record_ids)
     return next((row for row, name in names if name.startswith(record_id or "")), None)
-
-
-def _range_record(found: Range) -> dict[str, Any]:
-    least, mean, largest = map(finite, (found.least, found.mean, found.largest))
-    return {"unit": found.unit, "records": found.n_record, "min": least, "mean": mean, "max": largest}

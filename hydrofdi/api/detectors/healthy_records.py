@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.api.records.simulated import SimulatedRecords
-from hydrofdi.config import ExperimentConfig, expand_runs
+from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.run_table.expansion import study_roles
-from hydrofdi.config.run_table.runs import record_identities
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Kind
 from hydrofdi.indicators.record_measures import samples_digest
@@ -148,21 +147,14 @@ def _runs(
         are_fit = np.array([each.kind is kind and each.is_fit for each in roles.populations])
         groups: dict[str, str] = {}
         if roles.actuators is not None:
-            groups = dict(zip(_record_ids(source), roles.actuators, strict=True))
+            groups = dict(zip(source.record_ids, roles.actuators, strict=True))
         return are_fit[roles.of_run] & (roles.design_of_run == 0), groups
     if isinstance(source, StoredRecords):
         leaks = [source.data.leakage_requests, *zip(*external_coefficients(source.data), strict=True)]
     else:
-        runs = expand_runs(experiment).runs
-        leaks = [runs.values(f"leakage.{name}") for name in _LEAKS]
+        leaks = [source.runs.values(f"leakage.{name}") for name in _LEAKS]
     are_leaking = np.array([any(of_run) for of_run in zip(*leaks, strict=True)], dtype=bool)
     return are_leaking if is_faulty else ~are_leaking, None
-
-
-def _record_ids(source: SimulatedRecords | StoredRecords) -> Sequence[str]:
-    if isinstance(source, StoredRecords):
-        return source.record_ids
-    return record_identities(expand_runs(source.experiment).runs)
 
 
 def experiment_of(source: SimulatedRecords | StoredRecords) -> ExperimentConfig:

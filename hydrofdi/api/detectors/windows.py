@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.detectors.healthy_records import analysed_batches
-from hydrofdi.api.records.columns import held, records_of
-from hydrofdi.api.records.sources import Said
+from hydrofdi.api.records.sources import Said, held, records_of
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.following import Follower
 from hydrofdi.detectors.trained.measuring import without_scale

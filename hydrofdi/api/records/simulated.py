@@ -7,9 +7,10 @@ import math
 import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
-from hydrofdi.config.run_table.runs import record_identities
+from hydrofdi.config.run_table.runs import Runs, record_identities
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
@@ -42,14 +43,26 @@ class SimulatedRecords:
     channels: Collection[Channel] = tuple(Channel)
     only: Collection[int] | None = None
 
+    @cached_property
+    def runs(self) -> Runs:
+        """All runs of the experiment."""
+        return expand_runs(self.experiment).runs
+
+    @cached_property
+    def record_ids(self) -> tuple[str, ...]:
+        """Identities of their records."""
+        return record_identities(self.runs)
+
+    @cached_property
+    def _rows(self) -> list[int]:
+        return distinct_records(self.record_ids, [True] * len(self.record_ids), self.only)
+
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """The records in the order of their runs; those that fail are rejected with how they ended.
 
         The logger tells how many are simulated, and every few seconds how far it is.
         """
-        runs = expand_runs(self.experiment).runs
-        record_ids = record_identities(runs)
-        rows = distinct_records(record_ids, [True] * len(record_ids), self.only)
+        runs, record_ids, rows = self.runs, self.record_ids, self._rows
         known: dict[str, float] = {}
         first, start = 0, time.monotonic()
         told = start
@@ -72,8 +85,7 @@ class SimulatedRecords:
 
         The name says how many of them there are.
         """
-        record_ids = record_identities(expand_runs(self.experiment).runs)
-        rows = distinct_records(record_ids, [True] * len(record_ids), self.only)
+        record_ids, rows = self.record_ids, self._rows
         chosen = {rows[position * len(rows) // n_record] for position in range(n_record)}
         if record_id is not None:
             chosen |= {row for row in rows if record_ids[row].startswith(record_id)}

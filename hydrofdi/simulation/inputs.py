@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
+from functools import lru_cache
 from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -93,6 +94,11 @@ class Inputs:
         references = _places(key for key in keys if not isinstance(key, Drive))
         loads = _places(parameters.load for parameters in runs)
         self._spools, self.n_drive = Spools(list(drives), record), len(drives)
+        self._shared = (
+            _whole_record(*drives, record)
+            if len(drives) == 1 and record.n_step <= _MOST_SHARED_STEPS
+            else None
+        )
         self._references, self._loads = list(references), list(loads)
         self._readers = {
             k: (runs[k], tap.feedback_noise(k) if tap else None) for *_, k in references if k >= 0
@@ -105,7 +111,10 @@ class Inputs:
     def advance(self, first: int, n_step: int) -> Chunk:
         """Inputs from step `first` on."""
         steps = np.arange(first, first + n_step)
-        voltage, stages = self._spools.advance(first, n_step)
+        if self._shared:
+            voltage, stages = (values[first : first + n_step] for values in self._shared)
+        else:
+            voltage, stages = self._spools.advance(first, n_step)
         references = np.zeros((n_step, 2, len(self._references)))
         for column, (drive, amplitude, reader) in enumerate(self._references):
             references[:, 0, column] = position_reference(drive, amplitude, self._record, steps)
@@ -114,6 +123,16 @@ class Inputs:
                 references[:, 1, column] = reading_errors(run, steps, noise)
         loads = np.column_stack([load_force(load, self._record, steps) for load in self._loads])
         return Chunk(voltage, stages, references, loads)
+
+
+_MOST_SHARED_STEPS = 500_000
+"""Steps of the longest record whose drive is kept; it takes 20 MB."""
+
+
+@lru_cache(maxsize=1)
+def _whole_record(drive: Drive, record: RecordConfig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Voltage and stages of one drive over a record, computed once for all batches of a sweep."""
+    return Spools([drive], record).advance(0, record.n_step)
 
 
 def _reference_of(parameters: RunParameters, position: int) -> tuple[InputConfig, float, int]:

@@ -232,23 +232,19 @@ def parse_quantity(text: str, unit: str) -> float:
     if match is None or match[2].startswith(","):
         example = "1.5" if unit == "1" else f"1.5 {unit}"
         raise ValueError(f"{text!r} is not a number with a unit; write it like {example!r}")
-    number, given = match.groups()
     wanted = parse_unit(unit)
-    found = _given_unit(given.strip(), unit) if given.strip() else wanted
+    found = _given_unit(match[2].strip() or unit, unit)
     if found.exponents != wanted.exponents:
         needed = "be a number or a percentage" if unit == "1" else f"be convertible to {unit}"
         raise ValueError(f"{text!r} has the wrong unit; it must {needed}")
-    return _scaled(number, found.factor / wanted.factor)
+    return _scaled(match[1], found.factor / wanted.factor)
 
 
 def parse_si(text: str) -> float:
     """A quantity such as ``"551 MPa"`` in the SI unit of its dimension."""
-    match = _NUMBER.fullmatch(text)
-    if match is None:
+    if (match := _NUMBER.fullmatch(text)) is None:
         raise ValueError(f"{text!r} is not a number with a unit")
-    number, unit = match.groups()
-    factor = parse_unit(unit.strip()).factor if unit.strip() else Fraction(1)
-    return _scaled(number, factor)
+    return _scaled(match[1], parse_unit(match[2].strip() or "1").factor)
 
 
 def stated_unit(text: str, unit: str) -> str | None:

@@ -51,11 +51,8 @@ SHORT = "--set=record.duration=2 s"
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [
-        ((), 0),
-        (("report", "--help"), 0),
         (("simulate", SHORT), 0),
         (("simulate", SHORT, "--set=fluid.bulk_modulus=1e13"), 1),
-        (("simulate", "--set=fluid.bulk=1"), 2),
         (("swep",), 2),
     ],
 )

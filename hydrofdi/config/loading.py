@@ -14,7 +14,7 @@ from hydrofdi.config.study.detection import normalize_detection
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.settings.ready import located
-from hydrofdi.settings.validation import overlay, read_extended, validated
+from hydrofdi.settings.validation import merged, overlay, read_extended, validated
 from hydrofdi.settings.yaml_source import Path, Source, parse_yaml, plain
 from hydrofdi.units import parse_unit, stated_unit
 
@@ -137,19 +137,8 @@ def _prepare(own: Source, file: FilePath) -> None:
 
 
 def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Mappings are merged, but values of parameters are not; ``null`` removes what is inherited."""
-    replaced = {
-        other for pair in _EXCLUSIVE for key, other in (pair, pair[::-1]) if key in over and other not in over
-    }
-    merged = {key: value for key, value in base.items() if key not in replaced}
-    for key, value in over.items():
-        is_axis = key in parameter_names()
-        both = isinstance(value, dict) and isinstance(merged.get(key), dict) and not is_axis
-        if value is None and key in merged and (is_axis or isinstance(merged[key], dict)):
-            del merged[key]
-            continue
-        merged[key] = _merged(merged[key], value) if both else value
-    return merged
+    """Mappings are merged, but values of parameters are not."""
+    return merged(base, over, parameter_names(), _EXCLUSIVE)
 
 
 def _apply_setting(source: Source, text: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
@@ -120,21 +120,19 @@ def _changed_value(source: Source, path: Path, name: str, value: Any) -> Any:
 
 def nominal_value(source: Source, name: str) -> Any:
     """The nominal value of a parameter in SI: the given one, else the default; None if it is invalid."""
-    section, field = name.split(".")
-    given = source.data.get(section)
-    if not isinstance(given, dict) or field not in given:
+    if (given := _given(source, name)) is None:
+        section, field = name.split(".")
         return getattr(RunRequest.model_fields[section].default, field)
-    try:
-        return validate_parameter(name, given[field])
-    except ValidationError:  # validation of the model reports it
-        return None
+    with suppress(ValidationError):  # validation of the model reports it
+        return validate_parameter(name, given)
+    return None
 
 
-def _is_stated(source: Source, name: str) -> bool:
-    """Whether a source gives a parameter a nominal value, valid or not."""
+def _given(source: Source, name: str) -> Any:
+    """The nominal value that a source gives a parameter, valid or not."""
     section, field = name.split(".")
     given = source.data.get(section)
-    return isinstance(given, dict) and given.get(field) is not None
+    return given.get(field) if isinstance(given, dict) else None
 
 
 def _kind(source: Source, path: Path, stated: Any, kinds: Iterable[str]) -> str:
@@ -213,7 +211,7 @@ def _about_nominal(source: Source, path: Path, name: str, kind: str, width: str)
         parameter_value(source, path, name, None)
         return []
     nominal = nominal_value(source, name)
-    if nominal is None and _is_stated(source, name):  # validation of the model reports it
+    if nominal is None and _given(source, name) is not None:  # validation of the model reports it
         return []
     with _reported(source, path, f"±{width}: "):
         if kind not in _ARGUMENTS_ABOUT or not isinstance(nominal, float):
@@ -371,7 +369,7 @@ def _draw_per_record(source: Source, per_record: dict[str, Any], over: Any) -> N
         usual["load.seed"] = _SEEDS
     named = {*per_record, *(over if isinstance(over, dict) else ()), *_keys(source.data.get("sweep"))}
     for name, ends in usual.items():
-        if name not in named and (name == "measurement.seed" or not _is_stated(source, name)):
+        if name not in named and (name == "measurement.seed" or _given(source, name) is None):
             per_record[name] = {"integers": ends}
 
 

@@ -100,7 +100,7 @@ def _count_swept(experiment: ExperimentConfig) -> int:
 
 def varied_axes(data: ExperimentData, kept: NDArray[np.bool_]) -> tuple[Axis, ...]:
     """The swept parameters with more than one value among the runs that are kept."""
-    axes = [_axis(data, name, kept) for name in dict.fromkeys(data.swept_names)]
+    axes = [_axis(data, name, kept) for name in dict.fromkeys(data.experiment.varied_names)]
     return tuple(axis for axis in axes if len(axis.groups) > 1)
 
 

@@ -193,7 +193,7 @@ def external_coefficients(data: ExperimentData) -> Array:
 def label_names(data: ExperimentData) -> list[str]:
     """Varied parameters besides leakage and EBM."""
     usual = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
-    return [name for name in data.swept_names if name not in usual]
+    return [name for name in data.experiment.varied_names if name not in usual]
 
 
 def best_levels(delta: Array) -> NDArray[np.int64]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Container, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, get_origin
 
@@ -115,16 +115,27 @@ def _is_model(candidate: Any) -> bool:
 Merge = Callable[[Mapping[str, Any], Mapping[str, Any]], dict[str, Any]]
 
 
-def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Both mappings merged, also within; the second wins, and its ``null`` removes a mapping."""
-    whole = dict(base)
+def merged(
+    base: Mapping[str, Any],
+    over: Mapping[str, Any],
+    whole: Container[str] = (),
+    exclusive: Collection[tuple[str, str]] = (),
+) -> dict[str, Any]:
+    """Both mappings merged, also within, but not values of `whole` keys; the second wins.
+
+    Its ``null`` removes what is inherited, and its one of an exclusive pair replaces the other.
+    """
+    pairs = [pair for one, other in exclusive for pair in ((one, other), (other, one))]
+    replaced = {other for key, other in pairs if key in over and other not in over}
+    mixed = {key: value for key, value in base.items() if key not in replaced}
     for key, value in over.items():
-        if value is None and isinstance(whole.get(key), dict):
-            del whole[key]
+        is_section = isinstance(mixed.get(key), dict) and key not in whole
+        if value is None and key in mixed and (is_section or key in whole):
+            del mixed[key]
             continue
-        both = isinstance(value, dict) and isinstance(whole.get(key), dict)
-        whole[key] = merged(whole[key], value) if both else value
-    return whole
+        both = is_section and isinstance(value, dict)
+        mixed[key] = merged(mixed[key], value, whole, exclusive) if both else value
+    return mixed
 
 
 def overlay(base: Source, over: Source, merge: Merge = merged) -> None:

@@ -166,11 +166,6 @@ class ExperimentData:
         """Whether every run has been computed or has failed."""
         return MISSING not in self.columns[names.STATUS]
 
-    @property
-    def swept_names(self) -> list[str]:
-        """Dotted parameters that the experiment varies."""
-        return self.experiment.varied_names
-
     @cached_property
     def leakage_requests(self) -> NDArray[np.float64]:
         """Requested leakage of each run: mean flow [m³/s] or K_i [m^3.5/kg^0.5]; 0 if sealed."""

@@ -91,26 +91,28 @@ def _write_attributes(file: h5py.File, experiment: ExperimentConfig, versions: M
         file.attrs[f"version_{name}"] = version
 
 
+_LONG_NAMES = {
+    names.RUN: "position of the run in the experiment",
+    names.LEVEL: "level of the wavelet transform",
+    names.PHASE: "sample that the analysed record starts at",
+    names.TIME: "time",
+}
+
+
 def _write_coordinates(file: h5py.File, time: NDArray[np.float64] | None, sizes: Mapping[str, int]) -> None:
-    coordinates: list[tuple[str, NDArray[Any], str, str]] = [
-        (names.RUN, np.arange(sizes[names.RUN]), "", "position of the run in the experiment"),
-        (names.LEVEL, np.arange(1, sizes[names.LEVEL] + 1), "", "level of the wavelet transform"),
-    ]
-    if sizes[names.PHASE]:
-        coordinates.append(
-            (names.PHASE, np.arange(sizes[names.PHASE]), "", "sample that the analysed record starts at")
-        )
-    coordinates += [
-        (name, np.arange(length), "", f"{name.partition('.')[2]} of {name.partition('.')[0]}")
+    coordinates: dict[str, NDArray[Any]] = {
+        name: np.arange(length) + (name == names.LEVEL)
         for name, length in sizes.items()
-        if "." in name
-    ]
+        if length or name != names.PHASE
+    }
     if time is not None:
-        coordinates.append((names.TIME, time, "s", "time"))
-    for name, values, units, long_name in coordinates:
+        coordinates[names.TIME] = time
+    for name, values in coordinates.items():
         dataset = file.create_dataset(name, data=values)
         dataset.make_scale(name)
-        _describe(dataset, units, long_name)
+        label, _, dimension = name.partition(".")
+        long_name = _LONG_NAMES.get(name, f"{dimension} of {label}")
+        _describe(dataset, "s" if name == names.TIME else "", long_name)
 
 
 def _write_column(file: h5py.File, variable: Variable, values: NDArray[Any]) -> None:

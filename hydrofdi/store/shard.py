@@ -47,14 +47,10 @@ def write_shard(directory: Path, columns: Columns, store: StoreConfig) -> Path:
 
 def store_shard_bytes(directory: Path, content: bytes) -> Path:
     """Store the content of a shard that was made elsewhere, and return its path."""
-
-    def write(aside: Path) -> None:
-        aside.write_bytes(content)
-
-    return _place_shard(directory, write)
+    return _place_shard(directory, lambda aside: aside.write_bytes(content))
 
 
-def _place_shard(directory: Path, write: Callable[[Path], None]) -> Path:
+def _place_shard(directory: Path, write: Callable[[Path], object]) -> Path:
     folder = directory / SHARDS
     aside = folder / f".{os.getpid()}.part"
     try:

@@ -60,6 +60,8 @@ def test_it_says_its_units_and_what_it_was_made_from(small_sweep):
     with h5py.File(small_sweep.file) as file:
         units = {name: variable.attrs["units"] for name, variable in file.items()}
         assert all(variable.attrs["long_name"] for variable in file.values())
+        axes = [dim for variable in file.values() if not variable.is_scale for dim in variable.dims]
+        assert {len(axis) for axis in axes} == {1}, "each has its coordinate"
         attributes = dict(file.attrs)
     assert units.items() >= {**SIGNALS, **PER_RUN, "detail_rms": "Pa"}.items()
     stored = ExperimentConfig.model_validate_json(attributes["configuration"])

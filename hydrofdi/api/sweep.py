@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from shutil import get_terminal_size
@@ -56,7 +57,6 @@ from hydrofdi.store.files import remove_leftovers, require_replaceable
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
 from hydrofdi.store.folder.provenance import (
     Failure,
-    RunLog,
     add_provenance,
     environment_record,
     forget_failure,
@@ -65,6 +65,7 @@ from hydrofdi.store.folder.provenance import (
     read_failures,
     write_calibrations,
     write_failure,
+    write_log,
 )
 from hydrofdi.store.index import read_index
 from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
@@ -456,7 +457,7 @@ class _Recorder:
     def __init__(self, plan: SweepPlan, watcher: Watching) -> None:
         self._plan = plan
         self._watcher = watcher
-        self._log = RunLog(plan.directory)
+        self._log = partial(write_log, plan.directory)
         self._completed = 0
         self._seconds: dict[str, float] = {}
         self._n_measured = 0
@@ -465,7 +466,7 @@ class _Recorder:
     def run(self, engine: Engine, jobs: list[Job], lost: list[tuple[Job, TaskFailure]]) -> int:
         """Record the jobs that are lost, and run the others; returns how many ended."""
         experiment, directory = self._plan.experiment, self._plan.directory
-        self._log.write("begin", planned=len(self._plan.run_ids), missing=len(jobs) + len(lost))
+        self._log("begin", planned=len(self._plan.run_ids), missing=len(jobs) + len(lost))
         self._watcher.begin(RUNS, len(jobs) + len(lost))
         keeps_signals = experiment.store.signals != "none"
         split = split_jobs(jobs, engine.workers, keeps_signals=keeps_signals)
@@ -479,7 +480,7 @@ class _Recorder:
                 run_batches(place, work, experiment.limits.time_per_job, self._stored, self._failed)
         except KeyboardInterrupt:
             raise _interrupted(self._plan, self._completed) from None
-        self._log.write("end", completed=self._completed)
+        self._log("end", completed=self._completed)
         return self._completed
 
     @property
@@ -490,7 +491,7 @@ class _Recorder:
     def log_faults(self, faults: dict[str, str]) -> None:
         """Keep which indicators failed, and how."""
         for label, message in faults.items():
-            self._log.write("faulty indicator", label=label, message=message)
+            self._log("faulty indicator", label=label, message=message)
 
     def _stored(self, receipt: BatchReceipt) -> None:
         self._completed += receipt.n_run
@@ -498,14 +499,14 @@ class _Recorder:
         for label, seconds in receipt.seconds.items():
             self._seconds[label] = self._seconds.get(label, 0.0) + seconds
         self.shards.add(receipt.shard.name)
-        self._log.write("stored", shard=receipt.shard.name, runs=receipt.n_run, failed=receipt.n_failed)
+        self._log("stored", shard=receipt.shard.name, runs=receipt.n_run, failed=receipt.n_failed)
         self._watcher.advance(receipt.n_run, receipt.n_failed)
 
     def _failed(self, job: Job, failure: TaskFailure) -> None:
         self._completed += 1
         stored = Failure(job.run_id, failure.status, failure.message, failure.log)
         write_failure(self._plan.directory, stored)
-        self._log.write("failed", run=stored.run_id, status=stored.status, message=stored.message)
+        self._log("failed", run=stored.run_id, status=stored.status, message=stored.message)
         self._watcher.advance(1, 1)
 
 

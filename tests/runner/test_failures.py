@@ -126,7 +126,7 @@ store: {signals: none}
 sweep:
   grid:
     leakage.internal_coefficient: {linspace: [0, 3e-8, 20]}
-    fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 50]}
+    fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 25]}
 """
 
 
@@ -170,7 +170,7 @@ def test_a_stop_leaves_no_process_and_the_sweep_goes_on_to_the_same_bits(long, t
     status = run_json("status", out)
     assert (0 < status["done"] < status["planned"]) == bool(stops)
     if stops == [signal.SIGINT]:
-        assert f"runs stored: {status['done']:,} of 1,000; the same command continues from there" in told
+        assert f"runs stored: {status['done']:,} of 500; the same command continues from there" in told
     later = run("sweep", file, "--out", out, "--json", check=0)
     assert json.loads(later.stdout)["completed"] == status["missing"]
     took_over = f"took over a stale lock of a sweep that was killed (process {process.pid}"

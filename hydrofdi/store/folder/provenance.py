@@ -159,20 +159,11 @@ def _processor() -> str:
     return platform.processor()
 
 
-_LOG = "run.log"
-
-
-class RunLog:
-    """Appends events to the log in an experiment's folder."""
-
-    def __init__(self, directory: Path) -> None:
-        self._path = directory / _LOG
-
-    def write(self, event: str, **details: Any) -> None:
-        """Append one event with a time stamp."""
-        line = json.dumps({"time": now(), "event": event, **details})
-        try:
-            with open(self._path, "a", encoding="utf-8") as file:
-                file.write(line + "\n")
-        except OSError as error:
-            raise StoreError(f"{self._path}: cannot be written: {reason(error)}") from None
+def write_log(directory: Path, event: str, **details: Any) -> None:
+    """Append an event with a time stamp to the log in an experiment's folder."""
+    path = directory / "run.log"
+    try:
+        with open(path, "a", encoding="utf-8") as file:
+            file.write(json.dumps({"time": now(), "event": event, **details}) + "\n")
+    except OSError as error:
+        raise StoreError(f"{path}: cannot be written: {reason(error)}") from None

@@ -10,14 +10,14 @@ from typing import Any, Self
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution.compute import Batch, BatchReceipt, compute_shard
-from hydrofdi.execution.engine import TaskFailure, TaskResult, raised
+from hydrofdi.execution.engine import Engine, TaskFailure, TaskResult, raised
 from hydrofdi.store.shard import store_shard_bytes
 
 PATIENCE = "10s"
 """How long a scheduler may take to answer."""
 
 
-class DaskEngine:
+class DaskEngine(Engine):
     """Tasks on the workers of a Dask scheduler; tasks of a worker that is lost are computed by another."""
 
     def __init__(self, scheduler: str, *, shared_directory: bool = True) -> None:
@@ -31,7 +31,6 @@ class DaskEngine:
         self._client: Any = None
         self._completed: Any = None
         self._items: dict[str, Any] = {}
-        self.workers = 1
 
     def __enter__(self) -> Self:
         """Connect to the scheduler."""

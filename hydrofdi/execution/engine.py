@@ -6,7 +6,7 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 
 @dataclass(frozen=True)
@@ -28,73 +28,59 @@ class TaskResult:
     failure: TaskFailure | None = None
 
 
-class Engine(Protocol):
-    """Runs tasks in its workers. Used as a context: leaving it ends the workers.
+@dataclass(frozen=True)
+class Task:
+    """A function, what it is called with, and the wall time that workers elsewhere give it [s]."""
 
-    A task that raises, hangs or loses its worker fails; the others continue.
+    function: Callable[[Any], Any]
+    item: Any
+    time_limit: float | None
+
+
+class Engine:
+    """Runs tasks here, one after the other; the engines that derive from it have workers elsewhere.
+
+    Used as a context: leaving it ends the workers. A task that raises, hangs or loses its worker fails; the
+    others continue.
     """
 
-    workers: int
+    workers = 1
     """Number of tasks that run at a time."""
 
-    reads_results: bool
+    reads_results = True
     """Whether its workers reach the folder of the results."""
 
+    def __init__(self) -> None:
+        self._queue: deque[Task] = deque()
+
     def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:
-        """Queue a task; `time_limit` is the wall time that it may take [s]."""
-        ...
+        """Queue a task; workers elsewhere end it when it runs longer than the limit [s]."""
+        self._queue.append(Task(task, item, time_limit))
 
     def completed(self) -> Iterator[TaskResult]:
         """Results as they come, until nothing is queued or running."""
-        ...
+        while self._queue:
+            task = self._queue.popleft()
+            try:
+                value = task.function(task.item)
+            except Exception as error:
+                yield TaskResult(task.item, failure=raised(error))
+            else:
+                yield TaskResult(task.item, value)
 
     def cancel(self) -> None:
         """Forget what is queued; running tasks continue."""
-        ...
-
-    def __enter__(self) -> Self:
-        """Start the workers."""
-        ...
-
-    def __exit__(self, kind: object, error: object, traceback: object) -> None:
-        """End the workers; after an error in the middle of what they do."""
-        ...
-
-
-class InProcessEngine:
-    """Runs tasks here, one after the other; it cannot end one that takes too long."""
-
-    workers = 1
-    reads_results = True
-
-    def __init__(self) -> None:
-        self._queue: deque[tuple[Callable[[Any], Any], Any]] = deque()
-
-    def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:
-        """Queue a task; the time limit is not kept."""
-        self._queue.append((task, item))
-
-    def completed(self) -> Iterator[TaskResult]:
-        """Results in the order of submission."""
-        while self._queue:
-            task, item = self._queue.popleft()
-            try:
-                value = task(item)
-            except Exception as error:
-                yield TaskResult(item, failure=raised(error))
-            else:
-                yield TaskResult(item, value)
-
-    def cancel(self) -> None:
-        """Forget what is queued."""
         self._queue.clear()
 
     def __enter__(self) -> Self:
-        """Nothing to start."""
+        """Start the workers."""
         return self
 
     def __exit__(self, kind: object, error: object, traceback: object) -> None:
-        """Nothing to end."""
+        """End the workers; after an error in the middle of what they do."""
+
+
+InProcessEngine = Engine
 
 
 def raised(error: BaseException) -> TaskFailure:

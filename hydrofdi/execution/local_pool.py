@@ -9,16 +9,15 @@ import signal
 import sys
 import threading
 import time
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
 from types import ModuleType
 from typing import Any, Self
 
-from hydrofdi.execution.engine import TaskFailure, TaskResult, raised
+from hydrofdi.execution.engine import Engine, Task, TaskFailure, TaskResult, raised
 
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _SECONDS_TO_END = 2.0
@@ -27,13 +26,6 @@ _SECONDS_TO_END = 2.0
 def available_cores() -> int:
     """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-@dataclass(frozen=True)
-class _Task:
-    function: Callable[[Any], Any]
-    item: Any
-    time_limit: float | None
 
 
 class _Worker:
@@ -45,10 +37,10 @@ class _Worker:
         with _without_interrupts(), _without_main():
             self.process.start()
         other.close()
-        self.task: _Task | None = None
+        self.task: Task | None = None
         self._deadline = float("inf")
 
-    def begin(self, task: _Task) -> None:
+    def begin(self, task: Task) -> None:
         """Hand a task over."""
         self.task = task
         self._deadline = float("inf") if task.time_limit is None else time.monotonic() + task.time_limit
@@ -112,15 +104,13 @@ def _without_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-class LocalPoolEngine:
+class LocalPoolEngine(Engine):
     """Worker processes, forked from a server that has loaded the simulation once."""
 
-    reads_results = True
-
     def __init__(self, workers: int) -> None:
+        super().__init__()
         self.workers = workers
         self._context: Any = None
-        self._queue: deque[_Task] = deque()
         self._crew: list[_Worker] = []
 
     def __enter__(self) -> Self:
@@ -137,10 +127,6 @@ class LocalPoolEngine:
             self._context = multiprocessing.get_context("spawn")
         return self
 
-    def submit(self, task: Callable[[Any], Any], item: Any, time_limit: float | None = None) -> None:
-        """Queue a task; it is ended and fails when it runs longer than the limit [s]."""
-        self._queue.append(_Task(task, item, time_limit))
-
     def completed(self) -> Iterator[TaskResult]:
         """Results as they come, until nothing is queued or running."""
         while self._queue or self._busy():
@@ -155,10 +141,6 @@ class LocalPoolEngine:
                     yield worker.end_task()
                 elif worker.seconds_left() <= 0.0:
                     yield worker.time_out()
-
-    def cancel(self) -> None:
-        """Forget what is queued; running tasks continue."""
-        self._queue.clear()
 
     def _busy(self) -> list[_Worker]:
         return [worker for worker in self._crew if worker.task is not None]
@@ -176,7 +158,7 @@ class LocalPoolEngine:
                     worker.task = None
                     self._queue.appendleft(task)
 
-    def _next_task(self) -> _Task | None:
+    def _next_task(self) -> Task | None:
         """Take a task from the queue, which a signal handler may empty at any moment."""
         try:
             return self._queue.popleft()

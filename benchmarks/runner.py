@@ -112,7 +112,7 @@ def reading(file):
     """Time [s] and memory growth [MB] for reading all metrics of an experiment file."""
     code = (
         "import resource, sys, time; from pathlib import Path;"
-        " from hydrofdi.store.reading import read_experiment;"
+        " from hydrofdi.store.experiment_file import read_experiment;"
         "peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3;"
         "before, start = peak(), time.perf_counter(); data = read_experiment(Path(sys.argv[1]));"
         "print(time.perf_counter() - start, peak() - before, len(data.columns))"

@@ -27,7 +27,8 @@ from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
-from hydrofdi.store.folder.provenance import read_provenance
+from hydrofdi.store.experiment_file import read_texts
+from hydrofdi.store.folder.provenance import read_provenance, read_request
 from hydrofdi.store.index import StoredRun, read_index
 from hydrofdi.store.layout.names import (
     MESSAGE,
@@ -36,7 +37,6 @@ from hydrofdi.store.layout.names import (
     output_variables,
     stored_variables,
 )
-from hydrofdi.store.reading import read_request, read_texts
 from hydrofdi.store.shard import read_rows
 
 Folder = str | PathLike[str] | Results

@@ -18,16 +18,16 @@ from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import ExperimentData, ShardResults
-from hydrofdi.store.folder.provenance import read_failures, read_provenance
-from hydrofdi.store.index import ShardIndex, read_index
-from hydrofdi.store.layout.names import RUN_ID
-from hydrofdi.store.reading import (
+from hydrofdi.store.experiment_file import read_experiment, read_unfinished
+from hydrofdi.store.folder.provenance import (
     REQUEST_FILE,
-    read_experiment,
+    read_failures,
+    read_provenance,
     read_request,
-    read_unfinished,
     request_record,
 )
+from hydrofdi.store.index import ShardIndex, read_index
+from hydrofdi.store.layout.names import RUN_ID
 from hydrofdi.version import __version__
 
 RESULTS = Path("results")

@@ -52,10 +52,11 @@ from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.settings.readable import time_text
 from hydrofdi.store.experiment_data import MISSING, ShardResults
-from hydrofdi.store.experiment_file import write_experiment
+from hydrofdi.store.experiment_file import is_current, read_texts, write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
 from hydrofdi.store.folder.provenance import (
+    REQUEST_FILE,
     Failure,
     add_provenance,
     environment_record,
@@ -63,20 +64,15 @@ from hydrofdi.store.folder.provenance import (
     now,
     read_calibrations,
     read_failures,
+    read_request,
+    require_same_experiment,
     write_calibrations,
     write_failure,
     write_log,
+    write_request,
 )
 from hydrofdi.store.index import read_index
 from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
-from hydrofdi.store.reading import (
-    REQUEST_FILE,
-    is_current,
-    read_request,
-    read_texts,
-    require_same_experiment,
-    write_request,
-)
 
 _SECONDS_BETWEEN_DRAWINGS, _SECONDS_BETWEEN_LINES = 0.5, 30.0
 _BAR = 20

@@ -5,7 +5,9 @@ Its bytes depend only on the configuration, the results and the library versions
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +18,15 @@ from numpy.typing import NDArray
 from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store.experiment_data import ShardResults
-from hydrofdi.store.files import LIBRARY_VERSIONS, whole_file
+from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
+from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
+from hydrofdi.store.folder.provenance import stored_experiment
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable
-from hydrofdi.store.signals import create_signal, write_block
+from hydrofdi.store.shard import values_in
+from hydrofdi.store.signals import FileSignals, create_signal, write_block
 
 
 def write_experiment(
@@ -187,3 +192,83 @@ def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
     unit = parameter_unit(parameter) or ""
     texts = [f"{value:.15g} {unit}".strip() if isinstance(value, float) else value for value in values]
     return np.array(["" if text is None else str(text) for text in texts], dtype=object)
+
+
+_VERSION = "version_"
+"""Prefix of the attributes that contain library versions."""
+
+
+def read_experiment(path: Path) -> ExperimentData:
+    """Read an experiment file; signals stay on disk."""
+    with _experiment_file(path) as file:
+        writer = file.attrs.get(f"{_VERSION}hydrofdi", "an unknown version")
+        experiment = stored_experiment(
+            file.attrs["configuration"], f"{path}: its configuration (hydrofdi {writer} wrote it)"
+        )
+        stored = (*names.REQUESTED, *names.stored_variables("none", phases=names.PHASE in file))
+        required = [each.name for each in stored if each.name != names.REPLICATE_OF or each.name in file]
+        axes = {names.axis_variable(name) for name in experiment.varied_names}
+        others = [name for name in file if name in axes or ("." in name and not file[name].is_scale)]
+        columns = {name: values_in(file, name) for name in (*required, *others)}
+        columns |= names.wavelet_numbers(columns)
+        if len({len(values) for values in columns.values()}) != 1:
+            raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")
+        versions = {
+            name.removeprefix(_VERSION): str(value)
+            for name, value in file.attrs.items()
+            if name.startswith(_VERSION)
+        }
+        physics = int(file.attrs["physics_version"])
+        configuration = json.loads(file.attrs["configuration"])
+    remarks = tuple(
+        f"Indicator {label} is omitted: {why}. Its values remain in the file."
+        for label, why in experiment.indicator_choice.absent.items()
+    )
+    return ExperimentData(
+        path, experiment, columns, versions, FileSignals(path), configuration, remarks, physics
+    )
+
+
+def is_current(path: Path, experiment: ExperimentConfig) -> bool:
+    """Whether an experiment file contains all runs of this exact configuration."""
+    try:
+        with _experiment_file(path) as file:
+            same = file.attrs["configuration"] == experiment.model_dump_json()
+            current = file.attrs["physics_version"] == PHYSICS_VERSION
+            return bool(same and current and MISSING not in file[names.STATUS].asstr()[:])
+    except StoreError:
+        return False
+
+
+def read_texts(path: Path, name: str) -> dict[str, list[str]]:
+    """Name → text of each run, of a variable, or of all variables with a suffix such as ``.obstacle``."""
+    with _experiment_file(path) as file:
+        found = [each for each in file if each == name or (name.startswith(".") and each.endswith(name))]
+        return {each: list(file[each].asstr()[:]) for each in found}
+
+
+@contextmanager
+def _experiment_file(path: Path) -> Iterator[h5py.File]:
+    with open_for_reading(path) as file:
+        version = file.attrs.get("format_version")
+        if version is None or "configuration" not in file.attrs:
+            raise StoreError(f"{path}: is not an experiment file of hydrofdi")
+        if version != names.FORMAT_VERSION:
+            can = "no longer reads" if version < names.FORMAT_VERSION else "does not read yet"
+            raise StoreError(
+                f"{path}: has format version {version}, which this hydrofdi {can}"
+                f" (it reads {names.FORMAT_VERSION}); sweep again into another folder"
+            )
+        yield file
+
+
+def read_unfinished(
+    path: Path,
+    experiment: ExperimentConfig,
+    table: RunTable,
+    results: ShardResults,
+    versions: Mapping[str, str],
+) -> ExperimentData:
+    """Read an experiment from its shards; runs without a result contain the reason."""
+    columns = {variable.name: values for variable, values in columns_of(results, table).items()}
+    return ExperimentData(path, experiment, columns, dict(versions), results)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.store.reading import read_experiment
+from hydrofdi.store.experiment_file import read_experiment
 from tests.commands import run, run_json
 from tests.conftest import SMALL
 

@@ -14,7 +14,7 @@ from hydrofdi.errors import ConfigError, DataError, HydrofdiError, StoreError
 from hydrofdi.records import Channel
 from hydrofdi.records.measured.columns import NAMES
 from hydrofdi.records.measured.source import measured_source, plain_source
-from hydrofdi.store.reading import read_experiment
+from hydrofdi.store.experiment_file import read_experiment
 from tests.commands import run, run_hydrofdi, run_json
 from tests.conftest import REPOSITORY
 from tests.records.measuring import BOTH, P1, P2, SUPPLY, WRITERS, csv_of, described, one, yaml_of

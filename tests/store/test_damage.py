@@ -19,10 +19,10 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.errors import StoreError
 from hydrofdi.report.composition import Report
 from hydrofdi.report.runs import run_table
+from hydrofdi.store.experiment_file import read_experiment
 from hydrofdi.store.folder.lock import experiment_lock
 from hydrofdi.store.index import read_index
 from hydrofdi.store.layout import names
-from hydrofdi.store.reading import read_experiment
 from tests.commands import run, run_json
 from tests.conftest import sweep_in
 

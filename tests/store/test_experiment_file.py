@@ -16,8 +16,8 @@ from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.config.run_table.runs import run_identity
 from hydrofdi.execution import Batch, Job, compute_columns
 from hydrofdi.execution.compute import compute_shard
+from hydrofdi.store.folder.provenance import write_request
 from hydrofdi.store.layout import names
-from hydrofdi.store.reading import write_request
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.commands import run_json

@@ -166,7 +166,7 @@ def test_all_cheap_indicators_are_measured_where_all_are_judged():
 
 
 def test_the_stored_configuration_says_the_same():
-    from hydrofdi.store.reading import stored_experiment
+    from hydrofdi.store.folder.provenance import stored_experiment
 
     experiment = load_experiment(settings=[*STUDY, "study.shifts={thin: {friction.scale: {uniform: ±9 %}}}"])
     again = stored_experiment(experiment.model_dump_json(), "a file")

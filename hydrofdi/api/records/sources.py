@@ -192,7 +192,7 @@ def kind_of(path: Path) -> str:
 def _kind_of_folder(path: Path) -> str:
     from hydrofdi.api.stored import require_single, results_files
     from hydrofdi.records.measured.source import plain_files
-    from hydrofdi.store.reading import REQUEST_FILE
+    from hydrofdi.store.folder.provenance import REQUEST_FILE
 
     is_sweep, results = (path / REQUEST_FILE).exists(), results_files(path)
     if results and not is_sweep:

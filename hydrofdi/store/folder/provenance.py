@@ -15,11 +15,15 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.experiment import STORED
 from hydrofdi.config.plausibility import seeds_of
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import StoreError, without_credentials
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.settings.messages import describe_error
 from hydrofdi.store.files import reason, write_whole_text
 
 _FOLDER = "failures"
@@ -167,3 +171,54 @@ def write_log(directory: Path, event: str, **details: Any) -> None:
             file.write(json.dumps({"time": now(), "event": event, **details}) + "\n")
     except OSError as error:
         raise StoreError(f"{path}: cannot be written: {reason(error)}") from None
+
+
+REQUEST_FILE = "experiment.json"
+"""Name of the request file in an experiment's folder."""
+
+
+def write_request(directory: Path, experiment: ExperimentConfig) -> None:
+    """Store the resolved configuration of a sweep."""
+    write_whole_text(directory / REQUEST_FILE, experiment.model_dump_json(indent=2) + "\n")
+
+
+def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> None:
+    """Check that a folder does not contain an experiment with a different name."""
+    if directory.exists() and not directory.is_dir():
+        raise StoreError(f"{directory}: is a file, not a folder; give another 'out'")
+    if not (directory / REQUEST_FILE).exists():
+        return
+    held = read_request(directory).name
+    if held != experiment.name:
+        raise StoreError(
+            f"{directory}: contains the experiment {held!r}, not {experiment.name!r}; give another 'out'"
+        )
+
+
+def request_record(directory: Path) -> dict[str, Any]:
+    """The latest request as written, in SI; empty if there is none."""
+    path = directory / REQUEST_FILE
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, TypeError) as error:
+        raise StoreError(f"{path}: cannot be read: {reason(error)}") from None
+
+
+def read_request(directory: Path) -> ExperimentConfig:
+    """The resolved configuration of the latest sweep on a folder."""
+    record = request_record(directory)
+    if not record:
+        raise StoreError(f"{directory}: is not the folder of an experiment (it has no {REQUEST_FILE})")
+    return stored_experiment(json.dumps(record), str(directory / REQUEST_FILE))
+
+
+def stored_experiment(text: str, place: str) -> ExperimentConfig:
+    """Parse a resolved configuration."""
+    try:
+        return ExperimentConfig.model_validate_json(text, context=STORED)
+    except ValidationError as error:
+        first = error.errors()[0]
+        why = ": ".join(filter(None, (".".join(map(str, first["loc"])), describe_error(first))))
+        raise StoreError(f"{place}: cannot be read: {why}") from None

@@ -11,7 +11,7 @@ from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
 from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.report.figures import draw_figure
-from hydrofdi.store.reading import write_request
+from hydrofdi.store.folder.provenance import write_request
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
 

@@ -43,7 +43,8 @@ def validated(model: type[Model], source: Source) -> Model:
 
 def _mistake(model: type[BaseModel], source: Source, error: Any) -> Issue:
     path = tuple(part for part in error["loc"] if part != "[key]")
-    message = describe_error(error, known_keys(model, path[:-1]), _dotted_keys(model))
+    everywhere = [f"{part}.{key}" for part in model.model_fields for key in known_keys(model, (part,))]
+    message = describe_error(error, known_keys(model, path[:-1]), everywhere)
     if error["type"] in ("model_type", "model_attributes_type") and (keys := known_keys(model, path)):
         message += f"; its keys are {', '.join(keys)}"
     return source.mistake(path, message) if path else _placed(source, message)
@@ -95,11 +96,6 @@ def _section_at(model: Any, path: Keys) -> Any:
             if field and get_origin(field.annotation) is dict:
                 next(parts, None)
     return model
-
-
-def _dotted_keys(model: type[BaseModel]) -> list[str]:
-    """The keys of all sections of a model."""
-    return [f"{section}.{key}" for section in model.model_fields for key in known_keys(model, (section,))]
 
 
 def _model_within(annotation: Any) -> Any:

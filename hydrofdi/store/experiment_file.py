@@ -28,6 +28,9 @@ from hydrofdi.store.layout.names import Variable
 from hydrofdi.store.shard import values_in
 from hydrofdi.store.signals import FileSignals, create_signal, write_block
 
+_VERSION = "version_"
+"""Prefix of the attributes that contain library versions."""
+
 
 def write_experiment(
     path: Path,
@@ -40,11 +43,20 @@ def write_experiment(
     time = results.time() if experiment.store.signals != "none" else None
     signals = [each for each in names.stored_variables(experiment.store.signals) if each.is_signal]
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
-        _write_attributes(file, experiment, versions)
+        file.attrs["title"] = f"hydrofdi experiment {experiment.name}"
+        file.attrs["format_version"] = names.FORMAT_VERSION
+        file.attrs["physics_version"] = PHYSICS_VERSION
+        file.attrs["configuration"] = experiment.model_dump_json()
+        for library, version in sorted(versions.items()):
+            file.attrs[f"{_VERSION}{library}"] = version
         _write_coordinates(file, time, names.dimensions(table.runs))
         for variable, values in columns_of(results, table).items():
             _write_column(file, variable, values)
-        _describe_indicators(file, experiment)
+        # a wavelet that varies is stored as a swept parameter
+        for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
+            attributes = file[f"{label}{names.ANALYSIS_ID}"].attrs
+            attributes["indicator"], attributes["version"] = indicator.name, indicator.version
+            attributes["options"] = indicator.options.model_dump_json()
         for variable in signals if time is not None else ():
             if variable.name == names.INPUT_VOLTAGE and _share_input(table):
                 _write_shared_input(file, variable, results, experiment)
@@ -72,28 +84,11 @@ def columns_of(results: ShardResults, table: RunTable) -> dict[Variable, NDArray
     return {each: values for each, values in columns.items() if not names.is_needless(each.name, values)}
 
 
-def _describe_indicators(file: h5py.File, experiment: ExperimentConfig) -> None:
-    """Write the definition of each indicator label; a wavelet that varies is stored as a swept parameter."""
-    for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
-        attributes = file[f"{label}{names.ANALYSIS_ID}"].attrs
-        attributes["indicator"], attributes["version"] = indicator.name, indicator.version
-        attributes["options"] = indicator.options.model_dump_json()
-
-
 def _share_input(table: RunTable) -> bool:
     """Whether all runs have the same input voltage."""
     runs = list(table.runs.distinct("input", "record", "control", "measurement", "voltage_sensor"))
     are_shown = all(run.is_shown_exactly("voltage_sensor") and not run.control.is_closed for run in runs)
     return are_shown and len({(run.input, run.record) for run in runs}) == 1
-
-
-def _write_attributes(file: h5py.File, experiment: ExperimentConfig, versions: Mapping[str, str]) -> None:
-    file.attrs["title"] = f"hydrofdi experiment {experiment.name}"
-    file.attrs["format_version"] = names.FORMAT_VERSION
-    file.attrs["physics_version"] = PHYSICS_VERSION
-    file.attrs["configuration"] = experiment.model_dump_json()
-    for name, version in sorted(versions.items()):
-        file.attrs[f"version_{name}"] = version
 
 
 _LONG_NAMES = {
@@ -192,10 +187,6 @@ def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:
     unit = parameter_unit(parameter) or ""
     texts = [f"{value:.15g} {unit}".strip() if isinstance(value, float) else value for value in values]
     return np.array(["" if text is None else str(text) for text in texts], dtype=object)
-
-
-_VERSION = "version_"
-"""Prefix of the attributes that contain library versions."""
 
 
 def read_experiment(path: Path) -> ExperimentData:

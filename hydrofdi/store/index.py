@@ -97,7 +97,7 @@ def read_index(directory: Path, *, trust: bool = True, fresh: frozenset[str] = f
             entries[path.name] = known
             continue
         try:
-            entries[path.name] = vars(read_content(path, check=path.name not in fresh)) | mark
+            entries[path.name] = read_content(path, check=path.name not in fresh) | mark
         except StoreError as error:
             damaged[path] = str(error)
     lost = {run_id for name in remembered.keys() - entries.keys() for run_id in remembered[name]["run_ids"]}

@@ -78,7 +78,11 @@ class StoredRecords:
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """Batches of records in the order of the runs; failed runs are rejected with their status."""
-        self._require_signals()
+        if self.data.experiment.store.signals == "none":
+            again = "sweep" if self.data.n_run > 1 else "simulate"
+            raise StoreError(
+                f"{self.name}: contains no signals; set store: {{signals: all}} and {again} again"
+            )
         for positions in self._windows():
             batch = self._batch(positions)
             if labels:
@@ -87,13 +91,6 @@ class StoredRecords:
                 )
             rejected = tuple(self._rejected(row, labels) for row in positions if not self._is_ok(row))
             yield replace(batch, rejected=rejected)
-
-    def _require_signals(self) -> None:
-        if self.data.experiment.store.signals == "none":
-            again = "sweep" if self.data.n_run > 1 else "simulate"
-            raise StoreError(
-                f"{self.name}: contains no signals; set store: {{signals: all}} and {again} again"
-            )
 
     def _windows(self) -> Iterator[list[int]]:
         """Groups of consecutive runs with the same drive period."""

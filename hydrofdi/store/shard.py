@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,18 +25,6 @@ Columns = Mapping[str, NDArray[Any]]
 
 SHARDS = "shards"
 """Folder of the shards within an experiment's folder."""
-
-
-@dataclass(frozen=True)
-class ShardContent:
-    """Content of a shard: identities and statuses of its rows; signals and dtype as in ``store``."""
-
-    run_ids: tuple[str, ...]
-    record_ids: tuple[str, ...]
-    statuses: tuple[str, ...]
-    signals: str
-    dtype: str
-    physics_version: int
 
 
 def write_shard(directory: Path, columns: Columns, store: StoreConfig) -> Path:
@@ -101,21 +88,20 @@ def content_digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()[:32]
 
 
-def read_content(path: Path, *, check: bool = True) -> ShardContent:
-    """Read the description of a shard, after checking its content against its name if `check` is true."""
+def read_content(path: Path, *, check: bool = True) -> dict[str, Any]:
+    """What a shard contains, as the index has it, after checking it against its name if `check` is true."""
     if check and content_digest(path) != path.stem:
         raise StoreError(f"{path}: is damaged: its content does not match its name")
     with open_for_reading(path) as file:
         if file.attrs["format_version"] != names.FORMAT_VERSION:
             raise StoreError(f"{path}: has format version {file.attrs['format_version']}")
-        return ShardContent(
-            run_ids=tuple(file[names.RUN_ID].asstr()[:]),
-            record_ids=tuple(file[names.RECORD_ID].asstr()[:]),
-            statuses=tuple(file[names.STATUS].asstr()[:]),
-            signals=str(file.attrs["signals"]),
-            dtype=str(file.attrs["dtype"]),
-            physics_version=int(file.attrs["physics_version"]),
-        )
+        columns = {"run_ids": names.RUN_ID, "record_ids": names.RECORD_ID, "statuses": names.STATUS}
+        return {
+            **{key: values_in(file, name).tolist() for key, name in columns.items()},
+            "signals": str(file.attrs["signals"]),
+            "dtype": str(file.attrs["dtype"]),
+            "physics_version": int(file.attrs["physics_version"]),
+        }
 
 
 def values_in(file: h5py.File, name: str, rows: slice = np.s_[:]) -> NDArray[Any]:

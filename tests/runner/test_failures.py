@@ -106,12 +106,13 @@ def test_what_is_lost_while_leaks_are_solved_becomes_a_row_and_can_be_tried_agai
     file.write_text(FLOWS)
     summary = run_sweep(load_experiment(file), out, Losing())
     assert (summary.statuses, summary.failed, summary.stored) == ({"killed": 1}, 1, 6)
-    assert run_json("sweep", file, "--out", out, "--retry-failed")["statuses"] == {}
+    retried = run_json("sweep", file, "--out", out, "--retry-failed", "--engine", "in-process")
+    assert retried["statuses"] == {}
 
 
 def test_a_worker_that_is_killed_while_leaks_are_solved_ends_no_sweep(tmp_path):
     file, out = tmp_path / "flows.yaml", tmp_path / "flows"
-    file.write_text(FLOWS.replace("2 s", "2 s, step: 1.0e-5 s"))
+    file.write_text(FLOWS.replace("2 s", "2 s, step: 4.0e-5 s"))
     process = start("sweep", file, "--out", out, "--workers", "1")
     kill(wait_until(lambda: workers(process.pid))[0])
     _, reported = process.communicate(timeout=300)
@@ -268,7 +269,7 @@ def test_a_full_disk_gives_one_line_and_loses_nothing(tmp_path, size):
     assert_one_line(stopped)
     assert "cannot be written" in stopped.stderr
     assert not list(out.rglob(".*.part"))
-    assert run_json("sweep", file, "--out", out)["failed"] == 0
+    assert run_json("sweep", file, "--out", out, "--engine", "in-process")["failed"] == 0
     assert run_json("verify", out)["sound"]
 
 

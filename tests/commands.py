@@ -19,20 +19,13 @@ Completed = subprocess.CompletedProcess[str]
 
 
 def run_process(*arguments: str | Path, **options: Any) -> Completed:
-    """``python -m hydrofdi`` in a process of its own.
-
-    The environment is stated because readline, which pytest loads, sets COLUMNS behind Python's back.
-    """
+    """``python -m hydrofdi`` in a process of its own."""
     usual = {"capture_output": True, "text": True, "timeout": 300, "env": os.environ}
     return subprocess.run([*COMMAND, *map(str, arguments)], **usual | options)
 
 
 def run_hydrofdi(*arguments: str | Path, cwd: Path | None = None, **options: Any) -> Completed:
-    """The same as ``run_process`` without the process; options of ``subprocess.run`` ask for one.
-
-    The entry point sees what a process of its own would see: its arguments, folder and environment, pipes for
-    its output, and itself as the main module, which is what workers load. Warnings are errors here.
-    """
+    """The same as ``run_process`` without the process; options of ``subprocess.run`` ask for one."""
     if options:
         return run_process(*arguments, cwd=cwd, **options)
     output, errors = _Pipe(), _Pipe()

@@ -1,8 +1,4 @@
-"""The equations of the kernel, integrated with SciPy's solvers: an independent check of its runs.
-
-All states are integrated together with error control, and the solver restarts whenever an input jumps or a
-controller acts. This is much slower than the kernel.
-"""
+"""The equations of the kernel, integrated with SciPy's solvers: an independent check of its runs."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -41,25 +37,7 @@ def simulate_with_solver(
     tolerance: float = RELATIVE_TOLERANCE,
     tap: Tap | None = None,
 ) -> Trajectory:
-    """Simulate runs one by one with a solver of SciPy.
-
-    Parameters
-    ----------
-    runs : sequence of RunParameters
-        Runs with the same ``run`` section.
-    leakage_coefficients : sequence of float
-        K_i of each run [m^3.5/kg^0.5].
-    solver : "lsoda" or "radau"
-    tolerance : float
-        Relative tolerance of a step.
-    tap : Tap, optional
-        Reads some of the runs at every step of ``record.step``; the solver chooses its own steps in between.
-
-    Returns
-    -------
-    Trajectory
-        As for ``simulate_batch``; a run has NaN after the solver fails, and its outcome is diverged.
-    """
+    """Simulate runs one by one with a solver of SciPy."""
     sampling = runs[0].record
     singles = pack_singles(runs, leakage_coefficients)
     records = [
@@ -216,23 +194,7 @@ def all_rates(
     parameters: NDArray[Any],
     options: ModelOptions,
 ) -> NDArray[np.float64]:
-    """Time derivatives of x_p, v_p, P_1, P_2, P_s, z, x_v, v_v.
-
-    Parameters
-    ----------
-    time : float
-        t [s].
-    state : ndarray, shape (8,)
-    voltage : ndarray, shape (1,) or (n_step,)
-        u after the hysteresis [V]: constant, or one value held over each step of a smooth input; the latter
-        is interpolated between the middles of the steps.
-    load : float
-        F_L [N].
-    step : float
-        Length of a step [s].
-    parameters : ndarray of SINGLE, shape (1,)
-    options : ModelOptions
-    """
+    """Time derivatives of x_p, v_p, P_1, P_2, P_s, z, x_v, v_v."""
     place = min(max(time / step - 0.5, 0.0), voltage.size - 1.0)
     k = min(int(place), max(voltage.size - 2, 0))
     u = voltage[k] + (place - k) * (voltage[min(k + 1, voltage.size - 1)] - voltage[k])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import FileIO
 from pathlib import Path
@@ -24,8 +24,8 @@ _EDGE_BYTES = 1 << 20
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a temporary path to write to; it replaces `path` when the block ends without an error."""
+def whole_file(path: Path, final: Callable[[], Path] | None = None) -> Iterator[Path]:
+    """Yield a temporary path; it becomes `path` (or `final`) when the block ends without an error."""
     if path.is_dir():
         raise StoreError(f"{path}: cannot be written: is a directory")
     aside = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -34,8 +34,12 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield aside
         with open(aside, "rb") as file:
             os.fsync(file.fileno())
-        os.replace(aside, path)
-        sync_folder(path.parent)
+        os.replace(aside, final() if final else path)
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)  # so that its entries survive a crash of the machine
+        finally:
+            os.close(folder)
     except StoreError:
         raise
     except (OSError, RuntimeError) as error:
@@ -115,15 +119,6 @@ def remove_leftovers(directory: Path) -> None:
     """Remove incomplete files of killed processes from an experiment's folder."""
     for path in directory.rglob(".*.part"):
         path.unlink(missing_ok=True)
-
-
-def sync_folder(folder: Path) -> None:
-    """Flush the entries of a folder to disk, so that they survive a crash of the machine."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 @contextmanager

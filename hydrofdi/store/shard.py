@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, reason, sync_folder
+from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable
 from hydrofdi.store.signals import create_signal, write_block
@@ -38,21 +37,10 @@ def store_shard_bytes(directory: Path, content: bytes) -> Path:
 
 
 def _place_shard(directory: Path, write: Callable[[Path], object]) -> Path:
-    folder = directory / SHARDS
-    aside = folder / f".{os.getpid()}.part"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    path = directory / SHARDS / "new.h5"
+    with whole_file(path, lambda: path) as aside:
         write(aside)
-        path = folder / f"{content_digest(aside)}.h5"
-        with open(aside, "rb") as file:
-            os.fsync(file.fileno())
-        os.replace(aside, path)
-        sync_folder(folder)
-    except (OSError, RuntimeError) as error:
-        raise StoreError(f"{folder}: cannot be written: {reason(error)}") from None
-    finally:
-        if aside.exists():
-            aside.unlink()
+        path = path.with_name(f"{content_digest(aside)}.h5")
     return path
 
 

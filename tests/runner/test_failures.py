@@ -298,5 +298,5 @@ def test_a_folder_that_cannot_be_written_is_reported_in_one_line(tmp_path):
 def test_kills_at_random_moments_keep_the_bits(tmp_path):
     from tests.runner.torture import torture
 
-    kills = torture(tmp_path, n_kill=3, n_run=2000, seed=3)
+    kills = torture(tmp_path, n_kill=3, n_run=1000, seed=3)
     assert sum(kills.values()) >= 3

@@ -65,7 +65,7 @@ def test_output_and_exit_code_are_those_of_a_process(
 
 
 def test_a_fault_is_a_traceback_and_exit_code_3(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hydrofdi.config.load_experiment", None)
+    monkeypatch.setattr("hydrofdi.load_experiment", None)
     done = run_hydrofdi("simulate", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (3, "")
     assert "Traceback" in done.stderr

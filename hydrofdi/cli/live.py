@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+import hydrofdi
 from hydrofdi.cli.options import Detector, Json, Settings, Sources
 from hydrofdi.cli.terminal import answer, tell, write_out
 from hydrofdi.errors import interruption, without_credentials
@@ -47,10 +48,8 @@ def train(
     study; all records if they have no labels. If there are too few, a message says how many are needed.
     Exit code 1 if records are rejected or repeat the samples of another.
     """
-    from hydrofdi.api.detectors.training import train as train_detector
-
     command = shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])])
-    detector = train_detector(sources, out=out, command=command, best=best, sensors=sensors or (), **settings)
+    detector = hydrofdi.train(sources, out=out, command=command, best=best, sensors=sensors or (), **settings)
     record = {"out": str(out), **detector.to_dict()}
     answer(record, lambda _: [f"{out}: {detector.name}\n{detector.summary}"], json=json)
     left = detector.left_out
@@ -84,10 +83,9 @@ def detect(
 
     Exit code 1 if no window of a record could be judged, and on an alarm with --fail-on-alarm.
     """
-    from hydrofdi.api.detectors.detector import Detector
     from hydrofdi.api.detectors.windows import csv_lines, json_parts
 
-    tally = Detector.load(detector).windows(sources, **settings)
+    tally = hydrofdi.Detector.load(detector).windows(sources, **settings)
     if json or form != "table":
         for text in (csv_lines if form == "csv" and not json else json_parts)(tally):
             write_out(text)
@@ -164,9 +162,7 @@ def monitor(
     """
 
     with interruption(lambda: None) as asked:
-        from hydrofdi.api.detectors.detector import Detector
-
-        trained = Detector.load(detector)
+        trained = hydrofdi.Detector.load(detector)
         view = _view(trained.file, source, json=json)
         ending = trained.monitor(source, on_line=view, stop=lambda: bool(asked), **settings)
     if is_unjudged := ending.name == "UNJUDGED":
@@ -225,10 +221,9 @@ def replay(
 
     Samples are in SI; reading them restores them exactly. Several records follow each other with a short gap.
     """
-    from hydrofdi.api.replaying import replay as played
     from hydrofdi.api.replaying import sample_target
 
-    chunks = played(source, rate=rate, settings=settings or (), **more)
+    chunks = hydrofdi.replay(source, rate=rate, settings=settings or (), **more)
     n_sample = 0
     try:
         with sample_target(to, form, config, sys.stdout, tell) as send:

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+import hydrofdi
 from hydrofdi.cli.options import Figure, Json, Sources
 from hydrofdi.cli.terminal import answer, draw, facts, tell, write_out
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.api.evaluation import Evaluation
-    from hydrofdi.api.inspecting import Inspection
     from hydrofdi.indicators.record_measures import Column, RecordMeasures
 
 _MOST_GROUPS, _MOST_ROWS = 12, 20
@@ -35,9 +34,7 @@ def inspect(
     Simulates at most 32 records of an experiment file (.yaml), spread evenly over its runs.
     Exit code 1 if records are rejected.
     """
-    from hydrofdi.api.inspecting import inspect as look_at
-
-    found = look_at(sources, **settings)
+    found = hydrofdi.inspect(sources, **settings)
     if settings.get("write"):
         tell(f"wrote {settings['write']}")
     draw(found, figure)
@@ -46,7 +43,7 @@ def inspect(
     return 1 if found.n_rejected else 0
 
 
-def _inspection(found: Inspection) -> Iterator[Any]:
+def _inspection(found: hydrofdi.Inspection) -> Iterator[Any]:
     from rich.text import Text
 
     rejected = f", and {found.n_rejected:,} rejected" if found.n_rejected else ""
@@ -168,15 +165,13 @@ def evaluate(sources: Sources, json: Json = False, **settings: Any) -> int:
     code 1 if records are rejected, repeat the samples of another or have no number of any indicator, or an
     indicator fails.
     """
-    from hydrofdi.api.evaluation import evaluate as evaluate_records
-
-    evaluation = evaluate_records(sources, **settings)
+    evaluation = hydrofdi.evaluate(sources, **settings)
     answer(evaluation, _evaluation, json=json)
     tell(*evaluation.left.sentences())
     return 1 if evaluation.left.is_lacking or evaluation.left.n_repeated else 0
 
 
-def _evaluation(evaluation: Evaluation) -> Iterator[Any]:
+def _evaluation(evaluation: hydrofdi.Evaluation) -> Iterator[Any]:
     """The conclusion from healthy groups, the scores (best first), and what is not stated, and why."""
     from rich.text import Text
 
@@ -212,9 +207,7 @@ def export(
     One file for each record. Headers state units, as in time [s], P1 [Pa]; measure, inspect and monitor read
     such files without a description. Exit code 1 if records are left out.
     """
-    from hydrofdi.api.exporting import export as export_signals
-
-    done = export_signals(sources, out, **settings)
+    done = hydrofdi.export(sources, out, **settings)
     n_file, n_rejected = len(done.files), len(done.rejected)
     tell(f"wrote {done.files[0]}" if n_file == 1 else f"wrote {counted(n_file, 'record')} to {out}")
     if n_rejected:

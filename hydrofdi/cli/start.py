@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+import hydrofdi
 from hydrofdi.cli.options import Config, Figure, Json, Settings
 from hydrofdi.cli.terminal import answer, draw, facts, print_json, tell, write_out
 from hydrofdi.errors import ConfigError
@@ -43,12 +44,11 @@ def init(
     It contains the data sheet, motion, load, sensors and study, with units, and runs unchanged. An existing
     file is never overwritten.
     """
-    from hydrofdi.config import load_experiment
     from hydrofdi.settings.ready import ready_copy
     from hydrofdi.settings.yaml_source import scalar
 
     experiment = name.removesuffix(".yaml")
-    load_experiment({"name": experiment}, {})
+    hydrofdi.load_experiment({"name": experiment}, {})
     stated = experiment if isinstance(scalar(experiment), str) else f"'{experiment}'"
     text = _NAME.sub(f"name: {stated}", ready_copy(f"templates/{template}"), count=1)
     file = Path(f"{experiment}.yaml")
@@ -106,12 +106,10 @@ def check(config: Config = None, settings: Settings = None, json: Json = False, 
     Simulates up to 60 of the runs that differ in more than their sensors; step limits cover all runs.
     Exit code 1 if results would be wrong.
     """
-    from hydrofdi.api.check import check as look
-    from hydrofdi.config import load_experiment
     from hydrofdi.config.shown_values import shown_in
 
-    experiment = load_experiment(config, settings or ())
-    found = look(experiment, **more)
+    experiment = hydrofdi.load_experiment(config, settings or ())
+    found = hydrofdi.check(experiment, **more)
     with shown_in(experiment.units):
         answer(found, _checked, json=json)
     return 0 if found else 1
@@ -153,14 +151,12 @@ def simulate(
 
     If the file describes a sweep, only its nominal run is simulated.
     """
-    from hydrofdi.api.run import simulate as simulate_actuator
-    from hydrofdi.config import load_experiment
     from hydrofdi.config.shown_values import shown_in
     from hydrofdi.quality.doubts import REMEDIES, doubts_of
 
-    experiment = load_experiment(config, settings or ())
+    experiment = hydrofdi.load_experiment(config, settings or ())
     with shown_in(experiment.units):
-        run = simulate_actuator(experiment, **more)
+        run = hydrofdi.simulate(experiment, **more)
         if more:
             tell(f"stored {more['out']}")
         draw(run, figure)
@@ -254,7 +250,5 @@ def schema(
     For editors and programs: experiment files, descriptions of measured files, configurations of 'hydrofdi
     monitor', and the detector files that 'hydrofdi train' writes.
     """
-    from hydrofdi.settings.ready import schema as schema_of
-
-    print_json(schema_of(kind))
+    print_json(hydrofdi.schema(kind))
     return 0

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+import hydrofdi
 from hydrofdi.cli.options import Config, Directory, Json, Settings, Sweep
 from hydrofdi.cli.terminal import answer, facts, print_json, tell, write_out
 from hydrofdi.errors import ReportError
@@ -31,12 +32,10 @@ def sweep(
     Ctrl-C once finishes the runs in progress and stores them, twice stops at once; the same command resumes
     the sweep.
     """
-    from hydrofdi.api.sweep import sweep as run_missing
-    from hydrofdi.config import load_experiment
     from hydrofdi.errors import SweepInterrupted
 
     try:
-        results = run_missing(load_experiment(config, settings or ()), progress=True, **more)
+        results = hydrofdi.sweep(hydrofdi.load_experiment(config, settings or ()), progress=True, **more)
     except SweepInterrupted as stop:
         if stop.summary is not None:
             _show(stop.summary, json=json)
@@ -76,13 +75,11 @@ def plan(config: Sweep, settings: Settings = None, json: Json = False, **more: A
 
     Writes nothing.
     """
-    from hydrofdi.api.plan import plan as make_plan
-    from hydrofdi.config import load_experiment
     from hydrofdi.config.shown_values import shown_in
 
-    experiment = load_experiment(config, settings or ())
+    experiment = hydrofdi.load_experiment(config, settings or ())
     with shown_in(experiment.units):
-        answer(make_plan(experiment, **more), _plan, json=json)
+        answer(hydrofdi.plan(experiment, **more), _plan, json=json)
     return 0
 
 
@@ -136,10 +133,9 @@ def status(directory: Directory, json: Json = False) -> int:
     """
     from dataclasses import asdict
 
-    from hydrofdi.api.folders import status as look
     from hydrofdi.quality.doubts import doubt_lines
 
-    state = look(directory)
+    state = hydrofdi.status(directory)
     lines = [str(state), *doubt_lines(state.verdicts)]
     if state.earlier:
         runs = counted(state.earlier, "run")
@@ -154,10 +150,7 @@ def collect(directory: Directory, json: Json = False) -> int:
 
     Runs without a result are marked as missing, with the reason.
     """
-    from hydrofdi.api.folders import status as look
-    from hydrofdi.api.sweep import collect as build_file
-
-    made, state = build_file(directory), look(directory)
+    made, state = hydrofdi.collect(directory), hydrofdi.status(directory)
     if json:
         record = {"planned": state.planned, "missing": state.missing, "failed": state.failed}
         print_json({"file": str(made.file), **record})
@@ -173,10 +166,7 @@ def calibrate(config: Config = None, settings: Settings = None, json: Json = Fal
 
     They are valid under the conditions of the baseline.
     """
-    from hydrofdi.api.check import calibrate as solve
-    from hydrofdi.config import load_experiment
-
-    targets = solve(load_experiment(config, settings or ()), **more)
+    targets = hydrofdi.calibrate(hydrofdi.load_experiment(config, settings or ()), **more)
     answer({"targets": [*targets]}, lambda _: [targets], json=json)
     return 0
 
@@ -191,9 +181,7 @@ def verify(directory: Directory, json: Json = False) -> int:
 
     Also checks the index and the experiment file. Exit code 1 if anything is wrong.
     """
-    from hydrofdi.api.folders import verify as find_faults
-
-    found = find_faults(directory)
+    found = hydrofdi.verify(directory)
     record = {"sound": bool(found), "faults": found.faults}
     answer(record, "\n".join(found.faults or [str(found)]), json=json)
     return 0 if found else 1
@@ -204,10 +192,9 @@ def why(directory: Directory, run: Run, json: Json = False, **settings: Any) -> 
 
     Also shows its differences from the baseline, its failure, and how it was computed.
     """
-    from hydrofdi.api.folders import why as explain
     from hydrofdi.config.shown_values import shown_in
 
-    explanation = explain(directory, run, **settings)
+    explanation = hydrofdi.why(directory, run, **settings)
     with shown_in(explanation.units):
         answer(vars(explanation), lambda _: _explanation(explanation), json=json)
     return 0
@@ -237,9 +224,7 @@ def rerun(directory: Directory, run: Run, json: Json = False) -> int:
 
     Exit code 1 if the two results differ.
     """
-    from hydrofdi.api.folders import rerun as compute_again
-
-    found = compute_again(directory, run)
+    found = hydrofdi.rerun(directory, run)
     record = {"run_id": found.run_id, "same_bits": bool(found), "differing": found.differing}
     answer(record, str(found), json=json)
     return 0 if found else 1
@@ -292,12 +277,11 @@ def report(
     A sweep: what was varied, against which baseline, and how each feature responds. A study of detection:
     which leak is found, with which sensors and which score. The study of a paper: its tables and claims.
     """
-    from hydrofdi.api.results import load
     from hydrofdi.config.shown_values import shown_in
 
     html = html or form == "html"
     directory, page = _places(places or [], html)
-    results = load(directory)
+    results = hydrofdi.load(directory)
     with shown_in(results.data.experiment.units):
         made = results.composed
         if figure is not None:

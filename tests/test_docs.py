@@ -17,6 +17,9 @@ from tests.commands import run, run_hydrofdi
 ROOT = Path(__file__).parent.parent
 
 
+ENVIRONMENT = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+
+
 def shell_blocks(file):
     return re.findall(r"<!-- a test runs these commands -->\s*```sh\n(.*?)```", file.read_text(), re.DOTALL)
 
@@ -24,15 +27,8 @@ def shell_blocks(file):
 def run_shell(script, folder):
     """Run a script as a reader would, with the project's folder as it is in a clone."""
     shutil.copytree(ROOT / "configs", folder / "configs")
-    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    return subprocess.run(
-        ["bash", "-eu", "-c", script],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=240,
-    )
+    command = ["bash", "-eu", "-c", script]
+    return subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=240)
 
 
 def test_the_commands_of_the_readme_run(tmp_path):
@@ -97,21 +93,12 @@ def test_every_command_has_help_and_stands_in_the_documentation():
         assert re.search(rf"`hydrofdi {command}\b|`{command}[ `]", documentation), command
 
 
-PAGE = ROOT / "docs" / "indicators.md"
-
-
-def test_the_cross_check_by_hand_holds(tmp_path: Path) -> None:
-    (code,) = re.findall(r"<!-- a test runs this -->\s*```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+def test_the_cross_check_by_hand_holds_and_the_page_is_what_would_be_written(tmp_path):
+    page = (ROOT / "docs" / "indicators.md").read_text()
+    (code,) = re.findall(r"<!-- a test runs this -->\s*```python\n(.*?)```", page, re.DOTALL)
     assert "pywt.wavedec" in code
-    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    done = subprocess.run(
-        [sys.executable, "-c", f"{code}\nprint(len(by_hand))"],
-        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=240,
-    )  # fmt: skip
-    assert (done.returncode, done.stdout) == (0, "5\n"), done.stderr
-
-
-def test_the_page_is_what_would_be_written() -> None:
     script = ROOT / "docs" / "generate_indicators.py"
-    done = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True, timeout=240)
-    assert done.returncode == 0, done.stderr
+    captured = {"cwd": tmp_path, "env": ENVIRONMENT, "capture_output": True, "text": True, "timeout": 240}
+    for command in (["-c", f"{code}\nassert len(by_hand) == 5"], [script, "--check"]):
+        done = subprocess.run([sys.executable, *command], **captured)
+        assert done.returncode == 0, done.stderr

@@ -106,9 +106,6 @@ def test_a_band_above_half_of_the_sampling_frequency_is_warned_of():
     (sentence,) = warnings_of("indicators={dwt: {}, band_power: {bands: [[400 Hz, 900 Hz]]}}")
     assert sentence.startswith("band_power will have no results: ")
     assert "900 Hz" in sentence
-
-
-def test_indicators_that_fit_are_not_warned_of():
     assert warnings_of("indicators=[dwt, modwt, ring_down, flow_balance]") == []
 
 
@@ -155,18 +152,13 @@ def warned(tmp_path):
     return warnings
 
 
-def test_a_study_that_can_state_all_is_not_warned_of(warned):
-    assert not warned()
-
-
 def test_too_few_healthy_hours_are_told_with_the_number_needed(warned):
     """Behind the transient a record is watched for 18 s: an hour takes 200 of them."""
-    (fit,) = warned("study.healthy.fit=199")
-    assert fit.startswith("study.healthy.fit = 199 ")
-    assert "needs 200 " in fit
-    (test,) = warned("study.healthy.test=500")
-    assert test.startswith("study.healthy.test = 500 ")
-    assert "needs 600 " in test
+    assert not warned()
+    for key, stated, needed in (("fit", 199, 200), ("test", 500, 600)):
+        (warning,) = warned(f"study.healthy.{key}={stated}")
+        assert warning.startswith(f"study.healthy.{key} = {stated} ")
+        assert f"needs {needed} " in warning
 
 
 ANOTHER = "the options describe another machine: "
@@ -192,18 +184,12 @@ def test_an_alias_that_keeps_the_value_of_the_extended_file_is_found(tmp_path):
     assert "supply_pressure 160 bar, but supply.pressure 210 bar" in warning
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_the_same_machine_or_an_unused_constant_needs_no_warning(tmp_path):
+    for text in (
         "",
         "actuator: {piston_area: 1800 mm²}\nindicators: {flow_balance: {piston_area: 1800 mm²}}\n",
         "supply: {pressure: 210 bar}\nindicators: {flow_balance: {supply: sum}}\n",
-    ],
-)
-def test_the_same_machine_or_an_unused_constant_needs_no_warning(tmp_path, text):
-    assert not warnings(tmp_path, text)
-
-
-@pytest.mark.parametrize("name", [name for name in ready_names() if "/" not in name])
-def test_the_ready_experiments_agree_with_their_indicators(name):
-    assert not [*other_machines(load_experiment(name), None)]
+    ):
+        assert not warnings(tmp_path, text)
+    for name in (name for name in ready_names() if "/" not in name):
+        assert not [*other_machines(load_experiment(name), None)]

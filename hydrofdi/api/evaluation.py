@@ -120,7 +120,9 @@ class Evaluation:
         ]
         n_not, n_score = known.count(False), len(known)
         if not n_score:
-            return ""
+            has_groups = any(map(len, self.healthy_pairs.values()))
+            few = f"fewer than two healthy groups have {_LEAST} records: whether only the unit or the day was"
+            return f"{few} detected cannot be told" if has_groups else ""
         if not n_not:
             return "in every score, faults differ more from healthy records than healthy groups do"
         extent = "only" if n_not == n_score else "perhaps only"
@@ -368,7 +370,11 @@ def _rows(judgement: Judgement, score: Mapping[str, Any], unit: SeverityUnit) ->
     tested = [*score["false_alarms"], *score["detected"]]
     areas, rates = ({each["label"]: each for each in own} for own in (score["auc"], tested))
     limits, smallest = score["threshold"] or {}, judgement.smallest.get("q90_95")
-    between = [pair["value"] for pair in score["healthy_against_healthy"]]
+    between = [
+        pair["value"]
+        for pair in score["healthy_against_healthy"]
+        if min(pair["n_healthy"], pair["n"]) >= _LEAST
+    ]
     mark = "~ " if score["stands_clear"] is False else ""
     for population in (*judgement.false_alarms, *(level.population for level in judgement.levels)):
         name, is_healthy = population.name, population.kind == "healthy"
@@ -461,20 +467,25 @@ def _rate_record(judgement: Judgement, population: Population, rate: Rate) -> di
     }
 
 
+_LEAST = 5
+"""Records of a healthy group that can be compared with another; areas of fewer are 0 or 1 by chance."""
+
+
 def healthy_spread(pairs: Sequence[HealthyPair]) -> float:
-    """The largest distance of an area of healthy groups from 1/2; NaN without any."""
-    return max((abs(pair.area.value - 0.5) for pair in pairs), default=math.nan)
+    """The largest distance of an area of healthy groups from 1/2; NaN without any that can be compared."""
+    areas = [pair.area for pair in pairs if min(pair.area.n_healthy, pair.area.n_faulty) >= _LEAST]
+    return max((abs(area.value - 0.5) for area in areas), default=math.nan)
 
 
 def stands_clear(judgement: Judgement, pairs: Sequence[HealthyPair]) -> bool | None:
     """Whether the area of some fault lies further above 1/2 than healthy groups lie from it.
 
-    None if unknown: without two healthy groups.
+    None if unknown: without two healthy groups that can be compared.
     """
-    if not pairs:
+    if math.isnan(spread := healthy_spread(pairs)):
         return None
     areas = [level.area.value - 0.5 for level in judgement.levels if level.area is not None]
-    return max(areas, default=0.0) > healthy_spread(pairs)
+    return max(areas, default=0.0) > spread
 
 
 def ranked_by_control(judgements: Sequence[Judgement], pairs: Pairs) -> tuple[Judgement, ...]:
@@ -486,13 +497,12 @@ def ranked_by_control(judgements: Sequence[Judgement], pairs: Pairs) -> tuple[Ju
     def place(judgement: Judgement) -> tuple[bool, bool, float, float, float, str]:
         own = pairs[judgement.scored.name]
         area = 0.0 if math.isnan(judgement.middle_area) else judgement.middle_area
-        spread = healthy_spread(own) if own else 0.0
         return (
             stands_clear(judgement, own) is False,
             judgement.keeps_its_rate is False,
             found_from(judgement),
             -round(area, 2),
-            spread,
+            max(0.0, healthy_spread(own)),  # NaN counts as 0
             judgement.scored.name,
         )
 

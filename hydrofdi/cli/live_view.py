@@ -107,7 +107,7 @@ class LiveView:
         if self._samples is not None:
             last = ((each, float(samples[-1])) for each, samples in self._samples.channels.items())
             yield Text(", ".join(f"{each.symbol} {shown_quantity(value, each.unit)}" for each, value in last))
-        limits = f"{self._file.score_name}: alarm {self._file.limits_text}"
+        limits = f"{self._file.score_name}: alarm {self._file.alarm_text}"
         yield Text("\n".join((limits, "; ".join(self._counted()), promise_text(self._file))))
         yield Text("Events (Ctrl-C ends)", "bold")
         for event in self._events:

@@ -34,16 +34,12 @@ class AlarmLimit:
 
     Attributes
     ----------
-    value : float
-        Alarm if statistic >= value.
     mean_time : float
         Mean time between false alarms [s]; infinite if there was no alarm.
     low, high : float
         Confidence interval of the mean time [s].
     n_alarm : float
         Mean number of false alarms per resampled healthy operation of the length of the data.
-    duration : float
-        Total scored time [s].
     """
 
     value: float
@@ -130,19 +126,13 @@ class FalseAlarms:
 
         It is the largest limit that ⌊duration/mean_time⌋ alarms reach, as in `quantile_threshold` for
         records. On average over healthy data, the mean time is then at least the required one.
-
-        Parameters
-        ----------
-        mean_time : float
-            Required mean time between false alarms [s].
         """
         wanted = math.floor(self.duration / mean_time + 1e-9)
         if not wanted:
             hours, have = f"{mean_time / HOUR:.3g} h", self.duration / HOUR
             raise NotStatedError(
                 f"a mean time of {hours} between false alarms needs {hours} of healthy scores, not"
-                f" {have:.3g} h: these can promise {have:.3g} h on average,"
-                f" {have / time_needed(1.0, confidence):.3g} h with {100.0 * confidence:.4g} % confidence",
+                f" {have:.3g} h",
                 math.ceil(mean_time / self.duration * self.streams.shape[0]),
             )
         return self.at(self._search(wanted), confidence=confidence)
@@ -209,11 +199,6 @@ def operations(groups: list[NDArray[np.intp]], n_draw: int, seed: int) -> Iterat
     Künsch, Annals of Statistics 17 (1989) 1217, with blocks given by records; balanced as in Davison, Hinkley
     and Schechtman, Biometrika 73 (1986) 555: over all draws each group occurs equally often.
 
-    Parameters
-    ----------
-    groups : list of ndarray of int
-        Positions of the streams of each group.
-
     Yields
     ------
     ndarray of int, shape (n_drawn,)
@@ -275,8 +260,6 @@ def delays(
 
     Parameters
     ----------
-    chart : Chart
-    limit : float
     streams : array_like, shape (n_stream, n_time)
         Standardised scores [-].
     instants : array_like, shape (n_time,)

@@ -178,13 +178,6 @@ class Axis:
 
     Use the first for scores that grow with the logarithm of the severity, and the second for scores
     proportional to the severity, such as its estimate: MIL-HDBK-1823A (2009), appendix G.
-
-    Attributes
-    ----------
-    name : str
-        ``log`` or ``linear``.
-    largest : float
-        Largest tested severity [unit of the severity].
     """
 
     name: AxisName
@@ -292,8 +285,6 @@ class PodCurve:
 
     Attributes
     ----------
-    tally : Tally
-        Hits and misses that the curve is fitted to.
     false_alarm_rate : float
         α, the floor.
     intercept, slope : float

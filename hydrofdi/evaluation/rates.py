@@ -29,8 +29,6 @@ class HealthyPair:
         Area under the ROC curve of the test group against the fit group; 0.5 if they do not differ.
     rate : Rate or None
         False alarms of the test group at the threshold of the fit group; None if there is no threshold.
-    refusal : str
-        Why there is no rate.
     """
 
     fit_group: str
@@ -205,13 +203,6 @@ def simultaneous_confidence(confidence: float, n_tried: int) -> float:
 
     Dunn, Journal of the American Statistical Association 56 (1961) 52. The bound of the best of n indicators
     is a valid q90/95 only at this level.
-
-    Parameters
-    ----------
-    confidence : float
-        Simultaneous level γ.
-    n_tried : int
-        Number of all indicators compared.
     """
     return 1.0 - (1.0 - confidence) / n_tried
 

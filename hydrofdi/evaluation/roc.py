@@ -231,8 +231,9 @@ def grouped_area(
     """Area under the ROC curve, with an interval from resampled groups; a group may contain both kinds.
 
     Davison and Hinkley, Bootstrap Methods and their Application (1997), section 3.8; percentiles are widened
-    for few groups after Hesterberg, The American Statistician 69 (2015) 371. Pairwise wins between groups are
-    counted once, so resampling needs no sorting.
+    for few groups after Hesterberg, The American Statistician 69 (2015) 371. With perfect separation it is
+    that of as many independent records as there are groups. Pairwise wins between groups are counted once, so
+    resampling needs no sorting.
 
     Parameters
     ----------
@@ -250,7 +251,12 @@ def grouped_area(
     counts = np.random.default_rng(seed).multinomial(n_group, np.full(n_group, 1.0 / n_group), size=n_draw)
     pairs = (counts @ sizes) * (counts @ others)
     drawn = np.einsum("bi,ij,bj->b", counts, wins, counts, optimize=True)[pairs > 0] / pairs[pairs > 0]
-    low, high = _percentiles(drawn, n_group, confidence)
+    if drawn.size and np.ptp(drawn) == 0.0:  # perfect separation: groups count as one record each
+        low, high = _interval(
+            area.value, math.nan, int(np.sum(sizes > 0)), int(np.sum(others > 0)), confidence
+        )
+    else:
+        low, high = _percentiles(drawn, n_group, confidence)
     return replace(area, low=low, high=high)
 
 

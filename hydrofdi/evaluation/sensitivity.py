@@ -99,8 +99,6 @@ class EquivalentFault:
 
     Attributes
     ----------
-    place : str
-        ``within`` the tested severities, ``below`` the smallest or ``above`` the largest of them.
     severity : float
         The severity, or the smallest or largest tested one [unit of the severity].
     low, high : float

@@ -53,15 +53,13 @@ class HealthySpread(NamedTuple):
     """Spread of the healthy replicates of each run, shape (n_run,); NaN for runs without replicates.
 
     `low` and `high` are the smallest and largest change of a replicate against the mean of the others, in the
-    unit of the number; `width` is the largest minus the smallest, zero without replicates; `n` are those
-    with a number.
+    unit of the number; `width` is the largest minus the smallest, zero without replicates.
     """
 
     mean: Array
     low: Array
     high: Array
     width: Array
-    n: NDArray[np.int64]
 
 
 def relative_change(healthy: Array, values: Array, width: Array | float = 0.0) -> Array:
@@ -80,16 +78,15 @@ def relative_change(healthy: Array, values: Array, width: Array | float = 0.0) -
 def healthy_spread(values: Array, data: ExperimentData) -> HealthySpread:
     """The spread of the replicates of each healthy run."""
     mean, low, high = (np.full(data.n_run, np.nan) for _ in range(3))
-    width, count = np.zeros(data.n_run), np.zeros(data.n_run, dtype=np.int64)
+    width = np.zeros(data.n_run)
     for position in np.unique(data.replicate_of[data.replicate_of >= 0]).tolist():
         found = values[data.replicate_of == position]
         found = found[np.isfinite(found)]
-        count[position] = len(found)
         if len(found) > 1:
             own = found - (found.sum() - found) / (len(found) - 1)
             mean[position], low[position], high[position] = found.mean(), own.min(), own.max()
             width[position] = np.ptp(found)
-    return HealthySpread(mean, low, high, width, count)
+    return HealthySpread(mean, low, high, width)
 
 
 @dataclass(frozen=True)
@@ -98,8 +95,6 @@ class MeasuredOutput:
 
     Attributes
     ----------
-    label : str
-        Name of the indicator in the experiment.
     values : ndarray, shape (n_run, *dims)
         In the unit of the output; NaN if a run has none.
     """

@@ -153,8 +153,6 @@ class Table:
 
     Attributes
     ----------
-    content : tuple of Column
-    title : str
     key : str
         Identity within a report.
     notes : tuple of str

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.config.sections.drive import InputConfig
 from hydrofdi.errors import Issue, StoreError
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
@@ -55,6 +57,15 @@ def distinct_records(
 def drive_period(drive: InputConfig, random_force: float) -> float | None:
     """Period of the input of the actuator [s]; None if the input is not periodic."""
     return drive.period if drive.is_periodic and random_force == 0.0 else None
+
+
+def study_labels(experiment: ExperimentConfig) -> list[str]:
+    """Population of each run of a study, such as ``0.1 L/min`` or ``shift stiffer``; empty for others."""
+    if experiment.study is None:
+        return []
+    roles = study_roles(experiment)
+    titles = [each.title.removeprefix("fault ") for each in roles.populations]
+    return [titles[each] for each in roles.of_run.tolist()]
 
 
 def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str:
@@ -130,7 +141,13 @@ class StoredRecords:
     def _is_ok(self, row: int) -> bool:
         return bool(self.data.columns[names.STATUS][row] == "ok")
 
+    @cached_property
+    def _study_labels(self) -> list[str]:
+        return study_labels(self.data.experiment)
+
     def _label(self, row: int) -> str:
+        if self._study_labels:
+            return self._study_labels[row]
         stated = (names.LEAKAGE_LEVEL, names.LEAKAGE_COEFFICIENT, names.BULK_MODULUS)
         return condition_label(*(float(self.data.columns[name][row]) for name in stated))
 

@@ -65,20 +65,10 @@ class ChartJudgement:
     ----------
     label, watched, rule : str
         Label of the chart, the watched output, and the name of the chart rule.
-    unit : str
-        Unit of the watched output.
-    false_alarm_every : float
-        Required mean time between false alarms [s].
     centre, spread : float
         Median and spread of the watched output in healthy fit records [unit]; NaN if there is no limit.
-    limit : AlarmLimit or None
-        Limit set on healthy fit records; None if they do not support one.
     false_alarms : mapping of Population to AlarmLimit
         False alarms at this limit of healthy test records, each shift and each confusion.
-    delays : tuple of LeakDelay
-        Ascending in severity.
-    refusals : tuple of str
-        Results that are refused, and why.
     """
 
     label: str
@@ -108,18 +98,7 @@ class ChartJudgement:
 
 @dataclass(frozen=True, eq=False)
 class RunLengths:
-    """The charts of a design of a study.
-
-    Attributes
-    ----------
-    records : StudyRecords
-    charts : tuple of ChartJudgement
-        Evaluation of each chart at each limit.
-    confidence : float
-        Confidence level of all intervals.
-    share : float
-        Fraction of leaks for `LeakDelay.late`.
-    """
+    """The charts of a design of a study."""
 
     records: StudyRecords
     charts: tuple[ChartJudgement, ...]
@@ -170,17 +149,7 @@ class Traces:
 
 
 def read_traces(data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp], watched: str) -> Traces:
-    """Read the traces of a score in a design of a stored study.
-
-    Parameters
-    ----------
-    records : StudyRecords
-        Records of the design.
-    rows : ndarray of int, shape (n_record,)
-        Their rows in the file.
-    watched : str
-        ``label.output``.
-    """
+    """Read the traces of a score in a design of a stored study."""
     label = watched.partition(".")[0]
     indicator = data.experiment.indicator_choice.made(data.experiment.wavelet)[label]
     stored = data.columns.get(f"{watched}_trace")
@@ -225,15 +194,7 @@ _SOUND = (Kind.HEALTHY, Kind.SHIFT, Kind.CONFUSION)
 def judge_chart(
     traces: Traces, label: str, asked: WatchedChart, online: OnlineConfig, rules: Rules
 ) -> Iterator[ChartJudgement]:
-    """Evaluate a chart at each of its limits. Healthy fit records set the limits and are never tested.
-
-    Parameters
-    ----------
-    traces : Traces
-        Traces of the watched output.
-    rules : Rules
-        Confidence level of intervals, and fraction of leaks for the late delay.
-    """
+    """Evaluate a chart at each of its limits. Healthy fit records set the limits and are never tested."""
     records, confidence = traces.records, rules.confidence
     chart = make_chart(asked.chart, {"direction": traces.direction} | asked.options)
     (fit,) = records.chosen(Kind.HEALTHY, is_fit=True)

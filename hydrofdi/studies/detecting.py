@@ -30,13 +30,6 @@ def detect(records: StudyRecords, scores: Sequence[Scored], rules: Rules) -> Det
 
     Top-ranked scores and scores in the Pareto set were selected among many, so they get a second bound,
     ``q90_95_of_all``, that is simultaneous for all scores.
-
-    Parameters
-    ----------
-    records : StudyRecords
-    scores : sequence of Scored
-        All scores tried, including those not reported, because their number matters. Names are unique.
-    rules : Rules
     """
     judgements = ranked([judge(records, scored, rules) for scored in scores])
     best = pareto_set(judgements)
@@ -119,13 +112,7 @@ N_DRAW = 400
 
 @lru_cache(maxsize=4)
 def redrawn(n_healthy: int, n_faulty: tuple[int, ...], seed: int = 0) -> tuple[Counts, Counts]:
-    """How often each fit record, and each test record of each severity, is drawn with replacement.
-
-    Returns
-    -------
-    healthy, faulty : ndarray of int, shape (n_draw, n_record)
-        Reproducible for the same numbers of records.
-    """
+    """How often each fit record, and each test record of each severity, is drawn with replacement."""
     draw = np.random.default_rng(seed)
     parts = [draw.multinomial(n, np.full(n, 1.0 / n), size=N_DRAW) for n in (n_healthy, *n_faulty)]
     return parts[0], np.hstack(parts[1:])
@@ -211,11 +198,6 @@ def gain(reference: EvaluatedScore, other: EvaluatedScore, *, confidence: float 
     Fit and test records are resampled, the same ones in both designs, and thresholds are set again, so that
     the interval includes the uncertainty of the thresholds. It is normal, with the standard deviation of the
     resamples.
-
-    Parameters
-    ----------
-    reference, other : EvaluatedScore
-        Detectors of two designs with the same populations and draws.
     """
     from scipy.special import ndtr, ndtri
 
@@ -229,13 +211,7 @@ def gain(reference: EvaluatedScore, other: EvaluatedScore, *, confidence: float 
 
 
 def are_shown(compared: Sequence[Gain | None]) -> tuple[bool, ...]:
-    """Whether each of several differences is significant after Holm's correction.
-
-    Parameters
-    ----------
-    compared : sequence of Gain or None
-        None if there is no result.
-    """
+    """Whether each of several differences is significant after Holm's correction."""
     stated = [each for each in compared if each is not None]
     corrected = iter(holm([each.p_value for each in stated]).tolist())
     return tuple(each is not None and next(corrected) <= 1.0 - each.confidence for each in compared)

@@ -61,13 +61,6 @@ def judge(records: StudyRecords, scored: Scored, rules: Rules, *, n_tried: int =
     Direction, healthy reference and threshold come only from fit records. If there are groups but no healthy
     test records, each healthy group is tested at the threshold of the others. Detections are only stated if
     the false-alarm rate was measured.
-
-    Parameters
-    ----------
-    scored : Scored
-        Score whose values were computed without labels or severities.
-    n_tried : int
-        Number of scores among which this one was chosen.
     """
     case = _Case(records, scored, rules, Notes())
     fit = case.part(records.chosen(Kind.HEALTHY, is_fit=True))
@@ -251,17 +244,6 @@ def detectability(
     The curve is fitted over true severities or their logarithms, whichever has the larger likelihood. If hits
     and misses are separated, or the curve does not fit, results come from the nominal levels; so do bounds of
     records in groups.
-
-    Parameters
-    ----------
-    levels : sequence of Part
-        Levels, ascending in nominal severity.
-    floor : float
-        Measured false-alarm rate.
-    notes : Notes
-        Refusals and remarks are added to it.
-    n_tried : int
-        Number of scores among which this one was chosen.
 
     Returns
     -------

@@ -71,15 +71,7 @@ WHICH = "which records are healthy? State it: --healthy LABEL, or 'healthy: [LAB
 
 
 def require_labels(stated: Iterable[tuple[str, str]], found: Collection[str]) -> None:
-    """Check that records have every label that is stated.
-
-    Parameters
-    ----------
-    stated : iterable of (str, str)
-        Key and label.
-    found : collection of str
-        Labels of records.
-    """
+    """Check that records have every label that is stated."""
     known = sorted({*found} - {""})
     names = ", ".join(map(repr, known[:10])) or "none"
     mistakes = [

@@ -22,12 +22,7 @@ Stated = TypeVar("Stated")
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Scores of some records, in a reproducible order that does not depend on that of the records.
-
-    Attributes
-    ----------
-    scores, severity : ndarray, shape (n_record,)
-    """
+    """Scores of some records, in a reproducible order that does not depend on that of the records."""
 
     scores: Array
     severity: Array
@@ -147,15 +142,7 @@ class TestedLevels:
 
 @dataclass
 class Notes:
-    """Remarks and refusals collected during an evaluation.
-
-    Attributes
-    ----------
-    refusals : list of str
-        Results that are refused, and why.
-    remarks : list of str
-        Remarks on the results.
-    """
+    """Remarks and refusals collected during an evaluation."""
 
     refusals: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
@@ -197,13 +184,7 @@ class Nuisance:
 def nuisances_of(
     records: StudyRecords, scored: Scored, *, confidence: float = 0.95
 ) -> tuple[list[Nuisance], list[str]]:
-    """Sensitivity of a score to each nuisance, the variation between records last, and what is refused.
-
-    Parameters
-    ----------
-    confidence : float
-        Confidence level of all intervals.
-    """
+    """Sensitivity of a score to each nuisance, the variation between records last, and what is refused."""
     notes = Notes()
     alone = sorted(records.chosen(Kind.ALONE, is_fit=False), key=lambda each: each.name == NOTHING)
     own = {each.name: records.values(scored, [each]) for each in alone}

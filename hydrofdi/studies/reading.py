@@ -200,11 +200,6 @@ def usual_scores(
 
     ``mahalanobis`` from healthy fit records, and ``lda`` if there are faulty fit records; in addition the
     rule of the paper, the largest fall of d1 … d5.
-
-    Parameters
-    ----------
-    tested_teach : bool
-        Whether faulty test records may be used for training, as in `made_scores`.
     """
     teachers = records.chosen(Kind.FAULT, is_fit=True)
     if tested_teach:
@@ -326,11 +321,6 @@ def changes_since_before(records: StudyRecords, scores: Sequence[Scored]) -> Ite
 
     This removes constants of an actuator, such as the null leakage of its valve or the bias of a sensor.
     There are no changes if there are no earlier records; they are NaN for records of a group without one.
-
-    Parameters
-    ----------
-    records : StudyRecords
-        Records with groups: one group per actuator.
     """
     before = _before(records)
     if before is None:

@@ -105,14 +105,7 @@ class StudyRecords:
 
 @dataclass(frozen=True, eq=False)
 class StudyDesign:
-    """A design of a study with its scores; that of a measured study is its only one.
-
-    Attributes
-    ----------
-    scores : tuple of Scored
-        All outputs of the evaluated indicators; with common actuators also their changes since the earlier
-        record; and the scores made of these.
-    """
+    """A design of a study with its scores; that of a measured study is its only one."""
 
     records: StudyRecords
     scores: tuple[Scored, ...]
@@ -224,11 +217,6 @@ class Detection:
 
     Attributes
     ----------
-    records : StudyRecords
-    judgements : tuple of Judgement
-        Best first, as from `ranked`.
-    rules : Rules
-        Rules of the evaluation.
     pareto : frozenset of str
         Names of Pareto-optimal scores: no other score needs fewer channels and detects smaller faults at its
         false-alarm rate.

@@ -34,10 +34,6 @@ class EstimateJudgement:
     ----------
     indicator, quantity : str
         Label of the indicator, and the name of the output.
-    n : int
-        Number of records with an estimate and a stated standard deviation.
-    not_measurable : int
-        Number of records without them.
     bias, deviation, stated : float
         Mean error, standard deviation of the errors, and RMS of the stated standard deviations, in SI; for
         the bulk modulus relative to the true value.
@@ -62,8 +58,6 @@ class Estimates:
 
     Attributes
     ----------
-    confidence : float
-        Confidence level of the stated intervals, which are normal.
     has_constant_leaks : bool
         Whether leaks exist from the start; leaks with a later onset are excluded.
     without_deviation : tuple of str

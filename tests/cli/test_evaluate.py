@@ -82,7 +82,7 @@ def test_labels_and_groups_become_areas_alarms_and_detections(rig):
     }  # fmt: skip
     d2 = by_name(done)["dwt.d2"]
     areas = {area["label"]: area for area in d2["auc"]}
-    assert areas["large"]["low"] > 0.99
+    assert (areas["large"]["value"], areas["large"]["low"]) == (1.0, pytest.approx(0.69, abs=0.01))  # 6 units
     assert 0.7 < areas["small"]["low"] < areas["small"]["value"] < areas["small"]["high"] < 0.9
     (alarms,) = d2["false_alarms"]
     assert (alarms["label"], alarms["n"]) == ("healthy", 150)

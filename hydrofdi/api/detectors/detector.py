@@ -52,8 +52,9 @@ def sentences(file: DetectorFile, left_out: LeftOut, *, is_unlabelled: bool) -> 
         yield f"Warning: {assumption_text(', '.join(feature.indicators), file.assumed)}."
     if " at " in (meaning := feature.meaning):
         yield f"The score is the {meaning}; studies state mean flows, which are smaller."
-    yield f"A score {file.limits_text} is an alarm."
-    yield _threshold(file)
+    if file.chart is None:
+        yield f"A score {file.alarm_text} is an alarm."
+        yield _threshold(file)
     yield from _basis(file, left_out, is_unlabelled=is_unlabelled)
     if file.chart is not None or alarms_per_hour(file):
         yield promise_text(file)
@@ -129,7 +130,11 @@ def _basis(file: DetectorFile, left: LeftOut, *, is_unlabelled: bool) -> Iterato
             f"Warning: {counted(n, one)} can say little of false alarms on other days or machines; train on"
             f" {FEWEST_GROUPS} or more."
         )
-    if file.limits.interval_rests_on == "windows" and basis.n_window > max(basis.n_record, basis.n_group):
+    if (
+        not file.chart
+        and file.limits.interval_rests_on == "windows"
+        and basis.n_window > max(basis.n_record, basis.n_group)
+    ):
         yield "Windows of one record may depend on each other; then the true interval is wider."
 
 
@@ -463,7 +468,8 @@ class Detector:
         low, high = (percent(share) for share in self.false_alarm_interval)
         what = "windows" if self.file.n_sample else "estimates"
         rate = f"false alarms in {percent(self.false_alarm_rate)} of healthy {what}"
-        return f"{self.name}: alarm {self.file.limits_text}; {rate} ({low.removesuffix(' %')} to {high})"
+        rate = promise_text(self.file) if self.file.chart else f"{rate} ({low.removesuffix(' %')} to {high})"
+        return f"{self.name}: alarm {self.file.alarm_text}; {rate}"
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(self.summary)}</pre>"

@@ -326,7 +326,7 @@ def windows_table(file: DetectorFile, windows: Sequence[JudgedWindow]) -> Table:
             Column("alarm", alarms, title="verdict", text=[*map(_verdict, windows)], is_text=True),
             *words("fault", "reason", "doubt"),
         ),
-        title=f"{file.score_name}, {file.feature.meaning}: alarm {file.limits_text}",
+        title=f"{file.score_name}, {file.feature.meaning}: alarm {file.alarm_text}",
         notes=tuple(notes),
         row="window",
     )

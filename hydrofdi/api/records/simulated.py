@@ -26,6 +26,7 @@ from hydrofdi.store.records import (
     condition_label,
     distinct_records,
     drive_period,
+    study_labels,
 )
 
 _log = logging.getLogger(__name__)
@@ -64,6 +65,7 @@ class SimulatedRecords:
         """
         runs, record_ids, rows = self.runs, self.record_ids, self._rows
         known: dict[str, float] = {}
+        titles = study_labels(self.experiment) if labels else []
         first, start = 0, time.monotonic()
         told = start
         _log.info("%s: simulating %s", self.name, counted(len(rows), "record"))
@@ -71,7 +73,10 @@ class SimulatedRecords:
             alike = _alike(runs, rows[first:])
             coefficients = leakage_coefficients(alike, InProcessEngine(), known, required="none")
             own_ids = [record_ids[row] for row in rows[first : first + len(alike)]]
-            batch = _batch(alike, coefficients, own_ids, self, labels=labels)
+            texts = [titles[row] for row in rows[first : first + len(alike)]] if titles else []
+            if labels and not titles:
+                texts = [_label(*each) for each in zip(alike, coefficients, strict=True)]
+            batch = _batch(alike, coefficients, own_ids, self, texts if labels else None)
             first += len(alike)
             now = time.monotonic()
             if first < len(rows) and now - told > _SECONDS_BETWEEN_LINES:
@@ -99,8 +104,7 @@ def _batch(
     coefficients: Sequence[float],
     record_ids: Sequence[str],
     source: SimulatedRecords,
-    *,
-    labels: bool,
+    labels: Sequence[str] | None,
 ) -> RecordBatch:
     """Records of runs with the same samples; those that fail are rejected."""
     sensors = Measurement([run.parameters for run in runs])
@@ -111,7 +115,7 @@ def _batch(
         Outcome("unreachable_leakage", "no K_i gives its mean leakage") if math.isnan(value) else outcome
         for value, outcome in zip(coefficients, trajectory.outcomes, strict=True)
     ]
-    texts = [_label(*each) if labels else "" for each in zip(runs, coefficients, strict=True)]
+    texts = labels or ("",) * len(runs)
     good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
     signals = {each: signal for each, signal in SIGNAL_OF_CHANNEL.items() if each in source.channels}
     return RecordBatch(

@@ -334,10 +334,6 @@ class Compensated(Score[Section]):
 def quadratic_terms(proxies: Array) -> Array:
     """Terms 1, p_j and p_j p_k for j ≤ k.
 
-    Parameters
-    ----------
-    proxies : ndarray, shape (n_record, n_proxy)
-
     Returns
     -------
     terms : ndarray, shape (n_record, (n_proxy + 1) (n_proxy + 2)/2)

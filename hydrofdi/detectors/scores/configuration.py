@@ -60,15 +60,7 @@ class ScoresConfig(Section):
 
 
 def load_scores(indicators: str, made: Mapping[str, Indicator[Any]]) -> dict[str, ScoreConfig]:
-    """The ``scores`` of a file of indicators; none where no file is named, or it has none.
-
-    Parameters
-    ----------
-    indicators : str
-        What `hydrofdi.indicators.load_indicators` took.
-    made : mapping of str to Indicator
-        What it gave.
-    """
+    """The ``scores`` of a file of indicators; none where no file is named, or it has none."""
     source = indicators_file(indicators)
     if source is None:
         return {}
@@ -138,15 +130,7 @@ def belongs(number: str, name: str) -> bool:
 
 
 def combined_numbers(score: ScoreConfig, known: Sequence[str], label: str) -> list[list[str]]:
-    """Names of the numbers that a score combines, in order, each once; for `compensated` once for each `of`.
-
-    Parameters
-    ----------
-    known : sequence of str
-        Names of all numbers.
-    label : str
-        Name of the score, for messages.
-    """
+    """Names of the numbers of a score, in order, each once; for `compensated` once for each `of`."""
     found: list[dict[str, None]] = []
     for names in (score.of, score.by):
         own: dict[str, None] = {}

@@ -43,15 +43,7 @@ LEAST_RECORDS = 5
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A trained score.
-
-    Attributes
-    ----------
-    rule : callable
-        Rule for records that have all features.
-    n_healthy, n_faulty : int
-        Number of fit records.
-    """
+    """A trained score."""
 
     rule: Rule
     n_feature: int
@@ -198,11 +190,6 @@ def scikit_learn(name: str) -> Iterator[None]:
 
     Its linear algebra runs in one thread: then results do not depend on the number of cores, and
     oversubscribed threads do not slow it down twentyfold.
-
-    Parameters
-    ----------
-    name : str
-        Name of the score.
     """
     try:
         import sklearn  # noqa: F401
@@ -260,12 +247,7 @@ class Standardisation:
 
 
 def standardisation(values: Array) -> Standardisation:
-    """Fit the standardisation to fit records.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n_fit, n_feature)
-    """
+    """Fit the standardisation to fit records."""
     low, centre, high = np.quantile(values, [0.25, 0.5, 0.75], axis=0)
     quartiles = (high - low) / NORMAL_QUARTILES
     rounding = 1e-12 * np.abs(values).max(axis=0)
@@ -471,12 +453,7 @@ _MOST_MISSING = 0.1
 
 
 def known_numbers(values: Array) -> list[int]:
-    """Places of the numbers that at least nine in ten fit records have.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n_fit, n_number)
-    """
+    """Places of the numbers that at least nine in ten fit records have."""
     if not values.size:
         return [*range(values.shape[1])]
     missing = np.mean(~np.isfinite(values), axis=0)

@@ -273,8 +273,10 @@ class DetectorFile(Part):
         return f"{self.config.score.kind}({' '.join(channel.symbol for channel in self.channels)})"
 
     @property
-    def limits_text(self) -> str:
-        """Description of the scores that raise an alarm, such as ``below 29 kPa or above 257 kPa``."""
+    def alarm_text(self) -> str:
+        """What raises an alarm, such as ``below 29 kPa or above 257 kPa``; with a chart its limit alone."""
+        if self.chart is not None and self.config.chart is not None:
+            return f"where their chart {self.config.chart.chart} reaches {plain(self.chart.limit, 4)}"
         ends = (("below", self.limits.low), ("above", self.limits.high))
         return " or ".join(f"{side} {self.score_text(end)}" for side, end in ends if end is not None)
 

@@ -67,17 +67,6 @@ class Estimator:
 
     The indicator restarts after a gap, after missing samples, and after its score has been missing for long.
     It gives no score during the transient that follows.
-
-    Parameters
-    ----------
-    feature : Feature
-        Score of a recursive indicator.
-    channels : collection of Channel
-        Channels for the indicator.
-    sampling_frequency : float
-        [Hz]
-    fits : mapping of str to float, optional
-        As of `doubts_of`.
     """
 
     def __init__(
@@ -196,11 +185,6 @@ def _runs(is_missing: NDArray[np.bool_]) -> Iterator[tuple[int, int, bool]]:
 
 class Follower:
     """Judges the estimates of a stream with a trained detector, if the preceding samples are valid.
-
-    Parameters
-    ----------
-    file : DetectorFile
-        Detector with ``window.by: estimate``.
 
     Attributes
     ----------

@@ -226,8 +226,6 @@ def verdict_of(
 
     Parameters
     ----------
-    score : float
-        NaN if there is none.
     fault : Issue, optional
         Why the window is not judged. For novel windows, score and margin are still given, and the fault
         states whether the score is beyond a limit.
@@ -280,15 +278,7 @@ def _wrong_side(file: DetectorFile, score: float) -> Issue | None:
 
 
 def findings(records: RecordBatch, ranges: Mapping[Channel, ChannelRange]) -> list[Issue | None]:
-    """Fault of each window: stuck, clipped, novel, or None.
-
-    Parameters
-    ----------
-    records : RecordBatch
-        Windows as records.
-    ranges : mapping of Channel to ChannelRange
-        Healthy ranges.
-    """
+    """Fault of each window: stuck, clipped, novel, or None."""
     facts = {channel: channel_facts(records[channel]) for channel in ranges if channel in records.channels}
     found = []
     for row in range(records.n_record):

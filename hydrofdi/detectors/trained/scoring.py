@@ -26,13 +26,6 @@ _MOST_SAMPLES = 2**21
 class HealthyScores:
     """Scores of healthy records, and statistics of their channels.
 
-    Parameters
-    ----------
-    windower : Windower
-        Windows that are scored, or the samples before estimates that are checked.
-    estimator : Estimator, optional
-        Estimates along the records are scored instead of windows.
-
     Attributes
     ----------
     durations, own_groups, labels : list

@@ -64,7 +64,6 @@ def train(
         Configuration; the file contains it with all defaults.
     sources : sequence of str
         Names of the sources.
-    made : Made
     faulty : RecordSource, optional
         Only faulty records, for scores that learn from them too.
 
@@ -94,7 +93,8 @@ def train(
         teachers = _scores(faulty.batches(labels=True), first, channels, feature, config, drive)
     trained = _learn(found, feature, config, teachers)
     _require_scores(found, feature, config, healthy)
-    chart, limits = _chart(config, found, direction), limits_of(found, config, direction)
+    chart = _chart(config, found, direction)
+    limits = limits_of(found, config, direction, has_chart=chart is not None)
     centre, spread = healthy_scale(found.scores)
     own = Scale(centre=centre, spread=spread, range=(float(found.scores.min()), float(found.scores.max())))
     used = feature if trained is None else feature.of(trained.numbers)
@@ -337,13 +337,16 @@ def _basis(found: HealthyScores, sources: Sequence[str], drive_period: float | N
     )
 
 
-def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction) -> Limits:
+def limits_of(
+    found: HealthyScores, config: DetectorConfig, direction: Direction, *, has_chart: bool = False
+) -> Limits:
     """Set the limits of a score.
 
     If records or groups have several windows each, the interval of the false-alarm rate is cross-validated:
     each record or group is tested with the limits of the others. Otherwise, or if too few windows remain
     without a record, windows are assumed independent and the interval follows from order statistics. If
-    groups are stated, windows of a group are dependent, and too few groups are an error.
+    groups are stated, windows of a group are dependent, and too few groups are an error. With a chart, which
+    alarms in place of the limits, too few windows are none: then the extreme healthy scores are the limits.
     """
 
     def rule(scores: Array) -> Threshold:
@@ -361,7 +364,15 @@ def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction
                 needed,
             ) from None
 
-    threshold, groups = rule(found.scores), found.of_scores
+    try:
+        threshold = rule(found.scores)
+    except NotStatedError:
+        if not has_chart:
+            raise
+        least = direction.n_side / (found.scores.size + 1)
+        config = config.model_copy(update={"false_alarm_rate": least, "threshold": "quantile"})
+        threshold = rule(found.scores)
+    groups = found.of_scores
     rests_on: Literal["windows", "records", "groups"] = "windows"
     interval = threshold.interval
     if 1 < np.unique(groups).size < groups.size:
@@ -371,7 +382,7 @@ def limits_of(found: HealthyScores, config: DetectorConfig, direction: Direction
             rate = alarm_rate(outcomes, groups=names, confidence=threshold.confidence)
             rests_on, interval = "groups" if found.has_groups else "records", (rate.low, rate.high)
         except NotStatedError:
-            if found.has_groups:
+            if found.has_groups and not has_chart:
                 raise
     return Limits(
         low=_finite(threshold.low),

@@ -40,10 +40,6 @@ class ModeGrid:
         Varied parameter → value in SI, for each scenario.
     leakage_flows : tuple of float
         Leakage levels [m³/s], ascending, without the sealed one; at the normal EBM where K_i itself is given.
-    bulk_moduli : tuple of float
-        β [Pa], ascending.
-    normal : int
-        Position of the normal β.
     positions : ndarray of int, shape (n_scenario, 1 + n_leakage, n_bulk_modulus)
         Rows of the runs in the experiment, the sealed ones first; ``ABSENT`` if there is none.
     fixed, matched : ndarray, shape (n_scenario, 1 + n_leakage, n_bulk_modulus, n_level)

@@ -54,14 +54,8 @@ class DetectionReport:
 
     Attributes
     ----------
-    name : str
-        Files are named after it.
-    path : Path
-        The file that it was made from.
     detections : tuple of Detection
         One for each design of the records; the sections show the first.
-    data : ExperimentData or None
-        The runs behind simulated records.
     """
 
     name: str

@@ -163,7 +163,7 @@ anything = st.recursive(
 )
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(data=st.data())
 def test_changed_files_load_or_are_refused(record, tmp_path_factory, data):
     place = tmp_path_factory.getbasetemp() / "changed.json"
@@ -174,7 +174,7 @@ def test_changed_files_load_or_are_refused(record, tmp_path_factory, data):
     _load_or_refuse(place)
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(data=st.data())
 def test_damaged_files_load_or_are_refused(file, tmp_path_factory, data):
     place = tmp_path_factory.getbasetemp() / "damaged.json"

@@ -179,8 +179,21 @@ def test_a_chart_on_scores_that_a_leak_lowers_is_that_of_the_turned_scores():
     assert mirrored.config.chart.options["direction"] == "rising"
 
 
+def test_with_a_chart_too_few_windows_for_the_threshold_are_no_obstacle():
+    chart = {"chart": "cusum", "false_alarm_every": 10.0}
+    means = normal(6, 10)
+    file = trained(means, false_alarm_rate=0.001, chart=chart)
+    assert (file.limits.high, file.limits.false_alarm_rate) == (file.healthy.range[1], 1 / 61)
+    assert file.alarm_text == f"where their chart cusum reaches {file.chart.limit:.4g}"
+    groups = [f"day {row}" for row in range(6)]
+    both = trained(means, groups, false_alarm_rate=0.001, chart=chart, direction="both")
+    assert (both.limits.low, both.limits.high) == both.healthy.range
+    with pytest.raises(NotStatedError):
+        trained(means, false_alarm_rate=0.001)
+
+
 def test_a_chart_needs_as_many_healthy_hours_as_the_time_between_its_alarms():
-    with pytest.raises(NotStatedError, match=r"needs 24 h of healthy scores, not 0.556 h"):
+    with pytest.raises(NotStatedError, match=r"needs 24 h of healthy scores, not 0.556 h$"):
         charted(normal(20, 100), false_alarm_every=86400.0)
 
 

@@ -8,17 +8,16 @@ import pytest
 
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.errors import ReportError
-from hydrofdi.report.figures import draw_all, draw_figure, write_figure
+from hydrofdi.report.figures import draw_figure, write_figure
 from hydrofdi.report.figures.detection.curves import bound_line
 from hydrofdi.report.figures.detection.marks import sensor_marks
-from hydrofdi.report.figures.style import figure_bytes
 from hydrofdi.report.forms.page import write_page
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.judging import judge
 from tests.report.detection.made_up import P1, judged, made_up_records, made_up_score, report_of
 from tests.studies.populations import rising, usual
 
-FIGURES = {"answer", "ranking", "pod", "roc", "det", "false_alarms", "densities"}
+FIGURES = {"ranking", "pod", "roc", "det", "false_alarms", "densities"}
 
 
 def texts(figure):
@@ -26,19 +25,7 @@ def texts(figure):
     return " ".join(artist.get_text() for artist in found)
 
 
-@pytest.fixture(scope="module")
-def page(detection, tmp_path_factory):
-    path = tmp_path_factory.mktemp("page") / "page.html"
-    write_page(report_of(detection), path)
-    return path.read_text(encoding="utf-8")
-
-
-def test_every_figure_is_drawn_and_stands_in_the_page(detection, page):
-    assert set(report_of(detection).figures()) == FIGURES
-    assert set(re.findall(r'<figure id="(\w+)" tabindex="0">\s*<svg', page)) == FIGURES
-
-
-@pytest.mark.parametrize("name", ["ranking", "pod", "det", "false_alarms", "densities"])
+@pytest.mark.parametrize("name", ["ranking", "false_alarms"])
 def test_the_best_of_each_set_of_sensors_and_the_wavelet_rules_are_shown(detection, name):
     shown = re.sub(r"\s", "", texts(draw_figure(report_of(detection), name)))
     for score in ("flow_balance.leakage_coefficient", "pressure_balance.leakage_flow", "dwt.d2", "dwt.d3"):
@@ -85,8 +72,7 @@ def equal(records):
 @pytest.mark.parametrize(
     "chosen",
     [
-        {"shifts": (), "confusions": (), "severities": (0.1, 0.3)},
-        {"severities": (0.5,), "confusions": ()},
+        {"severities": (0.5,), "shifts": (), "confusions": ()},
         {"severities": ()},
         {"scores": one_score},
         {"scores": equal},
@@ -96,13 +82,11 @@ def equal(records):
 )
 def test_a_study_that_carries_little_is_drawn_as_far_as_it_goes(chosen, tmp_path):
     report = report_of(judged(**{"n_healthy": 120, "n_other": 20, **chosen}))
-    drawn, holes = draw_all(report, sorted(report.figures()))
-    assert FIGURES - {"answer"} <= drawn.keys() | holes.keys()
-    for figure in drawn.values():
-        assert figure_bytes(figure, "png")
+    assert report.figures().keys() - {"answer"} == FIGURES
     write_page(report, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
-    assert page.count('class="hole"') == len(set(report.document().figures) & holes.keys())
+    drawn = re.findall(r'<figure id="(\w+)" tabindex="0">\s*<svg', page)
+    assert len(drawn) + page.count('class="hole"') == len(set(report.document().figures))
     assert "nan" not in re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL).lower()
 
 
@@ -111,7 +95,7 @@ def study(gain, shift=0.0, **chosen):
     return detect(records, [made_up_score(records, "one", gain=gain, shift=shift, channels=(P1,))], Rules())
 
 
-@pytest.mark.parametrize("shift", [0.0, 1.0, 9.0])
+@pytest.mark.parametrize("shift", [0.0, 9.0])
 def test_the_axis_of_false_alarms_ends_behind_the_largest_interval(shift):
     detection = study(50.0, shift)
     (axis,) = draw_figure(report_of(detection), "false_alarms").axes
@@ -129,93 +113,58 @@ def test_densities_show_scores_beyond_the_axis_as_a_share():
     assert len(axis.patches) == 2 * (len(detection.records.populations) - 2), "no bar of what lies beyond"
 
 
-@pytest.mark.parametrize("name", ["tornado", "figure2", "rok"])
-def test_a_figure_that_a_study_does_not_have_is_refused_with_those_it_has(tmp_path, name):
+def test_a_figure_that_a_study_does_not_have_is_refused_with_those_it_has(detection, tmp_path):
     with pytest.raises(ReportError, match="ranking, pod"):
-        write_figure(report_of(judged()), tmp_path / f"{name}.svg")
+        write_figure(report_of(detection), tmp_path / "rok.svg")
     assert not list(tmp_path.iterdir())
 
 
-def test_a_set_of_sensors_has_one_colour_in_all_figures():
-    detection = judged()
+def test_a_set_of_sensors_has_one_colour_in_all_figures(detection):
     whole = sensor_marks(detection, detection.judgements)
     for few in (detection.judgements[:2], detection.judgements[-2:]):
         assert sensor_marks(detection, few).items() <= whole.items()
-
-
-@pytest.fixture(scope="module")
-def pod():
-    """Each drawn score with its panel."""
-    detection = judged(n_healthy=200, n_other=60, severities=(0.05, 0.1, 0.2, 0.5, 1.0))
-    by_name = {each.scored.name: each for each in detection.judgements}
-    axes = draw_figure(report_of(detection), "pod").axes
-    found = [(by_name[name], axis) for axis in axes for name in by_name if name in titled(axis)]
-    assert found
-    return found
 
 
 def titled(axis):
     return "".join(axis.get_title(loc="left").split())
 
 
-def sloped(axis, style):
-    """The drawn line of many points with this style."""
-    lines = [line for line in axis.lines if len(line.get_xdata()) > 10]
-    return next((line for line in lines if (line.get_linestyle() == "-") == (style == "-")), None)
+def test_the_drawn_curves_reach_ninety_percent_where_it_is_stated():
+    """The curve at q90, and its bound at q90/95; neither is drawn where a severity comes from the levels."""
+    detection = judged(n_healthy=200, n_other=60, severities=(0.05, 0.1, 0.2, 0.5, 1.0))
+    by_name = {each.scored.name: each for each in detection.judgements}
+    seen = set()
+    for axis in draw_figure(report_of(detection), "pod").axes:
+        smallest = next(by_name[name] for name in by_name if name in titled(axis)).smallest
+        curves = [line for line in axis.lines if len(line.get_xdata()) > 10]
+        for name, is_solid, tolerance in (("q90", True, 1.0), ("q90_95", False, 0.5)):
+            stated = smallest.get(name)
+            lines = [line for line in curves if (line.get_linestyle() == "-") is is_solid]
+            if stated is None or stated.source == "levels":
+                assert not lines
+            elif stated.place == "within":
+                at = np.interp(stated.value * 6e4, lines[0].get_xdata(), lines[0].get_ydata())
+                assert at == pytest.approx(100.0 * Rules().probability, abs=tolerance)
+                seen.add(name)
+    assert seen == {"q90", "q90_95"}
 
 
-def test_the_drawn_bound_reaches_ninety_percent_at_q90_95(pod):
-    seen = 0
-    for judgement, axis in pod:
-        found = judgement.smallest.get("q90_95")
-        line = sloped(axis, "--")
-        if found is None or found.source == "levels":
-            assert line is None
-        elif found.place == "within":
-            at = np.interp(found.value * 6e4, line.get_xdata(), line.get_ydata())
-            assert at == pytest.approx(100.0 * Rules().probability, abs=0.5)
-            seen += 1
-    assert seen
-
-
-def test_the_drawn_curve_reaches_ninety_percent_at_q90(pod):
-    seen = 0
-    for judgement, axis in pod:
-        found, line = judgement.smallest.get("q90"), sloped(axis, "-")
-        if found is None or found.source == "levels":
-            assert line is None
-        elif found.place == "within":
-            at = np.interp(found.value * 6e4, line.get_xdata(), line.get_ydata())
-            assert at == pytest.approx(100.0 * Rules().probability, abs=1.0)
-            seen += 1
-    assert seen
-
-
-@pytest.fixture(scope="module")
-def lines():
-    """Judgements of made-up studies with a bound within the tested severities, and its line."""
-    found = []
-    for seed in range(12):
+def test_the_line_of_a_bound_rises_in_small_steps_to_ninety_percent_at_q90_95():
+    n_line = seed = 0
+    while n_line < 2:
+        seed += 1
         draw = np.random.default_rng(seed)
         records = usual(healthy=500, each=int(draw.integers(30, 80)), seed=seed)
         slope, half = draw.uniform(3.0, 60.0), draw.uniform(0.03, 0.3)
         judgement = judge(records, rising(records, slope=slope, half=half, seed=seed), Rules())
         bound = judgement.smallest["q90_95"]
-        if bound.source == "curve" and bound.place == "within":
-            found.append((bound, bound_line(judgement.bounding, bound.severity, bound.confidence)))
-    assert len(found) >= 5
-    return found
-
-
-def test_the_line_is_at_ninety_percent_at_q90_95(lines):
-    for bound, (severities, low) in lines:
+        if bound.source == "levels" or bound.place != "within":
+            continue
+        n_line += 1
+        severities, low = bound_line(judgement.bounding, bound.severity, bound.confidence)
         at = np.interp(np.log(bound.severity), np.log(severities), low)
         assert at == pytest.approx(bound.probability, abs=1e-3)
         assert np.all(low[severities < bound.severity] <= bound.probability + 1e-3)
-
-
-def test_the_line_rises_in_small_steps(lines):
-    for _, (severities, low) in lines:
         assert np.all(np.diff(severities) > 0.0)
         assert np.diff(low).min() > -1e-3
         is_near = np.diff(np.log10(severities)) < 2e-3

@@ -19,12 +19,6 @@ sweep:
     fluid.bulk_modulus: [400 MPa, 551 MPa, 689 MPa, 800 MPa, 1400 MPa]
 """
 
-ALONE = """\
-name: alone
-record: {duration: 2 s}
-sweep: {grid: {leakage.internal_flow: [0 L/min, 0.12 L/min, 2 L/min]}}
-"""
-
 MANY = """\
 name: many
 record: {duration: 1 s}
@@ -69,7 +63,6 @@ def reports(tmp_path_factory):
 
     return {
         "modes": made(MODES),
-        "alone": made(ALONE),
         "many": made(MANY),
         "scenarios": made(SCENARIOS),
         "study": ready("detectability-smoke"),

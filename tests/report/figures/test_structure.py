@@ -49,10 +49,11 @@ def test_small_values_have_no_power_of_ten_beside_the_axis(tmp_path):
 
 
 def test_every_figure_can_be_drawn_and_saved(reports):
-    for report in reports.values():
-        drawn, _ = draw_all(report, list(report.figures()))
-        assert drawn
-        assert all(figure_bytes(figure, "svg") for figure in drawn.values())
+    owners = {name: report for report in reversed(reports.values()) for name in report.figures()}
+    compared = {name for _, name in COMPARED}
+    for name in owners.keys() - compared:
+        drawn, holes = draw_all(owners[name], [name])
+        assert figure_bytes(drawn[name], "svg"), holes
 
 
 DPI = 100
@@ -135,13 +136,9 @@ def test_eight_series_differ_in_colour_in_line_and_in_marker():
     assert len({(str(each["color"]), str(each["linestyle"])) for each in many}) == 12
 
 
-def test_the_signals_of_a_run_can_be_read():
-    for settings in ({}, {"law": "pi"}):
-        run = hydrofdi.simulate({"record": {"duration": "4 s"}, "control": settings})
-        assert figure_bytes(run.plot(), "png")
-
-
-def test_a_record_can_be_read():
+def test_runs_and_records_can_be_drawn():
+    run = hydrofdi.simulate({"record": {"duration": "4 s"}, "control": {"law": "pi"}})
+    assert figure_bytes(run.plot(), "png")
     dataset = hydrofdi.simulate(duration="4 s").to_xarray()
     names = ("chamber_1_pressure", "chamber_2_pressure", "piston_position", "input_voltage")
     channels = {Channel(name): dataset[name].values[None, :] for name in names}

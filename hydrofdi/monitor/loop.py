@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from hydrofdi.errors import StoreError
@@ -52,20 +53,20 @@ def monitor(
         return _Monitor(watch, source, sinks, state_file, log).run(stop)
 
 
+@dataclass
 class _Monitor:
-    def __init__(
-        self,
-        watch: Watch,
-        source: StreamSource,
-        sinks: Sequence[Sink],
-        state_file: StateFile | None,
-        log: WindowLog | None,
-    ) -> None:
-        self._watch, self._source, self._sinks = watch, source, sinks
-        self._state_file, self._log = state_file, log
-        self._state = watch.start()
-        self._pending: list[Line] = []
-        self._is_unjudged, self._is_unstored, self._n_lost = True, False, 0
+    _watch: Watch
+    _source: StreamSource
+    _sinks: Sequence[Sink]
+    _state_file: StateFile | None
+    _log: WindowLog | None
+    _pending: list[Line] = field(default_factory=list)
+    _is_unjudged: bool = True
+    _is_unstored: bool = False
+    _n_lost: int = 0
+
+    def __post_init__(self) -> None:
+        self._state = self._watch.start()
 
     def run(self, stop: Callable[[], bool]) -> Ending:
         try:

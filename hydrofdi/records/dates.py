@@ -51,7 +51,8 @@ def instant(text: str, zone: tzinfo | None = None) -> Instant:
     """
     written = text.strip()
     try:
-        found = datetime.fromisoformat(_POINTED.sub(_turned, written))
+        turned = _POINTED.sub(lambda at: f"{at[3]}-{at[2]:0>2}-{at[1]:0>2}T{at[4]:0>2}:", written)
+        found = datetime.fromisoformat(turned)
         found = found.replace(tzinfo=zone) if found.tzinfo is None else found
         passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
     except (ValueError, OverflowError):
@@ -60,12 +61,6 @@ def instant(text: str, zone: tzinfo | None = None) -> Instant:
     nanoseconds = int(f"{digits[1]:0<3}") if digits else 0
     whole = passed.days * 86_400 + passed.seconds
     return Instant(whole * _BILLION + passed.microseconds * 1000 + nanoseconds, found.tzinfo is not None)
-
-
-def _turned(match: re.Match[str]) -> str:
-    """Day, month, year and hour in the order of ISO 8601."""
-    day, month, year, hour = match.groups()
-    return f"{year}-{month:0>2}-{day:0>2}T{hour:0>2}:"
 
 
 def seconds_since(first: Instant | None, instants: Sequence[Instant | None]) -> Array:

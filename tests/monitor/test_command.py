@@ -108,18 +108,6 @@ def out_text(file):
     return file.read()
 
 
-def test_ctrl_c_is_exit_code_130_after_a_last_line(machine):
-    with start(machine.detector, "-") as process:
-        process.stdin.write("".join(machine.lines[:1200]))
-        process.stdin.flush()
-        lines = [process.stdout.readline() for _ in range(2)]
-        process.send_signal(signal.SIGINT)
-        text = "".join([*lines, process.stdout.read()])
-        assert process.wait(PATIENCE) == 130
-    assert events(text)[-1] == "stopped"
-    assert len(windows(text)) == 1
-
-
 def test_state_and_log_are_regular_files_of_their_own_and_a_link_to_a_state_stays(machine, tmp_path):
     os.mkfifo(tmp_path / "pipe")
     command = ("monitor", machine.detector, machine.stream, "--no-follow")

@@ -15,7 +15,7 @@ from hydrofdi.records import Channel
 from hydrofdi.records.measured.columns import NAMES
 from hydrofdi.records.measured.source import measured_source, plain_source
 from hydrofdi.store.experiment_file import read_experiment
-from tests.commands import run, run_hydrofdi, run_json
+from tests.commands import run, run_hydrofdi
 from tests.conftest import REPOSITORY
 from tests.records.measuring import BOTH, P1, P2, SUPPLY, WRITERS, csv_of, described, one, yaml_of
 
@@ -142,20 +142,6 @@ def test_values_in_other_files_are_never_read(tmp_path, place, suffix):
         read_experiment(tmp_path / f"run.{suffix}")
 
 
-@pytest.mark.parametrize("suffix", ["h5", "mat", "npz", "parquet", "csv.gz"])
-def test_a_file_that_is_cut_off_is_rejected_with_the_reason(tmp_path, suffix):
-    file = tmp_path / f"run.{suffix}"
-    if suffix == "csv.gz":
-        file.write_bytes(gzip.compress(b"P1\n" + b"1\n2\n" * 500))
-    else:
-        WRITERS[suffix](file, {"P1": np.arange(1000.0)})
-    whole = file.read_bytes()
-    for length in (1, len(whole) // 2, len(whole) - 1):
-        file.write_bytes(whole[:length])
-        batch = one(tmp_path, description(f"run.{suffix}"))
-        assert [rejected.remark.kind for rejected in batch.rejected] == ["damaged"], length
-
-
 def test_a_file_without_columns_is_named_and_columns_of_different_lengths_make_no_record(tmp_path):
     np.savez(tmp_path / "run.npz")
     with pytest.raises(DataError, match=r"run.npz"):
@@ -191,16 +177,6 @@ def test_a_folder_of_such_files_is_measured_as_its_files_are(folder):
     one_by_one = hydrofdi.measure([folder / "run 2.csv", folder / "run 10.csv"], "dwt")
     assert together["record_id"].tolist() == ["run 2.csv", "run 10.csv"]
     np.testing.assert_array_equal(together["dwt.d3"], one_by_one["dwt.d3"])
-
-
-def test_an_export_of_a_sweep_is_measured_by_its_folder(small_sweep, tmp_path):
-    for form in ("csv", "mat"):
-        run("export", small_sweep.directory, "--out", tmp_path / form, "--format", form, check=0)
-        values = [
-            [record["values"] for record in run_json("measure", source)["records"]]
-            for source in (tmp_path / form, small_sweep.directory)
-        ]
-        assert values[0] == values[1]
 
 
 def test_a_description_of_files_alone_takes_channels_units_and_time_from_headers(folder):

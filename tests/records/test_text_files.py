@@ -8,7 +8,6 @@ import pytest
 
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.records.dates import unix_seconds
 from hydrofdi.records.measured.formats import text as formats_text
 from hydrofdi.records.measured.source import measured_source, plain_source
 from tests.monitor.streams import read_in_pieces, reader
@@ -30,9 +29,7 @@ PRESSURE = np.array([100.0, 101.5, 99.25, 102.125])
 
 
 @pytest.mark.parametrize("text", [
-    "P1 [bar];x\n100,5;1\n99,25;2\n",
     "P1 (bar) ; x\n 100,5 ; 1\n 99,25 ; 2\n",
-    "P1;x\nbar;mm\n100,5;1\n99,25;2\n",
     "# a logger\n\nP1 [bar];x;;\n100,5;1;;\n99,25;2;;\n\n",
     '"P1 [bar]";"x"\r\n"100,5";"1"\r\n"99,25";"2"\r\n',
     "\ufeffP1 [MPa];x\n10,05;a\n9,925;\n",
@@ -274,13 +271,6 @@ def test_arrays_may_hold_dates(tmp_path):
     np.savez(tmp_path / "run.npz", **{"time": time, "P1 [bar]": np.arange(6.0)})
     (batch,) = plain_source(tmp_path / "run.npz").batches()
     assert batch.sampling_frequency == 80_000.0
-
-
-def test_dates_with_zones_are_unix_times():
-    found = unix_seconds(["1970-01-01T00:00:00Z", "2026-01-31T12:00:00.25Z", "31.01.2026 13:00:00,25+01:00"])
-    assert found.tolist() == [0.0, 1769860800.25, 1769860800.25]
-    with pytest.raises(ValueError, match="has no zone; write it like 2026-01-31T12"):
-        unix_seconds(["2026-01-31T12:00:00"])
 
 
 def test_plain_columns_are_in_their_unit_or_in_si_by_a_full_name(tmp_path):

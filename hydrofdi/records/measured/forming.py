@@ -71,7 +71,8 @@ def batched(
         if isinstance(record, RejectedRecord):
             rejected.append(record if labels else replace(record, label=""))
             continue
-        if waiting and (_shape(record) != _shape(waiting[0]) or _is_full(waiting, most_samples)):
+        n_sample = (len(waiting) + 1) * record.n_time * len(record.channels)
+        if waiting and (_shape(record) != _shape(waiting[0]) or n_sample > most_samples):
             yield _batch(waiting, rejected, drive_period, labels)
             waiting, rejected = [], []
         waiting.append(record)
@@ -81,11 +82,6 @@ def batched(
 
 def _shape(record: Recording) -> Hashable:
     return record.n_time, record.sampling_frequency, record.start_time, record.relative
-
-
-def _is_full(records: list[Recording], most_samples: int) -> bool:
-    first = records[0]
-    return (len(records) + 1) * first.n_time * len(first.channels) > most_samples
 
 
 def _batch(

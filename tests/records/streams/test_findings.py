@@ -27,10 +27,8 @@ EVEN = 0.1 * np.arange(1000)
 
 
 @pytest.mark.parametrize(("time", "found", "n_accepted"), [
-    ([0.0, 0.1, 0.4, 0.5], {"gap": 1}, 4), ([0.0, 0.1, 0.1, 0.2], {"duplicate": 1}, 3),
-    ([0.3, 0.4, 0.2, 0.3, 0.5], {"time_ran_back": 2}, 3), ([0.0, np.nan, 0.1], {"malformed": 1}, 2),
     ([0.0, 1e300, 0.1, -1.1e11], {"malformed": 2}, 2), ([1e11, 1e11 + 0.1], {"malformed": 1}, 1),
-    (2.0 * EVEN, {"gap": 9, "rate_changed": 990}, 1000), ([], {}, 0), ([5.0], {}, 1),
+    (2.0 * EVEN, {"gap": 9, "rate_changed": 990}, 1000), ([], {}, 0),
     ([-7.0, -6.851, -6.8, -6.749, -6.6], {}, 5),
     # a clock that was set back is believed after a minute; so is one after a single stamp far ahead
     (np.concatenate([7200.0 + EVEN[:100], 3600.0 + EVEN]), {"time_ran_back": 600}, 501),

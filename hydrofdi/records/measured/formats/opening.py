@@ -66,8 +66,6 @@ class ArrayTable(Table):
         values, where = self._vector(position), f"{self.place}: {self.titles[position]}"
         if values.dtype.kind in "iu" and values.size and max(-int(values.min()), int(values.max())) > _EXACT:
             raise DataError(f"{where}: contains integers beyond 2^53, which are not exact")
-        if values.dtype.kind == "c":
-            raise DataError(f"{where}: contains complex numbers")
         if values.dtype.kind not in "biuf":
             raise DataError(f"{where}: contains {values.dtype.name}, not numbers")
         return np.asarray(values, dtype=np.float64)

@@ -8,8 +8,9 @@ import re
 from array import array
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from io import IncrementalNewlineDecoder
-from itertools import dropwhile, islice
+from itertools import chain, dropwhile, islice
 from pathlib import Path
 
 import numpy as np
@@ -36,12 +37,9 @@ def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
         codecs.getincrementaldecoder("utf-8-sig" if is_utf_8 else encoding)(), translate=True
     )
     rest, n_byte = "", 0
-    with damage_named("gzip" if is_packed else "a file"):
-        file = (gzip.open if is_packed else open)(path, "rb")
-    with file:
-        while True:
-            with damage_named("gzip" if is_packed else "a file"):
-                data = file.read(_BLOCK)
+    reader = gzip.open if is_packed else open
+    with damage_named("gzip" if is_packed else "a file"), reader(path, "rb") as file:
+        for data in chain(iter(partial(file.read, _BLOCK), b""), [b""]):
             n_byte += len(data)
             if not n_byte:
                 raise RejectionError("empty", "is empty")
@@ -58,11 +56,7 @@ def blocks_of(path: Path, place: str, encoding: str) -> Iterator[list[str]]:
             *lines, rest = (rest + text).split("\n")
             if len(rest) > _LONGEST_LINE:
                 raise DataError(f"{place}: has a line of more than {_LONGEST_LINE:,} characters")
-            if data:
-                yield lines
-            else:
-                yield [*lines, rest]
-                return
+            yield lines if data else [*lines, rest]
 
 
 class TextTable(Table):

@@ -12,7 +12,8 @@ from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.opcua import OpcUaSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import ChannelConfig
-from tests.monitor.opcua_server import LoopbackServer, free_port
+from tests.monitor.brokers import free_port
+from tests.monitor.test_opcua_source import LoopbackServer
 
 CHANNELS = [
     Channel.CHAMBER_1_PRESSURE,

@@ -295,7 +295,9 @@ class Told:
         return pytest.fail, ("it was unpickled",)
 
 
-@pytest.mark.parametrize("arrays", [{"a": np.array([Told()], dtype=object)}, np.ones(3), None], ids=str)
+@pytest.mark.parametrize(
+    "arrays", [{"a": np.array([Told()], dtype=object)}, np.ones(3), None], ids=["objects", "array", "none"]
+)
 def test_foreign_content_with_the_right_checksum_is_refused(arrays, tmp_path):
     state_file, body = StateFile(tmp_path / "state", FILE, "made"), io.BytesIO()
     header = state_file._owner | {"position": {}, "log": {}}

@@ -2,47 +2,35 @@
 
 import json
 import random
+import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing as closed
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import count, groupby
 from pathlib import Path
 
 import numpy as np
 import pytest
+from paho.mqtt.client import Client
+from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
+from paho.mqtt.packettypes import PacketTypes
+from paho.mqtt.properties import Properties
 
 from hydrofdi.detectors.trained.measuring import Verdict
 from hydrofdi.monitor import mqtt
-from hydrofdi.monitor.configuration import Address, MqttConfig
+from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
 from hydrofdi.monitor.lines import Condition, WindowLine
-from hydrofdi.monitor.mqtt import MqttSink, payload_of
-from hydrofdi.records.streams import Event, EventKind
+from hydrofdi.monitor.mqtt import MqttSink, MqttSource, Publisher, payload_of
+from hydrofdi.records.batch import Channel
+from hydrofdi.records.measured.description.sections import LimitsConfig
+from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.commands import COMMAND
 from tests.commands import run as run_command
 from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.machines import make_machine
-from tests.monitor.mqtt_streams import (
-    P1,
-    SOON,
-    U,
-    blocks_of,
-    client_at,
-    connected,
-    events,
-    killed,
-    published,
-    publisher_at,
-    samples,
-    sent,
-    source_at,
-    through,
-    times,
-    unread,
-    until,
-    wait_for,
-)
 from tests.monitor.streams import (
     N_SAMPLE,
     Killed,
@@ -55,6 +43,116 @@ from tests.monitor.streams import (
     reading_of,
     stream,
 )
+
+DETECTOR = Path("detector.json")
+SOON = 0.05
+"""Before the second attempt to connect [s]."""
+
+P1, U = Channel.CHAMBER_1_PRESSURE, Channel.INPUT_VOLTAGE
+
+
+def blocks_of(n_block, n_sample=100):
+    rng = np.random.default_rng(13)
+    return [
+        Chunk(
+            (n_sample * number + np.arange(n_sample)) / 1000,
+            {P1: rng.normal(5e6, 1e5, n_sample), U: rng.normal(size=n_sample)},
+        )
+        for number in range(n_block)
+    ]
+
+
+def source_at(address, config=None, detector=DETECTOR, is_open=True, largest=2**20):
+    limits = LimitsConfig.model_construct(payload=largest)
+    whole = MonitorConfig.model_construct(mqtt=config or MqttConfig(), limits=limits)
+    source = MqttSource(Address.parse(address), whole, detector, first_wait=SOON)
+    if is_open:
+        source.open({})
+    return source
+
+
+def publisher_at(address, config=None):
+    return Publisher(Address.parse(address), config or MqttConfig(), 1000, first_wait=SOON)
+
+
+def client_at(broker, client_id=""):
+    """A client of its own, connected; with a name, the broker keeps what it misses."""
+    client = Client(CallbackAPIVersion.VERSION2, client_id, protocol=MQTTProtocolVersion.MQTTv5)
+    wishes = Properties(PacketTypes.CONNECT)
+    wishes.SessionExpiryInterval = 600 if client_id else 0
+    client.connect("127.0.0.1", broker.port, clean_start=not client_id, properties=wishes)
+    client.loop_start()
+    wait_for(client.is_connected)
+    return client
+
+
+def published(client, topic, payload, qos=1, retain=False):
+    info = client.publish(topic, payload, qos, retain)
+    info.wait_for_publish(30.0)
+    assert info.is_published()
+
+
+def wait_for(condition, timeout=30.0):
+    end = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.01)
+
+
+@contextmanager
+def killed(command, **options):
+    """A process that is killed at the end."""
+    with subprocess.Popen(command, **options) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def until(source, condition, *, confirms=True, timeout=30.0):
+    """All readings until a condition on them holds."""
+    readings, end = [], time.monotonic() + timeout
+    while not condition(readings):
+        assert time.monotonic() < end, readings
+        readings.append(reading_of(source, 0.02))
+        if confirms and source.wants_confirmation:
+            source.confirm()
+    return readings
+
+
+def events(readings, kind=None):
+    return [event for each in readings for event in each.events if kind in (None, event.kind)]
+
+
+def unread(readings):
+    """Why messages could not be read."""
+    return [text for each in readings if each.chunk for text in each.chunk.unread.values()]
+
+
+def connected(source):
+    """Wait for the connection."""
+    return until(source, lambda readings: events(readings, EventKind.CONNECTED))
+
+
+def times(readings):
+    return np.concatenate([each.chunk.time for each in readings if each.chunk] or [np.empty(0)])
+
+
+def through(*blocks):
+    """Whether the last sample of the last block is there."""
+    return lambda readings: blocks[-1].time[-1] in times(readings)
+
+
+def samples(readings, channel):
+    return np.concatenate([each.chunk.channels[channel] for each in readings if each.chunk])
+
+
+def sent(publisher, blocks):
+    for block in blocks:
+        assert publisher.wait_until(19, 30.0)
+        assert publisher.send(payload_of(block))
+    assert publisher.wait_until(0, 30.0)
+
 
 pytestmark = needs_mosquitto
 
@@ -148,20 +246,6 @@ def test_a_confirmation_that_the_broker_did_not_get_is_sent_again(broker, closin
     np.testing.assert_array_equal(times(until(again, through(*blocks[7:]))), blocks[7].time)
 
 
-def test_messages_that_wait_while_the_connection_breaks_come_once(broker, closing):
-    blocks = blocks_of(15)
-    source = closing(source_at(broker.address()))
-    connected(source)
-    sent(closing(publisher_at(broker.address())), blocks)
-    wait_for(lambda: len(source._inbox._items) == 15)
-    intruder = client_at(broker, source.client_id)
-    wait_for(lambda: "taken over" in broker.log or "already connected" in broker.log)
-    intruder.disconnect()
-    intruder.loop_stop()
-    readings = until(source, lambda readings: len(events(readings, EventKind.CONNECTED)) == 1)
-    np.testing.assert_array_equal(times(readings), all_times(blocks))
-
-
 def test_a_broker_that_is_absent_is_waited_for_and_said_once(tmp_path, closing):
     broker = Broker(tmp_path)
     source = closing(source_at(broker.address()))
@@ -194,27 +278,6 @@ def test_messages_that_are_no_samples_are_counted_and_done_with(broker, closing)
     published(client, TOPIC, payload_of(blocks_of(2)[1]))
     readings = until(again, through(blocks_of(2)[1]))
     assert not unread(readings)
-    client.disconnect()
-    client.loop_stop()
-
-
-def test_messages_that_the_broker_does_not_keep_are_lost_in_one_gap(broker, closing, monkeypatch):
-    blocks = blocks_of(30)
-    monkeypatch.setattr(mqtt, "CAPACITY", 10 * mqtt.LEAST_SIZE)
-    source = closing(source_at(broker.address()))
-    connected(source)
-    client = client_at(broker)
-    for block in blocks[:29]:
-        client.publish(TOPIC, payload_of(block), qos=0)
-    published(client, "other", b"")
-    wait_for(lambda: source._inbox._n_dropped == 28 - len(source._inbox._items))
-    full = until(source, lambda readings: events(readings, EventKind.DROPPED))
-    client.publish(TOPIC, payload_of(blocks[29]), qos=0)
-    after = until(source, through(blocks[29]))
-    n_kept = len(times(full)) // 100
-    np.testing.assert_array_equal(times(full), all_times(blocks[:n_kept]))
-    assert sum(event.count for event in events(full, EventKind.DROPPED)) == 29 - n_kept
-    np.testing.assert_array_equal(times(after), blocks[29].time)
     client.disconnect()
     client.loop_stop()
 
@@ -435,8 +498,7 @@ def _windows(lines):
 LIFE = """
 import sys
 from pathlib import Path
-from tests.monitor.mqtt_streams import source_at
-from tests.monitor.test_mqtt import run
+from tests.monitor.test_mqtt import run, source_at
 run(Path(sys.argv[2]), source_at(sys.argv[1], is_open=False))
 """
 

@@ -15,8 +15,17 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.opcua import OpcUaSource
 from hydrofdi.records.streams import EventKind
-from tests.monitor.certificates import identity
-from tests.monitor.opcua_server import CHANNELS, NODES, P1, RATE, LoopbackServer, Reader, connected, opened
+from tests.monitor.test_mqtt_security import identity
+from tests.monitor.test_opcua_source import (
+    CHANNELS,
+    NODES,
+    P1,
+    RATE,
+    LoopbackServer,
+    Reader,
+    connected,
+    opened,
+)
 
 PASSWORD = "hunter2-of-the-press"
 

@@ -251,19 +251,6 @@ def test_keys_may_be_configured_and_differ_from_line_to_line():
     assert samples(chunk) == {"time": [0.0, 1.0], "P2": [1e6, None], "u": [None, -2.0]}
 
 
-@pytest.mark.parametrize(
-    "payload",
-    [
-        {"time": 0, "P1 [bar]": [1e308]},
-        {"time [h]": 1e308, "P1 [bar]": 1},
-        {"time": 0, "sampling_frequency": 5e-324, "P1 [bar]": [0, 1]},
-    ],
-)
-def test_what_overflows_is_infinite_without_a_warning(payload):
-    chunk = read(payload)
-    assert not np.isfinite([*chunk.time, *chunk.channels[P1]]).all()
-
-
 KEYS = st.sampled_from(
     ["time", "t [s]", "time [ms]", "P1 [bar]", "P2", "u [V]", "sampling_frequency", "x [\ud800]"]
 )

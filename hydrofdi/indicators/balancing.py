@@ -33,16 +33,10 @@ P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PIST
 
 @dataclass(frozen=True)
 class VolumeBalance:
-    """Volume balance equations of the chambers, integrated over windows.
+    """Volume balance equations of the chambers, integrated over windows of 2 `half` samples.
 
-    Attributes
-    ----------
-    both_pressures : bool
-        Whether P_2 is measured; else P_2 = P_s + P_r − P_1, and only the balance of chamber 1 is used.
-    by_spring : bool
-        Whether the position is computed from the pressure difference and the load spring.
-    half : int
-        Half the window length [samples].
+    Unless `both_pressures`, P_2 = P_s + P_r − P_1, and only the balance of chamber 1 is used. `by_spring`:
+    the position is computed from the pressure difference and the load spring.
     """
 
     records: RecordBatch
@@ -152,6 +146,11 @@ class WindowOptions(UncertainActuator):
     reference_pressure: Annotated[float, SI("Pa", least=1e4, most=2e8)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
 
+    @property
+    def channels(self) -> frozenset[Channel]:
+        """Pressures, position, and what moves the valve."""
+        return super().channels - (set() if self.chambers == "both" else {P2})
+
     def lack_of_windows(self, records: RecordBatch) -> str | None:
         """Message if records are too short for a balance, else None."""
         n_window = records.n_time // self.half_window - 1
@@ -228,9 +227,8 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
 
     @property
     def channels(self) -> frozenset[Channel]:
-        """Pressures, position, and the spool position or input voltage."""
-        pressures = {P1, P2} if self.options.chambers == "both" else {P1}
-        return frozenset(pressures | (set() if self.by_spring else {X})) | self.options.valve_channels
+        """Without the position if the spring replaces it."""
+        return self.options.channels - ({X} if self.by_spring else set())
 
     @property
     def outputs(self) -> tuple[Output, ...]:

@@ -36,10 +36,6 @@ LARGEST = {
 """Absolute value of each state beyond which an estimate is not physical, in estimator units."""
 
 
-MEASURED = (Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION)
-"""Measured channels of a filter."""
-
-
 class KalmanOptions(NominalPlant, RecursiveOptions):
     """Assumptions of a Kalman filter of the nominal plant.
 
@@ -113,8 +109,8 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
 
     def measured_states(self, records: RecordBatch) -> Array:
         """P_1, P_2 [MPa] and x_p [mm], shape (n_record, n_time, 3)."""
-        first, second, _ = MEASURED
-        return np.stack((1e-6 * records[first], 1e-6 * records[second], 1e3 * self.position(records)), axis=2)
+        first, second = records[Channel.CHAMBER_1_PRESSURE], records[Channel.CHAMBER_2_PRESSURE]
+        return np.stack((1e-6 * first, 1e-6 * second, 1e3 * self.position(records)), axis=2)
 
     @property
     def estimated(self) -> frozenset[str]:
@@ -159,12 +155,6 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
         return in_a_second / sampling_frequency
 
     @property
-    def sensor_variances(self) -> Array:
-        """Variances of P_1, P_2 and x_p [MPa², MPa², mm²]."""
-        pressure = 1e-6 * self.pressure_noise
-        return np.array([pressure, pressure, 1e3 * self.position_noise]) ** 2
-
-    @property
     def limits(self) -> Array:
         """Largest physical absolute value of each of ``STATES``, in estimator units."""
         plant = self.plant
@@ -189,15 +179,8 @@ Chosen = TypeVar("Chosen", bound=KalmanOptions)
 class Estimates:
     """Estimates of a filter at some instants, in estimator units.
 
-    Attributes
-    ----------
-    means, variances : ndarray, shape (n_record, n_instant, N_STATE)
-    sums : ndarray, shape (n_record, n_instant, N_SUM)
-        Sums over the samples since the previous instant.
-    supply : ndarray, shape (n_record, n_instant)
-        Nominal or measured supply pressure [MPa].
-    n_sample : int
-        Samples between instants.
+    `means` and `variances` (n_record, n_instant, N_STATE); `sums` (…, N_SUM) over the `n_sample` samples
+    since the previous instant; nominal or measured `supply` (n_record, n_instant) [MPa].
     """
 
     means: Array
@@ -212,11 +195,6 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
 
     absence = "the filter diverged, or a sample is not a number"
     is_cheap = False
-
-    @property
-    def channels(self) -> frozenset[Channel]:
-        """Pressures, position, and what moves the valve."""
-        return frozenset(MEASURED) | self.options.valve_channels
 
     def begin(self, records: RecordBatch) -> State:
         """State of the filters before the first sample."""
@@ -273,6 +251,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
 
     def _tuning(self, chunk: RecordBatch) -> Tuning:
         options, frequency = self.options, chunk.sampling_frequency
+        pressure_noise = 1e-6 * options.pressure_noise
         return Tuning(
             options.plant,
             1.0 / (frequency * options.substeps),
@@ -280,7 +259,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
             options.spool == "command",
             options.prior_variances(chunk),
             options.walk_variances(frequency),
-            options.sensor_variances,
+            np.array([pressure_noise, pressure_noise, 1e3 * options.position_noise]) ** 2,
             options.limits,
             1e3 * options.null_zone,
             1e3 * options.largest_travel,

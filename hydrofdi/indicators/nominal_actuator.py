@@ -130,11 +130,12 @@ class NominalActuator(Section):
         return volume, self.chamber_volume_2 or volume * (second / first)
 
     @property
-    def valve_channels(self) -> frozenset[Channel]:
-        """Channels needed for the valve flow, in addition to the chamber pressures."""
+    def channels(self) -> frozenset[Channel]:
+        """Pressures, position, and what moves the valve."""
         shown_by = {"measured": {Channel.SPOOL_POSITION}, "command": {Channel.INPUT_VOLTAGE}}
         supply = {Channel.SUPPLY_PRESSURE} if self.supply == "measured" else set()
-        return frozenset(shown_by.get(self.spool, set()) | supply)
+        motion = {Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION}
+        return frozenset(motion | shown_by.get(self.spool, set()) | supply)
 
     @property
     def optional_channels(self) -> frozenset[Channel]:
@@ -186,14 +187,9 @@ class NominalActuator(Section):
         return self.follow_command(command, command[:, :1], None, records.sampling_frequency)[0]
 
     def spool_of_stream(self, chunk: RecordBatch, is_first: bool, state: Array) -> Array:
-        """x_v of a chunk [m]; with a command, the spool starts at rest under the first command of the stream.
+        """x_v of a chunk [m]; with a command, the spool is at rest under the first one of the stream.
 
-        Parameters
-        ----------
-        is_first : bool
-            Whether this is the first chunk of the stream.
-        state : ndarray, shape (n_record, 2)
-            State of the spool; updated in place.
+        The state of the spool (n_record, 2) is updated in place.
         """
         if self.spool == "measured":
             return np.ascontiguousarray(chunk[Channel.SPOOL_POSITION])
@@ -207,17 +203,9 @@ class NominalActuator(Section):
     def follow_command(
         self, command: Array, rest: Array, state: Array | None, sampling_frequency: float
     ) -> tuple[Array, Array]:
-        """x_v for a command, and the state of the spool (n_record, 2) after it.
+        """x_v (n_record, n_time) for a command held between samples, and the state (n_record, 2) after it.
 
-        Parameters
-        ----------
-        command : ndarray, shape (n_record, n_time)
-            Command, held between samples [V].
-        rest : ndarray, shape (n_record, 1)
-            Command under which the spool is initially at rest if `state` is None [V].
-        state : ndarray, shape (n_record, 2), or None
-        sampling_frequency : float
-            [Hz]
+        Without a state, the spool is initially at rest under the command `rest` (n_record, 1) [V].
         """
         from scipy.signal import lfilter
 

@@ -166,5 +166,4 @@ class NominalPlant(UncertainActuator):
 
     def measures_supply(self, records: RecordBatch) -> bool:
         """Whether the supply pressure is measured."""
-        has_it = Channel.SUPPLY_PRESSURE in records.channels.keys() - records.relative
-        return self.supply == "measured" or (self.supply == "auto" and has_it)
+        return self.supply_known_by(records) == "measured"

@@ -23,21 +23,7 @@ N_SIGNAL = 5
 
 
 class Cylinder(NamedTuple):
-    """Nominal actuator, in SI.
-
-    Attributes
-    ----------
-    area_1, area_2 : float
-        [m²]
-    volume_1, volume_2 : float
-        Volume at position zero [m³].
-    flow_gain : float
-        K_v [m^1.5/kg^0.5].
-    area_gradient : float
-        w [m].
-    ret : float
-        Return pressure [Pa].
-    """
+    """Nominal actuator, in SI; volumes at position zero, K_v and w, and the return pressure."""
 
     area_1: float
     area_2: float
@@ -59,8 +45,6 @@ def nominal_flows(
     return control_flow(spool, drop_1, gain, gradient), control_flow(spool, drop_2, gain, gradient)
 
 
-_MEASURED = {Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION}
-
 _BLOCK = 16
 """Number of consecutive samples of P_1 + P_2 that are averaged, if the valve is open at all of them."""
 
@@ -77,11 +61,6 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
 
     reference_pressure: Annotated[float, SI("Pa", least=1e4, most=2e8)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
-
-    @property
-    def channels(self) -> frozenset[Channel]:
-        """Pressures, position, and what moves the valve."""
-        return frozenset(_MEASURED) | self.valve_channels
 
     @property
     def cylinder(self) -> Cylinder:
@@ -101,13 +80,9 @@ def start_of_signals(options: ObserverOptions, records: RecordBatch) -> dict[str
 def follow_signals(
     options: ObserverOptions, state: State, chunk: RecordBatch, n_before: int
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Signals of a chunk, and samples without information; the state is updated in place.
+    """Signals (5, n_record, n_time) of a chunk in SI, and samples without information (n_record, n_time).
 
-    Returns
-    -------
-    signals : ndarray, shape (5, n_record, n_time)
-        In SI, in the order of `hydrofdi.indicators.nominal_signals`.
-    unclear : ndarray of bool, shape (n_record, n_time)
+    The order is that of the indices above; the state is updated in place.
     """
     shape = chunk.n_record, chunk.n_time
     signals, unclear = np.empty((N_SIGNAL, *shape)), np.zeros(shape, dtype=np.bool_)

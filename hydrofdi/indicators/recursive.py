@@ -173,16 +173,10 @@ class RecursiveIndicator(Indicator[Chosen]):
 
 
 def instants(n_before: int, n_sample: int, every: int) -> NDArray[np.intp]:
-    """Indices of the samples in a chunk after which an estimate is due.
+    """Indices of the samples in a chunk after which an estimate is due: every `every` of the stream.
 
-    Parameters
-    ----------
-    n_before : int
-        Number of samples of the stream before the chunk.
-    n_sample : int
-        Number of samples of the chunk.
-    every : int
-        Samples between estimates; the first estimate is due after sample `every` − 1.
+    `n_before` samples of the stream came before the chunk; the first estimate is due after sample `every` −
+    1.
     """
     first = (-n_before - 1) % every
     return np.arange(first, n_sample, every)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
@@ -57,13 +58,6 @@ def segment_obstacle(records: RecordBatch, segment: float) -> str | None:
     return None
 
 
-def mode_obstacle(records: RecordBatch) -> str | None:
-    """Message if records are too short to have modes."""
-    if records.n_time < _FEWEST_OF_MODES:
-        return f"a record of {records.n_time} samples has no modes; {_FEWEST_OF_MODES} are needed"
-    return None
-
-
 class ChannelOptions(Section):
     """Options of an indicator of one channel."""
 
@@ -92,20 +86,36 @@ class SingleChannelIndicator(Indicator[ChosenChannel]):
         return records[self.options.channel]
 
 
+class ModeIndicator(SingleChannelIndicator[ChosenChannel]):
+    """An indicator of the modes of each record; `numbers_of` has the order of its outputs."""
+
+    is_cheap = False
+
+    def numbers_of(self, record: Array, sampling_frequency: float) -> Sequence[float] | Array:
+        """Values of one record (n_time,) of finite samples."""
+        raise NotImplementedError
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """Message if records are too short to have modes."""
+        if records.n_time < _FEWEST_OF_MODES:
+            return f"a record of {records.n_time} samples has no modes; {_FEWEST_OF_MODES} are needed"
+        return None
+
+    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
+        """Each (n_record,); NaN if a sample is not finite."""
+        numbers = np.full((records.n_record, len(self.outputs)), np.nan)
+        for row, record in zip(numbers, self.signal(records), strict=True):
+            if np.isfinite(record).all():
+                row[:] = self.numbers_of(record, records.sampling_frequency)
+        return {output.name: numbers[:, place] for place, output in enumerate(self.outputs)}
+
+
 Places = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Steps of the drive in a batch of records, sorted by record and time.
-
-    Attributes
-    ----------
-    record : ndarray of int, shape (n_step,)
-        Row of the record.
-    sample : ndarray of int, shape (n_step,)
-        First sample after the step.
-    """
+    """Steps of the drive in a batch, sorted by record and time: row, and first sample after the step."""
 
     record: Places
     sample: Places
@@ -148,18 +158,8 @@ class Steps:
 def jumps(signal: Array, lag: int, spacing: int, least_ratio: float = 0.0, least_share: float = 0.5) -> Steps:
     """Find jumps: changes within `lag` samples that exceed a fraction of the largest such change.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (n_record, n_time)
-    lag : int
-        Largest duration of a jump [samples], at least 1.
-    spacing : int
-        Jumps closer than this to another one belong to it [samples].
-    least_ratio : float
-        Least ratio of largest to mean change; below it, a record has no jumps. This separates square waves
-        from noise.
-    least_share : float
-        Fraction of the largest change that a jump must exceed.
+    Those closer than `spacing` samples to another one belong to it. If the ratio of largest to mean change is
+    below `least_ratio`, a record has no jumps; this separates square waves from noise.
     """
     n_change = max(signal.shape[1] - lag, 0)
     change = signal[:, lag:] - signal[:, :n_change]
@@ -175,15 +175,7 @@ def jumps(signal: Array, lag: int, spacing: int, least_ratio: float = 0.0, least
 def half_periods(
     n_record: int, n_time: int, sampling_frequency: float, period: float, start_time: float = 0.0
 ) -> Steps:
-    """Middles and ends of the periods of a drive that started at time zero, the same in each record.
-
-    Parameters
-    ----------
-    n_record, n_time : int
-        Number of records, and samples per record.
-    sampling_frequency, period, start_time : float
-        Sampling frequency [Hz], period [s], and time of the first sample [s].
-    """
+    """Middles and ends of the periods of a drive that started at time zero, the same in each record."""
     half, rounding = period / 2.0, 1e-9
     first = math.floor(start_time / half + rounding) + 1
     last = math.floor((start_time + (n_time - 1) / sampling_frequency) / half + rounding)
@@ -255,10 +247,7 @@ class SteppedChannelOptions(ChannelOptions, SteppingOptions):
 def drive_steps(records: RecordBatch, options: SteppingOptions, signal: Array) -> Steps:
     """The steps of the drive after the first sample of each record.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (n_record, n_time)
-        Signal used to find the steps if there is neither a command nor a period.
+    They are those of the `signal` (n_record, n_time) if there is neither a command nor a period.
     """
     lag, spacing = (
         max(1, round(time * records.sampling_frequency)) for time in (options.jump_time, options.spacing)

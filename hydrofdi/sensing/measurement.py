@@ -105,16 +105,7 @@ def sampled(run: RunParameters, signal: Signal, time: Signal) -> Signal:
 def sensor_reading(channel: Channel, run: RunParameters, samples: Signal, time: Signal) -> Signal:
     """Reading of the sensor of a channel: errors, range and resolution are applied in this order.
 
-    Parameters
-    ----------
-    samples : ndarray, shape (n_time,)
-        True values after all lags, in the unit of the channel.
-    time : ndarray, shape (n_time,)
-        Nominal sampling instants [s].
-
-    Returns
-    -------
-    ndarray, shape (n_time,)
+    `samples` (n_time,) are true values after all lags, `time` the nominal sampling instants [s].
     """
     sensor = channel.sensor(run)
     reading = np.asarray(samples + systematic_error(time, sensor.bias, sensor.drift))
@@ -132,17 +123,7 @@ Value = Any
 
 
 def systematic_error(time: Value, bias: float, drift: float) -> Value:
-    """Error from bias and drift of a sensor, in the unit of the signal.
-
-    Parameters
-    ----------
-    time : array_like
-        Time since the start of the record [s].
-    bias : float
-        In the unit of the signal.
-    drift : float
-        In the unit of the signal per second.
-    """
+    """Error from bias and drift [per s] of a sensor at a time [s], in the unit of the signal."""
     return bias + drift * np.asarray(time)
 
 
@@ -154,15 +135,7 @@ def saturated(signal: Value, lowest: float | None, highest: float | None) -> Val
 
 
 def quantised(signal: Value, lowest: float, resolution: float) -> Value:
-    """The signal rounded to the nearest levels of a converter.
-
-    Parameters
-    ----------
-    lowest : float
-        The first level, in the unit of the signal.
-    resolution : float
-        Step between adjacent levels (LSB), in the unit of the signal.
-    """
+    """The signal rounded to the nearest levels of a converter, from the lowest on."""
     return lowest + resolution * np.round((np.asarray(signal) - lowest) / resolution)
 
 
@@ -181,17 +154,9 @@ def quantisation_noise(resolution: float) -> float:
 
 
 class LaggedRuns:
-    """Lags of several runs in parallel: reads their signals at every solver step and samples the outputs.
+    """Lags of runs with the same ``run`` section: reads their signals at every solver step and samples.
 
-    Parameters
-    ----------
-    runs : sequence of RunParameters, length n_run
-        Runs with the same ``run`` section.
-
-    Attributes
-    ----------
-    samples : dict of Channel to ndarray, shape (n_run, n_time)
-        Samples of the channels that have a lag in any run, in the units of their signals.
+    `samples`: channel that has a lag in any run → (n_run, n_time).
     """
 
     def __init__(self, runs: Sequence[RunParameters]) -> None:
@@ -223,16 +188,11 @@ LOOP = "position_feedback"
 
 
 def feedback_noise(run: RunParameters) -> NDArray[np.float64] | None:
-    """White noise of the position at the samples of the controller of a run.
+    """White noise of the position [m] at the samples of the controller of a run (n_control,), or None.
 
     Its variance is that of a record sampled at the rate of the controller, without the anti-alias filter. At
     instants that the record samples too, both have the same noise, if the noise of the record is white with
     the same variance and there is no jitter.
-
-    Returns
-    -------
-    ndarray, shape (n_control,), or None
-        [m]; None if there is no noise.
     """
     sensor, record, shared = run.position_sensor, run.record, run.measurement
     own_rate = record.model_copy(update={"sampling_frequency": 1.0 / run.control.sample_time})

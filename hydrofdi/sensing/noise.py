@@ -112,21 +112,10 @@ def noise_autocovariance(
 def filtered_noise_autocovariance(
     density: float, corner: float, order: int, delay: ArrayLike
 ) -> NDArray[np.float64]:
-    """Autocovariance of white noise after a Butterworth low-pass filter.
+    """Autocovariance of white noise after a Butterworth low-pass filter, at lags [s].
 
-    At zero lag it is the variance: the square of the density times the filter's noise bandwidth f_c
-    π/(2n)/sin(π/(2n)).
-
-    Parameters
-    ----------
-    density : float
-        One-sided, in the unit of the signal per √Hz.
-    corner : float
-        Corner frequency f_c, at −3 dB [Hz].
-    order : int
-        Filter order n.
-    delay : array_like
-        Lag [s].
+    The density is one-sided, per √Hz; the corner f_c is at −3 dB [Hz]. At zero lag it is the variance: the
+    square of the density times the filter's noise bandwidth f_c π/(2n)/sin(π/(2n)).
     """
     half_turn = math.pi / (2 * order)
     poles = np.exp(1j * half_turn * np.arange(1, 2 * order, 2))

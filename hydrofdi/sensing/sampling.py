@@ -36,28 +36,14 @@ class Lag(NamedTuple):
 
 @lru_cache(maxsize=1024)
 def first_order_lag(angle: float) -> Lag:
-    """First-order lag y' = ω (u − y).
-
-    Parameters
-    ----------
-    angle : float
-        ω times the step [rad].
-    """
+    """First-order lag y' = ω (u − y); the angle is ω times the step [rad]."""
     decay = math.exp(-angle)
     return Lag(decay, 0.0, 0.0, 0.0, math.expm1(-angle) / angle, 0.0)
 
 
 @lru_cache(maxsize=1024)
 def second_order_lag(angle: float, damping_ratio: float) -> Lag:
-    """Second-order lag y'' = ω² (u − y) − 2 ζ ω y'.
-
-    Parameters
-    ----------
-    angle : float
-        ω times the step [rad].
-    damping_ratio : float
-        ζ [-].
-    """
+    """Second-order lag y'' = ω² (u − y) − 2 ζ ω y'; the angle is ω times the step [rad]."""
     from scipy.linalg import expm
 
     rates = np.array([[0.0, 1.0, -1.0 / angle], [-1.0, -2.0 * damping_ratio, 0.0], [0.0, 0.0, 0.0]])
@@ -68,12 +54,7 @@ def second_order_lag(angle: float, damping_ratio: float) -> Lag:
 def butterworth_lags(angle: float, order: int) -> tuple[Lag, ...]:
     """Butterworth filter of even order, as second-order lags in series.
 
-    Parameters
-    ----------
-    angle : float
-        2π times the −3 dB corner frequency times the step [rad].
-    order : int
-        2, 4, ….
+    The angle is 2π times the −3 dB corner frequency times the step [rad].
     """
     ratios = [math.sin(math.pi * k / (2 * order)) for k in range(1, order, 2)]
     return tuple(second_order_lag(angle, ratio) for ratio in ratios)
@@ -107,16 +88,9 @@ class LagLanes:
 
 @strictly_compiled
 def advance_lag(signals: NDArray[np.float64], lag: NDArray[np.float64], state: NDArray[np.float64]) -> None:
-    """Pass signals through a lag, in place.
+    """Replace signals (n_step, n_lane) by the output of a lag (6, n_lane), in place.
 
-    Parameters
-    ----------
-    signals : ndarray, shape (n_step, n_lane)
-        Input; replaced by the output of the lag.
-    lag : ndarray, shape (6, n_lane)
-        `Lag` of each lane.
-    state : ndarray, shape (3, n_lane)
-        Last value, error and rate of each lane; updated in place.
+    The state (3, n_lane): last value, error and rate of each lane; updated in place.
     """
     for i in range(signals.shape[0]):
         for k in range(signals.shape[1]):
@@ -131,39 +105,16 @@ def advance_lag(signals: NDArray[np.float64], lag: NDArray[np.float64], state: N
 def sampling_instants(
     time: NDArray[np.float64], jitter: float, generator: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Actual sampling instants of a clock with jitter [s].
+    """Actual sampling instants of a clock with jitter [s]: normally distributed about the nominal ones.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n_time,)
-        Nominal instants [s].
-    jitter : float
-        Standard deviation of the jitter [s].
-
-    Returns
-    -------
-    ndarray, shape (n_time,)
-        Normally distributed about the nominal instants, limited to the first and last of them [s].
+    They are limited to the first and last of those.
     """
     instants = time + jitter * generator.standard_normal(time.size)
     return np.clip(instants, time[0], time[-1])
 
 
 def interpolated_signal(signal: ArrayLike, time: ArrayLike, instants: ArrayLike) -> NDArray[np.float64]:
-    """Values of a record between its samples, by cubic spline.
-
-    Parameters
-    ----------
-    signal, time : array_like, shape (n_time,)
-        The record and its instants [s]; at least four samples.
-    instants : array_like
-        Instants of the values [s].
-
-    Returns
-    -------
-    ndarray, shape of `instants`
-        In the unit of the signal.
-    """
+    """Values of a record of at least four samples at some instants, by cubic spline."""
     from scipy.interpolate import CubicSpline
 
     return np.asarray(CubicSpline(np.asarray(time), np.asarray(signal))(np.asarray(instants)), dtype=float)
@@ -193,15 +144,9 @@ class Clocks:
             self._reach = 4 + int(np.abs(self._first_nodes - nominal).max())
 
     def sample(self, values: NDArray[np.float64], first_step: int, samples: NDArray[np.float64]) -> None:
-        """Add the contribution of a block of steps to the samples; blocks must be contiguous.
+        """Add the contribution of a block of steps (n_step, n_lane) to the samples (n_lane, n_time).
 
-        Parameters
-        ----------
-        values : ndarray, shape (n_step, n_lane)
-        first_step : int
-            Number of the first step of the block, counted from the start of the record.
-        samples : ndarray, shape (n_lane, n_time)
-            Zero before the first block; updated in place.
+        Blocks must be contiguous; the samples are zero before the first.
         """
         every = self._steps_per_sample
         if self._is_exact:
@@ -233,18 +178,10 @@ def add_nodes(
     last: int,
     samples: NDArray[np.float64],
 ) -> None:
-    """Add the contributions of the nodes within a block of steps to the samples.
+    """Add the contributions of the nodes within a block of steps (n_step, n_lane) to the samples.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n_step, n_lane)
-    first_step : int
-        Number of the first step of the block.
-    first_nodes, offsets : ndarray, shape (n_lane, n_time)
-        Step of the first of the four nodes, and the offset of the sample from it [steps].
-    first, last : int
-        Range of samples to update.
-    samples : ndarray, shape (n_lane, n_time)
+    `first_nodes` and `offsets` (n_lane, n_time): step of the first of the four nodes, and offset of the
+    sample from it [steps]; samples from `first` to `last` are updated.
     """
     for lane in range(samples.shape[0]):
         for k in range(first, last):

@@ -12,23 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.transforms.regression import Array, times
+
 _LONGEST_PENCIL = 24
 
 
 def common_motion(pieces: Array, group: NDArray[np.intp]) -> tuple[Array, Array]:
     """Coefficients a and b of the characteristic polynomial s² + a s + b that the pieces of a group share.
 
-    Parameters
-    ----------
-    pieces : ndarray, shape (n_piece, n_time)
-        Detrended.
-    group : ndarray of int, shape (n_piece,)
-        Ascending.
-
-    Returns
-    -------
-    a, b : ndarray, shape (n_piece,)
-        Equal within a group; the unit of time is the length of a piece.
+    `pieces` (n_piece, n_time) are detrended, `group` (n_piece,) ascends. The unit of time is the length of a
+    piece.
     """
     n_time = pieces.shape[1]
     first = np.flatnonzero(np.diff(group, prepend=-1))
@@ -75,21 +68,14 @@ def orthonormal_polynomials(n_time: int, degree: int) -> Array:
 
 
 def less_polynomials(pieces: Array, polynomials: Array) -> Array:
-    """Pieces of a signal minus their least-squares trend.
+    """Pieces of a signal (n_piece, n_time) minus their trend of orthonormal polynomials.
 
-    Parameters
-    ----------
-    pieces : ndarray, shape (n_piece, n_time)
-        Contiguous, so that the bits of a piece do not depend on the other pieces.
-    polynomials : ndarray, shape (n_polynomial, n_time)
-        Orthonormal.
+    They are contiguous, so that the bits of a piece do not depend on the other pieces.
     """
     for polynomial in polynomials:
         pieces = pieces - np.sum(pieces * polynomial, axis=1)[:, None] * polynomial
     return pieces
 
-
-Array = NDArray[np.float64]
 
 _MOST_ITERATIONS = 10
 _SETTLED = 1e-7
@@ -103,14 +89,9 @@ _RIDGE = 1e-13
 class FreeMotion:
     """Least-squares estimates of each piece; all of shape (n_piece,).
 
-    Attributes
-    ----------
-    frequency, frequency_deviation : ndarray
-        √b/2π [Hz], and its standard deviation if the residuals are white.
-    damping_ratio, damping_deviation : ndarray
-        a/(2√b) [-], at least 1 if the roots are real; and its standard deviation.
-    explained : ndarray
-        Fraction of the detrended energy of the piece that the motion explains [-].
+    Frequency √b/2π [Hz] and its standard deviation if the residuals are white; damping ratio a/(2√b), at
+    least 1 if the roots are real, and its deviation; fraction of the detrended energy that the motion
+    explains.
     """
 
     frequency: Array
@@ -123,19 +104,10 @@ class FreeMotion:
 def fit_free_motion(
     pieces: Array, group: NDArray[np.intp], sampling_frequency: float, degree: int
 ) -> FreeMotion:
-    """Fit a second-order motion to each piece.
+    """Fit a second-order motion plus a polynomial of a degree to each piece (n_piece, n_time).
 
-    Parameters
-    ----------
-    pieces : ndarray, shape (n_piece, n_time)
-        Finite values; n_time is at least degree + 8. A piece that is only a polynomial gives meaningless
-        results.
-    group : ndarray of int, shape (n_piece,)
-        Ascending; pieces of a group (of a record, say) share initial values.
-    sampling_frequency : float
-        [Hz]
-    degree : int
-        Degree of the polynomial.
+    n_time is at least degree + 8. Pieces of a group (n_piece,), which ascends, share initial values. A piece
+    that is only a polynomial gives meaningless results.
     """
     n_time = pieces.shape[1]
     trend = orthonormal_polynomials(n_time, degree)
@@ -162,8 +134,8 @@ def _improvement(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, 
     size = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
     sizes = size[:, :, None] * size[:, None, :]
     inverse = np.linalg.inv(normal / sizes + _RIDGE * np.eye(4)) / sizes
-    left = with_rest - _times(products, motion)
-    change = _times(inverse, _times(slopes, left))
+    left = with_rest - times(products, motion)
+    change = times(inverse, times(slopes, left))
     return change[:, 2:], -np.sum(motion * (with_rest + left), axis=1), inverse[:, 2:, 2:]
 
 
@@ -187,7 +159,7 @@ def _products(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Arr
     base[:, 1] = ((one - other) / (2.0 * root[:, None])).real
     base[:, 2:] = base[:, :2] * (np.arange(n_time) / n_time)
     along = base @ trend.T
-    return base @ base.transpose(0, 2, 1) - along @ along.transpose(0, 2, 1), _times(base, rest)
+    return base @ base.transpose(0, 2, 1) - along @ along.transpose(0, 2, 1), times(base, rest)
 
 
 def _slopes(a: Array, b: Array, products: Array, with_rest: Array) -> tuple[Array, Array]:
@@ -224,11 +196,6 @@ def _powers(base: NDArray[np.complex128], n_power: int) -> NDArray[np.complex128
         powers[:, known : known + more] = powers[:, :more] * factor
         known, factor = known + more, factor * factor
     return powers
-
-
-def _times(matrices: Array, vectors: Array) -> Array:
-    product: Array = np.matmul(matrices, vectors[:, :, None])[:, :, 0]
-    return product
 
 
 def _in_frequency(a: Array, b: Array, covariance: Array, explained: Array, windows: float) -> FreeMotion:

@@ -12,16 +12,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Regression:
-    """Least-squares estimates of many records.
+    """Least-squares estimates of many records: values (n_record, n_unknown) and the covariance of errors.
 
-    Attributes
-    ----------
-    values : ndarray, shape (n_record, n_unknown)
-        Estimates.
-    covariance : ndarray, shape (n_record, n_unknown, n_unknown)
-        Covariance of the estimation errors.
-    condition : ndarray, shape (n_record,)
-        Condition number of the equations after columns are scaled to equal norm.
+    `condition` (n_record,) is that of the equations after columns are scaled to equal norm.
     """
 
     values: Array
@@ -44,24 +37,14 @@ def regress(
 ) -> Regression:
     """Least squares with standard deviations that allow for correlated errors of adjacent instants.
 
-    With zero-mean normal priors this is the maximum a posteriori estimate: it minimises Σ (residual/error)² +
-    Σ (value/prior deviation)². An unknown without information keeps its prior.
+    `columns` (n_record, n_unknown, n_kind, n_instant) has one equation per kind and instant; equations of
+    zeros are ignored. With zero-mean normal priors of `prior_deviations` (n_unknown,), infinite if flat, this
+    is the maximum a posteriori estimate: it minimises Σ (residual/error)² + Σ (value/prior deviation)². An
+    unknown without information keeps its prior.
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n_record, n_unknown, n_kind, n_instant)
-        Regressors: one equation per kind and instant; equations of zeros are ignored.
-    target : ndarray, shape (n_record, n_kind, n_instant)
-    prior_deviations : ndarray, shape (n_unknown,), optional
-        Prior standard deviations of the unknowns about zero; infinite for a flat prior.
-    error : float
-        Standard deviation of the residuals, which weights the equations against the priors.
-    n_reweighting : int
-        Number of reweighting iterations. The weight is 1/(1 + z²)², with z the residual over three robust
-        standard deviations. Geman and McClure, Bull. Int. Stat. Inst. 52 (1987) 5.
+    In each of `n_reweighting` iterations the weight is 1/(1 + z²)², with z the residual over three robust
+    standard deviations: Geman and McClure, Bull. Int. Stat. Inst. 52 (1987) 5.
 
-    Notes
-    -----
     The covariance is that of Newey and West, Econometrica 55 (1987) 703, with lag one, plus the remaining
     uncertainty of the priors. It is too large if adjacent errors have opposite signs.
     """
@@ -94,7 +77,7 @@ def _solved(columns: Array, weighed: Array, target: Array, known: Array) -> tupl
     lengths = np.where(is_known[:, None], np.maximum(lengths, 0.0), np.nan)
     inverse = (directions / lengths[:, None, :]) @ directions.transpose(0, 2, 1)
     inverse = inverse / size[:, :, None] / size[:, None, :]
-    values = _times(inverse, _times(weighed, target.reshape(n_record, -1)))
+    values = times(inverse, times(weighed, target.reshape(n_record, -1)))
     return values, inverse, np.sqrt(lengths[:, -1] / lengths[:, 0])
 
 
@@ -114,6 +97,7 @@ def _weights(left: Array) -> Array:
     return weights
 
 
-def _times(matrices: Array, vectors: Array) -> Array:
+def times(matrices: Array, vectors: Array) -> Array:
+    """Product of each matrix (n, k, l) and vector (n, l)."""
     product: Array = np.matmul(matrices, vectors[:, :, None])[:, :, 0]
     return product

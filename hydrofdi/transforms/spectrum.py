@@ -13,20 +13,8 @@ Array = NDArray[np.float64]
 def power_spectrum(signal: Array, sampling_frequency: float, segment: float = 2.0) -> tuple[Array, Array]:
     """Power spectral density by Welch's method: Hann windows, 50 % overlap, mean of each segment removed.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-    sampling_frequency : float
-        [Hz].
-    segment : float
-        Length of a segment [s]; the length of the record if that is shorter.
-
-    Returns
-    -------
-    frequency : ndarray, shape (n_frequency,)
-        From zero to half of the sampling frequency [Hz].
-    density : ndarray, shape (..., n_frequency)
-        One-sided, in the square of the signal's unit per Hz.
+    Frequencies [Hz] and one-sided density (..., n_frequency), in the square of the signal's unit per Hz. A
+    `segment` [s] is at most as long as the record.
     """
     from scipy.signal import welch
 
@@ -38,25 +26,10 @@ def power_spectrum(signal: Array, sampling_frequency: float, segment: float = 2.
 def band_rms(
     signal: Array, sampling_frequency: float, bands: Sequence[tuple[float, float]], segment: float
 ) -> Array:
-    """RMS in bands of the power spectral density.
+    """RMS (..., n_band) in bands [Hz] of the power spectral density.
 
     Each spectral line covers the interval halfway to its neighbours, so that contiguous bands contain the
     total power.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-    sampling_frequency : float
-        [Hz].
-    bands : sequence of (float, float)
-        Lowest and highest frequency [Hz].
-    segment : float
-        Length of Welch's segments [s].
-
-    Returns
-    -------
-    ndarray, shape (..., n_band)
-        In the unit of the signal.
     """
     frequency, density = power_spectrum(signal, sampling_frequency, segment)
     half = frequency[1] / 2
@@ -69,19 +42,9 @@ def band_rms(
 def short_time_spectra(signal: Array, n_segment: int, hop: int) -> NDArray[np.complex128]:
     """Spectra of Hann-windowed segments, mean removed, scaled to amplitudes of sines.
 
-    All segments are transformed at once; `scipy.signal.ShortTimeFFT` transforms them one by one and takes
-    three to ten times as long.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-    n_segment, hop : int
-        Length of a segment, and distance between the starts of adjacent segments [samples].
-
-    Returns
-    -------
-    ndarray, shape (..., n_segments, n_segment // 2 + 1)
-        In the unit of the signal; the magnitude at a frequency is the amplitude of a sine at that frequency.
+    Shape (..., n_segments, n_segment // 2 + 1); a segment starts every `hop` samples. All segments are
+    transformed at once; `scipy.signal.ShortTimeFFT` transforms them one by one and takes three to ten times
+    as long.
     """
     from scipy.signal import get_window
 

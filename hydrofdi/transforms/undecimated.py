@@ -20,16 +20,9 @@ Complex = NDArray[np.complex128]
 
 
 def undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> CoefficientRms:
-    """RMS of details and approximations of the undecimated transform of periodic records.
+    """RMS of details and approximations of the undecimated transform of periodic records (..., n_time).
 
     Computed in the frequency domain by Parseval's theorem, without computing coefficients.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-        Periodic records, e.g. an integer number of periods of a settled motion.
-    wavelet : WaveletConfig
-        Wavelet and number of levels.
     """
     n_time = signal.shape[-1]
     power = np.square(np.abs(np.fft.rfft(signal, axis=-1))) * _one_sided_weights(n_time)
@@ -50,12 +43,7 @@ def _root_of_sums(power: NDArray[np.float64], gains: NDArray[np.float64]) -> NDA
 def inner_undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> CoefficientRms:
     """RMS of the undecimated coefficients that depend only on samples inside the record.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-        Records longer than `boundary_length`.
-    wavelet : WaveletConfig
-        Wavelet and number of levels.
+    Records are longer than `boundary_length`.
     """
     n_time = signal.shape[-1]
     spectrum = np.fft.rfft(signal, axis=-1)
@@ -76,18 +64,9 @@ def inner_undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -
 def undecimated_coefficients(
     signal: NDArray[np.float64], wavelet: WaveletConfig
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coefficients of the undecimated transform of periodic records.
+    """Details and approximations (..., n_level, n_time) of periodic records (..., n_time).
 
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-    wavelet : WaveletConfig
-        Wavelet and number of levels.
-
-    Returns
-    -------
-    details, approximations : ndarray, shape (..., n_level, n_time)
-        In the unit of the signal. Coefficient t of level j depends on samples t − (2^j − 1)(n_tap − 1) to t.
+    Coefficient t of level j depends on samples t − (2^j − 1)(n_tap − 1) to t.
     """
     n_time = signal.shape[-1]
     spectrum = np.fft.rfft(signal, axis=-1)[..., None, :]
@@ -98,19 +77,10 @@ def undecimated_coefficients(
 
 
 def phase_detail_rms(details: NDArray[np.float64], first_sample: int) -> NDArray[np.float64]:
-    """RMS of the coefficients of a decimated transform, for each of its start phases.
+    """RMS (..., n_phase, n_level) of the coefficients of a decimated transform at each start phase.
 
-    Parameters
-    ----------
-    details : ndarray, shape (..., n_level, n_time)
-        From `undecimated_coefficients`.
-    first_sample : int
-        Position of the first coefficient in the record; phases are counted from the start of the record.
-
-    Returns
-    -------
-    ndarray, shape (..., n_phase, n_level)
-        Phase p starts at sample p of the record.
+    `details` are from `undecimated_coefficients`, the first of them at `first_sample` of the record, from
+    whose start phases are counted.
     """
     n_level = details.shape[-2]
     rms = np.empty((*details.shape[:-2], n_phase(n_level), n_level))

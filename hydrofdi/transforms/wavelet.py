@@ -29,16 +29,7 @@ class CoefficientRms:
 
 
 def coefficient_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> CoefficientRms:
-    """RMS of details and approximations of the discrete wavelet transform, in one pass.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-        Records, e.g. chamber-1 pressures [Pa].
-    wavelet : WaveletConfig
-        Wavelet, number of levels, extension at the ends of the record, and whether coefficients that depend
-        on the extension are used.
-    """
+    """RMS of details and approximations of the discrete wavelet transform of records (..., n_time)."""
     from pywt import dwt
 
     details, approximations = [], []
@@ -62,20 +53,7 @@ def root_mean_square(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def detail_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -> NDArray[np.float64]:
-    """RMS of all detail coefficients of each level of the discrete wavelet transform.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-        Records, e.g. chamber-1 pressures [Pa].
-    wavelet : WaveletConfig
-        Wavelet, number of levels and extension at the ends of the record.
-
-    Returns
-    -------
-    ndarray, shape (..., n_level)
-        RMS of d1, d2, …, in the unit of the signal.
-    """
+    """RMS (..., n_level) of the details of the discrete wavelet transform of records (..., n_time)."""
     return coefficient_rms(signal, wavelet).detail
 
 
@@ -101,23 +79,7 @@ def level_bands(sampling_frequency: float, levels: int) -> list[tuple[float, flo
 def detail_coefficients(
     signal: NDArray[np.float64], wavelet: WaveletConfig, level: int, time: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Detail coefficients of one level and their instants.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (n_time,)
-    level : int
-        1 … ``wavelet.levels``.
-    time : ndarray, shape (n_time,)
-        Sampling instants [s].
-
-    Returns
-    -------
-    instants : ndarray, shape (n_coefficient,)
-        Spread evenly over the record [s].
-    coefficients : ndarray, shape (n_coefficient,)
-        In the unit of the signal.
-    """
+    """Instants, spread evenly over the record, and detail coefficients of one level, 1 … ``levels``."""
     from pywt import wavedec
 
     details = wavedec(signal, wavelet.name, mode=wavelet.extension, level=wavelet.levels)[-level]
@@ -125,13 +87,7 @@ def detail_coefficients(
 
 
 def boundary_shares(n_sample: int, wavelet: WaveletConfig) -> list[float]:
-    """Fraction of detail coefficients at each level that depend on the extension of the record.
-
-    Returns
-    -------
-    list of float
-        d1 first; 0 … 1.
-    """
+    """Fraction of detail coefficients at each level, d1 first, that depend on the extension of the record."""
     from pywt import Wavelet, dwt_coeff_len
 
     taps, length, shares = Wavelet(wavelet.name).dec_len, n_sample, []
@@ -170,12 +126,8 @@ def decomposition_filters(wavelet: WaveletConfig) -> tuple[NDArray[np.float64], 
 def noise_rms(wavelet: WaveletConfig, autocovariance: Sequence[float]) -> list[float]:
     """Expected RMS of the detail coefficients of noise, d1 first, in the unit of the noise.
 
-    With an orthogonal wavelet, white noise has its standard deviation at every level.
-
-    Parameters
-    ----------
-    autocovariance : sequence of float
-        Autocovariance of the noise at lags 0, 1, … [samples]; zero beyond.
+    The autocovariance is at lags 0, 1, … [samples], zero beyond. With an orthogonal wavelet, white noise has
+    its standard deviation at every level.
     """
     low_pass, high_pass = decomposition_filters(wavelet)
     approximation, levels = np.ones(1), []
@@ -208,17 +160,6 @@ def _spread_convolution(
 def percentage_change(
     healthy_rms: NDArray[np.float64], faulty_rms: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Relative decrease of the RMS from the healthy to the faulty state.
-
-    Parameters
-    ----------
-    healthy_rms, faulty_rms : ndarray, shapes that broadcast
-        RMS of the same coefficient in each state, in the same unit.
-
-    Returns
-    -------
-    ndarray
-        δ [%], positive if the RMS decreased. Equation (13).
-    """
+    """Relative decrease δ [%] of the RMS from the healthy to the faulty state. Equation (13)."""
     change: NDArray[np.float64] = 100.0 * (healthy_rms - faulty_rms) / healthy_rms
     return change

@@ -29,16 +29,9 @@ _WRAPPED = {"periodization", "periodic"}
 
 
 def phase_rms(signal: Array, wavelet: WaveletConfig) -> Array:
-    """RMS of the details at every start phase.
+    """RMS of the details at every start phase, shape (..., n_phase, n_level).
 
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-
-    Returns
-    -------
-    ndarray, shape (..., n_phase, n_level)
-        Phase p is bit-identical to a transform of the record from sample p on.
+    Phase p is bit-identical to a transform of the record from sample p on.
     """
     phases, n_time = range(n_phase(wavelet.levels)), signal.shape[-1]
     if wavelet.extension in _WRAPPED or n_time < len(phases) * 4 * _head_length(wavelet):
@@ -106,8 +99,10 @@ class Dwt(SingleChannelIndicator[DwtOptions]):
     def outputs(self) -> tuple[Output, ...]:
         """d1 …, a1 …, and the details at each start phase if all phases are measured."""
         unit, levels = self.unit, range(1, self.options.levels + 1)
+        # The paper's rule: leakage damps the hydraulic mode, which lies in the band of d2 or d3.
+        falling = {2: Direction.FALLING, 3: Direction.FALLING}
         outputs = [
-            Output(f"d{level}", unit, f"RMS of the details of level {level}", direction=_fall(level))
+            Output(f"d{level}", unit, f"RMS of the details of level {level}", direction=falling.get(level))
             for level in levels
         ]
         outputs += [
@@ -141,8 +136,3 @@ class Dwt(SingleChannelIndicator[DwtOptions]):
             details = phase_rms(signal, wavelet)
             values |= {f"d{level + 1}_phases": details[..., level] for level in range(wavelet.levels)}
         return values
-
-
-def _fall(level: int) -> Direction | None:
-    """The paper's rule: leakage damps the hydraulic mode, which lies in the band of d2 or d3."""
-    return Direction.FALLING if level in (2, 3) else None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated
 
 import numpy as np
@@ -10,8 +9,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator, mode_obstacle
-from hydrofdi.records import Array, RecordBatch
+from hydrofdi.indicators.single_channel import ChannelOptions, ModeIndicator
+from hydrofdi.records import Array
 from hydrofdi.transforms.wavelet import root_mean_square
 
 _MIRRORED = 3
@@ -21,19 +20,10 @@ Places = NDArray[np.intp]
 
 
 def empirical_modes(signal: Array, n_mode: int, n_sifting: int) -> Array:
-    """The first empirical modes of a record.
+    """The first empirical modes (n_mode, n_time) of a record of finite values (n_time,).
 
-    Parameters
-    ----------
-    signal : ndarray, shape (n_time,)
-        Finite values.
-    n_sifting : int
-        Number of sifting steps per mode: each subtracts the mean of the envelopes.
-
-    Returns
-    -------
-    ndarray, shape (n_mode, n_time)
-        In the unit of the signal. A mode is zero if the residual of the earlier modes does not oscillate.
+    Each of `n_sifting` steps subtracts the mean of the envelopes. A mode is zero if the residual of the
+    earlier modes does not oscillate.
     """
     modes, rest = np.zeros((n_mode, signal.size)), signal
     for mode in modes:
@@ -100,14 +90,13 @@ class EmdOptions(ChannelOptions):
     """Number of sifting steps per mode; there is no other stopping rule."""
 
 
-class Emd(SingleChannelIndicator[EmdOptions]):
+class Emd(ModeIndicator[EmdOptions]):
     """RMS of the instantaneous amplitude of the first empirical modes, highest frequency first."""
 
     name = "emd"
     version = 1
     source = "Goharrizi and Sepehri, IEEE Trans. Instrum. Meas. 61(2) (2012) 368"
     equation = "imf_k = sqrt(mean over t of |c_k + i H c_k|²), c_k: mode after a fixed number of siftings"
-    is_cheap = False
     Options = EmdOptions
 
     @property
@@ -118,19 +107,9 @@ class Emd(SingleChannelIndicator[EmdOptions]):
             for mode in range(1, self.options.modes + 1)
         )
 
-    def obstacle(self, records: RecordBatch) -> str | None:
-        """Message if the record has too few samples."""
-        return mode_obstacle(records)
-
-    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """RMS in the unit of the channel, each (n_record,)."""
-        amplitudes = np.array([self._amplitudes(record) for record in self.signal(records)])
-        return {f"imf{mode + 1}": amplitudes[:, mode] for mode in range(self.options.modes)}
-
-    def _amplitudes(self, record: Array) -> Array:
+    def numbers_of(self, record: Array, sampling_frequency: float) -> Array:
+        """RMS in the unit of the channel."""
         from scipy.signal import hilbert
 
-        if not np.isfinite(record).all():
-            return np.full(self.options.modes, np.nan)
         modes = empirical_modes(record, self.options.modes, self.options.siftings)
         return root_mean_square(np.abs(hilbert(modes)))

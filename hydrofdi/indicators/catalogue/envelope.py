@@ -28,20 +28,10 @@ _EDGE = 0.375
 def analytic_signal(
     signal: Array, sampling_frequency: float, band: tuple[float, float]
 ) -> NDArray[np.complex128]:
-    """Zero-delay analytic signal of a band; records are treated as periodic.
+    """Zero-delay analytic signal (..., n_time) of a band [Hz]; records are treated as periodic.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-    sampling_frequency : float
-        [Hz].
-    band : (float, float)
-        Lowest and highest frequency [Hz]; in between, the gain has raised-cosine transitions.
-
-    Returns
-    -------
-    ndarray, shape (..., n_time)
-        The real part is the band-pass signal, the imaginary part its Hilbert transform.
+    The real part is the band-pass signal, with raised-cosine transitions of the gain, the imaginary part its
+    Hilbert transform.
     """
     n_time = signal.shape[-1]
     gain = _gain(np.arange(n_time // 2 + 1) * (sampling_frequency / n_time), band)

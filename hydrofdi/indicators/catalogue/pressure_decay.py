@@ -21,14 +21,8 @@ Places = NDArray[np.intp]
 class Stretches:
     """Stretches of records, and their samples, concatenated.
 
-    Attributes
-    ----------
-    record, first, length : ndarray of int, shape (n_stretch,)
-        Row of the record, index of the first sample in `places`, and number of samples.
-    places : ndarray of int, shape (n_sample,)
-        Flat indices of the samples in an array (n_record, n_time).
-    time : ndarray, shape (n_sample,)
-        Time from the middle of the stretch [samples].
+    For each stretch the row of the `record`, index of its `first` sample, and `length`; for each sample its
+    flat index (`places`) in an array (n_record, n_time), and `time` from the middle of the stretch [samples].
     """
 
     record: Places
@@ -46,18 +40,9 @@ class Stretches:
         return np.bincount(self.record, self.length, n_record).astype(np.float64)
 
     def drifts(self, signal: Array, signs: Array | None = None) -> Array:
-        """Least-squares slope of a signal, common to all stretches of a record.
+        """Least-squares slope per sample of a signal, common to all stretches of a record: (n_record,).
 
-        Parameters
-        ----------
-        signal : ndarray, shape (n_record, n_time)
-        signs : ndarray, shape (n_stretch,), optional
-            Factor applied to the signal in each stretch.
-
-        Returns
-        -------
-        ndarray, shape (n_record,)
-            Per sample; NaN if a record has no stretch.
+        `signs` (n_stretch,) multiply the signal in each stretch; NaN if a record has no stretch.
         """
         samples = signal.reshape(-1)[self.places]
         samples -= np.repeat(samples[self.first], self.length)
@@ -76,15 +61,9 @@ class Stretches:
 
 
 def stretches_where(holds: NDArray[np.bool_], settling: int, least: int) -> Stretches:
-    """Find the stretches in which a condition holds.
+    """Find the stretches in which a condition (n_record, n_time) holds, after `settling` samples.
 
-    Parameters
-    ----------
-    holds : ndarray of bool, shape (n_record, n_time)
-    settling : int
-        Number of samples excluded at the start of each stretch.
-    least : int
-        Least number of remaining samples, at least 2; shorter stretches are excluded.
+    Those with fewer than `least` remaining samples, at least 2, are excluded.
     """
     n_record, n_time = holds.shape
     framed = np.zeros((n_record, n_time + 2), dtype=bool)

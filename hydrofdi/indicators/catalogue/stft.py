@@ -26,27 +26,12 @@ _ROUNDING = 1e-12
 def spectral_ridge(
     signal: Array, sampling_frequency: float, band: tuple[float, float], n_segment: int, hop: int
 ) -> tuple[Array, Array]:
-    """Strongest frequency in a band and its amplitude, for each segment.
+    """Strongest frequency in a band [Hz] and its amplitude, for each segment: (..., n_segments).
 
     Both are interpolated between the largest spectral line and its larger neighbour, which is exact for a
-    long tone: Grandke, IEEE Trans. Instrum. Meas. 32(2) (1983) 350.
-
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-    sampling_frequency : float
-        [Hz].
-    band : (float, float)
-        Lowest and highest frequency [Hz]; at least two lines of the spectrum wide.
-    n_segment, hop : int
-        Length of a segment, and distance between the starts of adjacent segments [samples].
-
-    Returns
-    -------
-    frequency : ndarray, shape (..., n_segments)
-        [Hz]
-    amplitude : ndarray, shape (..., n_segments)
-        In the unit of the signal; zero if the segment is constant.
+    long tone: Grandke, IEEE Trans. Instrum. Meas. 32(2) (1983) 350. The band is at least two lines of the
+    spectrum wide; segments of `n_segment` samples start every `hop`. The amplitude is zero if the segment is
+    constant.
     """
     spacing = sampling_frequency / n_segment
     first, last = _lines(band, spacing, n_segment // 2)

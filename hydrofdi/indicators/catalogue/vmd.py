@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -10,23 +9,16 @@ import numpy as np
 from pydantic import Field
 
 from hydrofdi.indicators.contract import Output
-from hydrofdi.indicators.single_channel import ChannelOptions, SingleChannelIndicator, mode_obstacle
-from hydrofdi.records import Array, RecordBatch
+from hydrofdi.indicators.single_channel import ChannelOptions, ModeIndicator
+from hydrofdi.records import Array
 from hydrofdi.settings.quantities import SI
 
 
 @dataclass(frozen=True)
 class VariationalModes:
-    """Modes of a record, lowest frequency first.
+    """Modes of a record, lowest frequency first: RMS, and mean frequency [cycles per sample].
 
-    Attributes
-    ----------
-    rms : ndarray, shape (n_mode,)
-        In the unit of the signal.
-    frequency : ndarray, shape (n_mode,)
-        Power-weighted mean frequency [cycles per sample].
-    iterations : int
-        Number of iterations until convergence; equal to the limit if it did not converge.
+    The number of iterations equals the limit if it did not converge.
     """
 
     rms: Array
@@ -37,18 +29,10 @@ class VariationalModes:
 def variational_modes(
     signal: Array, n_mode: int, bandwidth_weight: float, tolerance: float, most_iterations: int
 ) -> VariationalModes:
-    """Modes of a record with its mean removed.
+    """Modes of a record of finite values (n_time,) with its mean removed.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (n_time,)
-        Finite values.
-    bandwidth_weight : float
-        Penalty α, for frequencies in cycles per sample.
-    tolerance : float
-        Convergence limit of the sum of squared relative changes of the modes.
-    most_iterations : int
-        Maximum number of iterations.
+    `bandwidth_weight` is the penalty α, for frequencies in cycles per sample; `tolerance` the limit of the
+    sum of squared relative changes of the modes.
     """
     from scipy.fft import dct
 
@@ -101,14 +85,13 @@ class VmdOptions(ChannelOptions):
     """Maximum number of iterations."""
 
 
-class Vmd(SingleChannelIndicator[VmdOptions]):
+class Vmd(ModeIndicator[VmdOptions]):
     """RMS and mean frequency of narrow-band modes whose sum approximates the record."""
 
     name = "vmd"
     version = 1
     source = "Dragomiretskiy and Zosso, IEEE Trans. Signal Process. 62(3) (2014) 531"
     equation = "minimise α Σ bandwidth(u_k)² + |x − Σ u_k|²; rms_k = sqrt(mean of u_k²)"
-    is_cheap = False
     Options = VmdOptions
 
     @property
@@ -121,21 +104,9 @@ class Vmd(SingleChannelIndicator[VmdOptions]):
             Output.quality("iterations", "1", "number of iterations; not converged if it equals the limit"),
         )
 
-    def obstacle(self, records: RecordBatch) -> str | None:
-        """Message if the record has too few samples."""
-        return mode_obstacle(records)
-
-    def measure(self, records: RecordBatch) -> Mapping[str, Array]:
-        """Each (n_record,); the frequency of a mode with zero amplitude is NaN."""
-        numbers = np.array(
-            [self._numbers(record, records.sampling_frequency) for record in self.signal(records)]
-        )
-        return {output.name: numbers[:, place] for place, output in enumerate(self.outputs)}
-
-    def _numbers(self, record: Array, sampling_frequency: float) -> Array:
+    def numbers_of(self, record: Array, sampling_frequency: float) -> Array:
+        """The frequency of a mode with zero amplitude is NaN."""
         options = self.options
-        if not np.isfinite(record).all():
-            return np.full(len(self.outputs), np.nan)
         found = variational_modes(
             record, options.modes, options.bandwidth_weight, options.tolerance, options.most_iterations
         )

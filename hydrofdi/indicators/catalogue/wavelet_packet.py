@@ -21,16 +21,7 @@ def packet_coefficients(
 ) -> NDArray[np.float64]:
     """Wavelet-packet coefficients of all nodes of a level, in frequency order.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (..., n_time)
-    wavelet, extension : str
-        Names in PyWavelets.
-
-    Returns
-    -------
-    ndarray, shape (..., 2^level, n_coefficient)
-        In the unit of the signal; node k nominally covers k to k + 1 times f_s/2^(level+1).
+    Shape (..., 2^level, n_coefficient); node k nominally covers k to k + 1 times f_s/2^(level+1).
     """
     from pywt import dwt
 

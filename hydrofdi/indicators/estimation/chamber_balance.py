@@ -15,22 +15,11 @@ from hydrofdi.records import Array
 
 @lru_cache(maxsize=64)
 def weak_weights(half: int, sampling_frequency: float) -> Array:
-    """Trapezoidal-rule weights of the samples for integrals over windows of 2 `half` sampling intervals.
+    """Trapezoidal-rule weights of samples for integrals over windows of 2 `half` sampling intervals.
 
-    φ' is scaled so that the sums are exact for a ramp: tan(π/(2 half)) replaces π/(2 half).
-
-    Parameters
-    ----------
-    half : int
-        Half the window length [sampling intervals]; adjacent windows overlap by half.
-    sampling_frequency : float
-        [Hz]
-
-    Returns
-    -------
-    ndarray, shape (2, 3, half)
-        Weights in the first and second half of a window, for ∫ φ s dt, ∫ φ s' dt and ∫ φ τ s' dt. φ is sin²
-        over the window; τ is the time from its middle.
+    Shape (2, 3, half): in the first and second half of a window, for ∫ φ s dt, ∫ φ s' dt and ∫ φ τ s' dt; φ
+    is sin² over the window, τ the time from its middle. Adjacent windows overlap by half. φ' is scaled so
+    that the sums are exact for a ramp: tan(π/(2 half)) replaces π/(2 half).
     """
     place = np.arange(2 * half)
     phase = np.pi * place / (2 * half)
@@ -77,24 +66,10 @@ def integrate_windows(
 ) -> None:
     """Fill the equations of the windows that these samples complete.
 
-    Parameters
-    ----------
-    spool, position : ndarray, shape (n_record, n_time)
-        x_v and x_p [m].
-    pressures : ndarray, shape (2, n_record, n_time)
-        P_1 and P_2 [Pa].
-    supply, reference : ndarray, shape (n_record, n_time)
-        P_s at the linearisation point, and the reference of its prior deviation [Pa].
-    weights : ndarray, shape (2, 3, half)
-        Weights of the samples in the first and second half of a window, for ∫ φ s, ∫ φ s' and ∫ φ τ s'.
-    n_before : int
-        Samples of the stream before these.
-    sums : ndarray, shape (n_record, 3, N_SHARED + n_chamber N_OWN)
-        State of each stream, from `new_sums`; updated in place.
-    columns : ndarray, shape (n_record, n_window, n_chamber, N_UNKNOWN)
-        Filled.
-    targets : ndarray, shape (n_record, n_window, n_chamber)
-        Filled [m³].
+    `spool` and `position` (n_record, n_time) [m]; `pressures` (2, n_record, n_time), and `supply` at the
+    linearisation point and the `reference` of its prior deviation, (n_record, n_time) [Pa]; `weights` from
+    `weak_weights`; `n_before` samples of the stream came before these. `sums` from `new_sums` is updated in
+    place; `columns` (n_record, n_window, n_chamber, N_UNKNOWN) and `targets` [m³] are filled.
     """
     n_record, n_time = spool.shape
     half, n_sum, n_chamber = weights.shape[2], sums.shape[2], targets.shape[2]
@@ -195,23 +170,10 @@ _LEAST_ROOT = 300.0
 class Balance(NamedTuple):
     """Known parameters of the actuator and of the windows.
 
-    Attributes
-    ----------
-    area_1, area_2 : float
-        Piston areas of both chambers [m²].
-    volume_1, volume_2 : float
-        Volumes of both chambers at position zero [m³].
-    gain : float
-        K_v w, flow gain times area gradient [m^2.5/kg^0.5].
-    return_pressure : float
-        P_r [Pa].
-    compressibility : float
-        Nominal 1/β [1/Pa].
-    own_feed, other_feed : float
-        Sensitivity of the drop over the feeding edge to errors of the chamber's own pressure and of the other
-        one: −1 and 0 if the supply pressure is known independently, 0 and 1 if it is the sum of both.
-    half_time : float
-        Half the window length [s].
+    Areas [m²], volumes at position zero [m³], gain K_v w [m^2.5/kg^0.5], P_r [Pa], nominal 1/β [1/Pa], and
+    half the window length [s]. `own_feed` and `other_feed` are the sensitivities of the drop over the feeding
+    edge to errors of the chamber's own pressure and of the other one: −1 and 0 if the supply pressure is
+    known independently, 0 and 1 if it is the sum of both.
     """
 
     area_1: float
@@ -229,20 +191,10 @@ class Balance(NamedTuple):
 class ValveSignals(NamedTuple):
     """Nominal valve flow of a chamber, and its partial derivatives at one sample.
 
-    Attributes
-    ----------
-    flow : float
-        q_1 into chamber 1, or q_2 out of chamber 2 [m³/s].
-    by_supply : float
-        Derivative by the supply pressure, relative to the reference supply pressure [m³/s].
-    supply_error : float
-        The same times the relative difference between the supply pressure used and the reference [m³/s].
-    by_offset, by_lap : float
-        Derivatives by the offset of the spool and by the lap [m²/s].
-    by_clearance : float
-        P_s + P_r − 2 P [Pa].
-    by_fed, by_drained : float
-        Derivatives by the pressure drop over the feeding and the draining edge [m³/(s·Pa)].
+    `flow` is q_1 into chamber 1, or q_2 out of chamber 2 [m³/s]; `by_supply` its derivative by the supply
+    pressure, relative to the reference, and `supply_error` the same times the relative difference between the
+    supply pressure used and the reference [m³/s]; `by_offset` and `by_lap` [m²/s]; `by_clearance` is P_s +
+    P_r − 2 P [Pa]; `by_fed` and `by_drained` by the drops over both edges [m³/(s·Pa)].
     """
 
     flow: float
@@ -259,24 +211,10 @@ class ValveSignals(NamedTuple):
 def valve_signals(
     spool: float, pressure: float, supply: float, reference: float, ret: float, gain: float, sign: float
 ) -> ValveSignals:
-    """Valve flow of a chamber and its derivatives; chamber 2 mirrors chamber 1 (`sign` −1).
+    """Valve flow of a chamber and its derivatives, in SI; chamber 2 mirrors chamber 1 (`sign` −1).
 
-    Parameters
-    ----------
-    spool : float
-        x_v [m].
-    pressure : float
-        Chamber pressure [Pa].
-    supply : float
-        P_s at the linearisation point [Pa].
-    reference : float
-        P_s that the prior deviation refers to [Pa].
-    ret : float
-        P_r [Pa].
-    gain : float
-        K_v w [m^2.5/kg^0.5].
-    sign : float
-        +1 for chamber 1, −1 for chamber 2.
+    `supply` is P_s at the linearisation point, `reference` the P_s that the prior deviation refers to, `gain`
+    is K_v w.
     """
     root = signed_root(chamber_1_orifice_drop(sign * spool, pressure, supply, ret))
     opened = gain * root
@@ -300,15 +238,8 @@ def write_equation(
 ) -> float:
     """Fill the regressors of a window (N_UNKNOWN,) from its integrals, and return its target [m³].
 
-    Parameters
-    ----------
-    sums : ndarray, shape (N_OWN,)
-        ∫ φ of each of `ValveSignals`, ∫ φ P', and ∫ φ τ P'.
-    chamber : int
-        0 or 1.
-    position, leak, travel : float
-        ∫ φ x_p [m·s], ∫ φ sgn(ΔP) √|ΔP| [√Pa·s], ∫ φ x_p' [m].
-    columns : ndarray, shape (N_UNKNOWN,)
+    `sums` (N_OWN,): ∫ φ of each of `ValveSignals`, ∫ φ P' and ∫ φ τ P'; `position`, `leak` and `travel`: ∫ φ
+    x_p, ∫ φ sgn(ΔP) √|ΔP| and ∫ φ x_p'.
     """
     sign = 1.0 if chamber == 0 else -1.0
     area = b.area_1 if chamber == 0 else b.area_2

@@ -21,18 +21,7 @@ FIRST_PARAMETER = 5
 
 @equation
 def spread(covariance: Array, transition: Array, walk: Array, rows: Array) -> None:
-    """Propagate a covariance over one sample, in place.
-
-    Parameters
-    ----------
-    covariance : ndarray, shape (N_STATE, N_STATE)
-    transition : ndarray, shape (N_MOVING, N_STATE)
-        Derivatives of the moving states by all states.
-    walk : ndarray, shape (N_STATE,)
-        Process noise variance of each state per sample.
-    rows : ndarray, shape (N_MOVING, N_STATE)
-        Workspace.
-    """
+    """Propagate a covariance over one sample in place, by the derivatives of the moving states."""
     for m in range(N_MOVING):
         for j in range(N_STATE):
             rows[m, j] = 0.0
@@ -71,18 +60,6 @@ def learn(covariance: Array, place: int, total: float, gain: Array, row: Array) 
     """Update a covariance P for a measurement of state i with any gain K, in place.
 
     (1 − K e_iᵀ) P (1 − K e_iᵀ)ᵀ + r K Kᵀ = P − K p − (p − s K) Kᵀ with p = row i of P and s = P_ii + r.
-
-    Parameters
-    ----------
-    covariance : ndarray, shape (N_STATE, N_STATE)
-    place : int
-        i
-    total : float
-        s
-    gain : ndarray, shape (N_STATE,)
-        K
-    row : ndarray, shape (N_STATE,)
-        Workspace.
     """
     for j in range(N_STATE):
         row[j] = covariance[place, j]
@@ -121,18 +98,10 @@ with d the signature: the change of innovation ν from a leak of 1 L/min since t
 class Streams(NamedTuple):
     """State of the filters of all streams.
 
-    Attributes
-    ----------
-    mean : ndarray, shape (n_stream, N_STATE)
-        NaN if the filter of a stream diverged.
-    covariance : ndarray, shape (n_stream, N_STATE, N_STATE)
-    signature : ndarray, shape (n_stream, N_STATE)
-        Error of the estimates per L/min of leakage that the filter does not model.
-    sums : ndarray, shape (n_stream, N_SUM)
-    spool : ndarray, shape (n_stream, 2)
-        Position and velocity of the nominal spool [mm, mm/s].
-    held : ndarray, shape (n_stream, 2)
-        Drive of the spool [mm] and supply pressure [MPa] of the last sample.
+    `mean` (n_stream, N_STATE) is NaN if the filter diverged; `covariance`; `signature` (n_stream, N_STATE):
+    error of the estimates per L/min of leakage that the filter does not model; `sums` (n_stream, N_SUM);
+    `spool`: position and velocity of the nominal spool [mm, mm/s]; `held`: drive of the spool [mm] and supply
+    pressure [MPa] of the last sample.
     """
 
     mean: Array
@@ -146,24 +115,10 @@ class Streams(NamedTuple):
 class Tuning(NamedTuple):
     """Known parameters of plant and sensors.
 
-    Attributes
-    ----------
-    step : float
-        Runge-Kutta step [s].
-    spool_transition : ndarray, shape (2, 2)
-        State transition of the spool over half a step.
-    follows_command : bool
-        Whether the spool is computed from the command; else it is measured.
-    prior, walk : ndarray, shape (N_STATE,)
-        Initial variance of each state, and process noise variance per sample.
-    sensors : ndarray, shape (N_MEASURED,)
-        Variances of P_1, P_2 and x_p [MPa², MPa², mm²].
-    limits : ndarray, shape (N_STATE,)
-        Largest absolute value of each estimate.
-    null_zone : float
-        Distance of the spool from its centre within which parameters are not updated [mm].
-    largest_travel : float
-        Travel of the spool within a sample above which parameters are not updated [mm].
+    `step` of Runge-Kutta [s]; `spool_transition` (2, 2) over half a step; whether the spool `follows_command`
+    or is measured; initial variance `prior` of each state and process noise `walk` per sample; variances of
+    the `sensors` [MPa², MPa², mm²]; `limits` of each estimate. Parameters are not updated while the spool is
+    within `null_zone` of its centre, or travels more than `largest_travel` within a sample [mm].
     """
 
     plant: Plant
@@ -282,26 +237,12 @@ def follow(
     streams: Streams, n_before: int, measured: Array, drive: Array, supply: Array, tuning: Tuning, every: int,
     means: Array, variances: Array, sums: Array, work: Workspace,
 ) -> None:  # fmt: skip
-    """Process a chunk of streams.
+    """Process a chunk of streams, which are updated in place.
 
-    Parameters
-    ----------
-    streams : Streams
-        Updated in place.
-    n_before : int
-        Number of samples of the streams before the chunk.
-    measured : ndarray, shape (n_stream, n_sample, N_MEASURED)
-        P_1, P_2 [MPa] and x_p [mm].
-    drive : ndarray, shape (n_stream, n_sample)
-        Static spool position under the command, or the measured one [mm].
-    supply : ndarray, shape (n_stream, n_sample)
-        [MPa]
-    every : int
-        Samples between estimates.
-    means, variances : ndarray, shape (n_stream, n_estimate, N_STATE)
-        Filled with the estimates after the samples that `indicators.recursive.instants` returns.
-    sums : ndarray, shape (n_stream, n_estimate, N_SUM)
-        Filled with the sums over the samples up to each estimate.
+    `measured` (n_stream, n_sample, N_MEASURED): P_1, P_2 [MPa] and x_p [mm]; `drive` (n_stream, n_sample):
+    static spool position under the command, or the measured one [mm]; `supply` [MPa]. `means`, `variances`
+    (n_stream, n_estimate, N_STATE) and `sums` (…, N_SUM) since the estimate before are filled after every
+    `every` samples, at those that `indicators.recursive.instants` returns.
     """
     for k in range(measured.shape[0]):
         n_estimate = 0

@@ -35,22 +35,10 @@ class Moving(NamedTuple):
 class Held(NamedTuple):
     """States that are constant within a sample and perform random walks; zero for the nominal plant.
 
-    Attributes
-    ----------
-    resistance : float
-        Force against the piston: friction and load, minus model friction if there is a friction model [N].
-    leakage : float
-        Internal leakage at the reference pressure [L/min].
-    bulk_modulus, supply : float
-        ln(β/β_nominal) and ln(P_s/P_s,nominal) [-].
-    flow_gain : float
-        Relative deviation of the flow through the open valve from nominal [-].
-    offset, lap : float
-        Spool position at which the valve is closed, and its lap [µm].
-    clearance : float
-        Conductance of the clearance at each edge [mm³/(s·MPa)].
-    bias_1, bias_2 : float
-        Biases of the sensors of P_1 and P_2 [MPa].
+    `resistance`: friction and load [N], minus friction if that is modelled; `leakage` at the reference
+    pressure [L/min]; `bulk_modulus` and `supply`: ln(β/β_nominal) and ln(P_s/P_s,nominal); `flow_gain`:
+    relative deviation of the flow through the open valve; `offset` and `lap` of the spool [µm]; `clearance`:
+    conductance at each edge [mm³/(s·MPa)]; biases of the sensors of P_1 and P_2 [MPa].
     """
 
     resistance: float
@@ -72,28 +60,11 @@ N_MOVING, N_STATE = len(Moving._fields), len(STATES)
 
 
 class Plant(NamedTuple):
-    """Nominal parameters.
+    """Nominal parameters: mass [t], areas [mm²], volumes at position zero [mm³], stiffness [N/mm].
 
-    Attributes
-    ----------
-    mass : float
-        [t]
-    area_1, area_2 : float
-        [mm²]
-    volume_1, volume_2 : float
-        Volume at position zero [mm³].
-    stiffness : float
-        [N/mm]
-    bulk_modulus, ret, reference_pressure : float
-        β, P_r, and the pressure difference at which leakage is stated [MPa].
-    flow_gain, area_gradient : float
-        K_v [mm/(s·√MPa)] and w [mm].
-    coulomb, breakaway : float
-        [N]
-    viscous, transition, velocity_threshold : float
-        f [N·s/mm], c_v [s/mm] and v_th [mm/s].
-    has_friction_model : True or None
-        Whether friction follows the law of the paper; else it is part of `resistance` only.
+    Bulk modulus, return and reference pressure [MPa]; K_v [mm/(s·√MPa)] and w [mm]; friction in N, N·s/mm,
+    s/mm and mm/s. With `has_friction_model` True, friction follows the law of the paper; with None it is part
+    of `resistance` only.
     """
 
     mass: float
@@ -225,21 +196,9 @@ def step_of(
 
 
 def spool_transition(frequency: float, damping_ratio: float, time: float) -> Array:
-    """State transition matrix of the lag x'' = ω²(x_end − x) − 2ξω x'.
+    """State transition matrix (2, 2) of the lag x'' = ω²(x_end − x) − 2ξω x' over a time [s].
 
-    Parameters
-    ----------
-    frequency : float
-        ω [rad/s].
-    damping_ratio : float
-        ξ [-].
-    time : float
-        [s]
-
-    Returns
-    -------
-    ndarray, shape (2, 2)
-        e^(At) for x − x_end and velocity, by Sylvester's formula; ξ = 1 is shifted by 1e-6.
+    e^(At) for x − x_end and velocity, by Sylvester's formula; ξ = 1 is shifted by 1e-6.
     """
     damping = damping_ratio if abs(damping_ratio - 1.0) > 1e-6 else 1.0 + 1e-6
     one, two = second_order_eigenvalues(frequency, damping)
@@ -251,18 +210,10 @@ def spool_transition(frequency: float, damping_ratio: float, time: float) -> Arr
 
 @equation
 def follow_command(spool: Array, target: float, transition: Array, path: Array) -> None:
-    """Fill the spool positions over one sample under a held command.
+    """Fill the spool positions over one sample under a held command [mm].
 
-    Parameters
-    ----------
-    spool : ndarray, shape (2,)
-        Position and velocity at the start [mm, mm/s]; updated to the end.
-    target : float
-        Static spool position under the command [mm].
-    transition : ndarray, shape (2, 2)
-        `spool_transition` over one part of the path.
-    path : ndarray, shape (n_part + 1,)
-        Filled with positions [mm].
+    `spool`: position and velocity at the start, updated to the end; `target`: static position under the
+    command; `transition`: `spool_transition` over one part of the path.
     """
     distance, velocity = spool[0] - target, spool[1]
     path[0] = spool[0]

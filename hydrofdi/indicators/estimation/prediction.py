@@ -162,16 +162,10 @@ def keep_moving(state: Array, moving: Moving) -> None:
 def advance_with_transition(
     state: Array, path: Array, step: float, supply: float, plant: Plant, transition: Array, tangents: Array
 ) -> None:
-    """`advance`, and the derivatives of the moving states at the end by all states at the start.
+    """Advance a state over one sample, with the derivatives of the moving states by all at the start.
 
-    Parameters
-    ----------
-    state, path, step, supply, plant
-        As for `advance`.
-    transition : ndarray, shape (N_MOVING, N_STATE)
-        Filled with ∂(moving states at the end)/∂(states at the start); the held states do not change.
-    tangents : ndarray, shape TANGENT_SHAPE
-        Workspace.
+    `transition` (N_MOVING, N_STATE) is filled with ∂(moving states at the end)/∂(states at the start); the
+    held states do not change. `tangents` of TANGENT_SHAPE is scratch.
     """
     moving, a = moving_of(state), actual(held_of(state), supply, plant)
     for i in range(N_MOVING):

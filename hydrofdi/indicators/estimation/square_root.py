@@ -14,24 +14,7 @@ from hydrofdi.records import Array
 
 @equation
 def find_gain(root: Array, k: int, variance: float, gain: Array) -> float:
-    """Compute the Kalman gain of a measurement of one state.
-
-    Parameters
-    ----------
-    root : ndarray, shape (n, n)
-        S.
-    k : int
-        Index of the state.
-    variance : float
-        R > 0 of the measurement.
-    gain : ndarray, shape (n,)
-        Filled with K, column k of P divided by s.
-
-    Returns
-    -------
-    float
-        Innovation variance s = P_kk + R.
-    """
+    """Fill the Kalman gain K of a measurement of state k with variance R; return s = P_kk + R."""
     total = variance
     for j in range(gain.size):
         total += root[k, j] * root[k, j]
@@ -45,19 +28,10 @@ def find_gain(root: Array, k: int, variance: float, gain: Array) -> float:
 
 @equation
 def measurement_update(root: Array, k: int, ratio: float, gain: Array) -> None:
-    """Update a root for a measurement of state k with its gain, in place.
+    """Update a root for a measurement of state k with its gain, in place; `ratio` is R/s.
 
-    S −= K φᵀ/(1 + √(R/s)), where φ is row k of S.
-
-    Potter's update (Battin 1964, *Astronautical guidance*); no eigenvalue of its factor is below √(R/s).
-
-    Parameters
-    ----------
-    root : ndarray, shape (n, n)
-    ratio : float
-        R/s.
-    gain : ndarray, shape (n,)
-        From `find_gain`.
+    S −= K φᵀ/(1 + √(R/s)), where φ is row k of S. Potter's update (Battin 1964, *Astronautical guidance*); no
+    eigenvalue of its factor is below √(R/s).
     """
     share = 1.0 / (1.0 + np.sqrt(ratio))
     # Row k is the last one to change, because all others need it.
@@ -71,18 +45,10 @@ def measurement_update(root: Array, k: int, ratio: float, gain: Array) -> None:
 
 @equation
 def inflate(root: Array, error: Array, rows: Array) -> None:
-    """Add the outer product of a vector to a covariance, in place.
+    """Add the outer product of a vector to a covariance in place; the root becomes lower triangular.
 
-    With a gain K − e instead of K, the covariance after a measurement increases by s e eᵀ.
-
-    Parameters
-    ----------
-    root : ndarray, shape (n, n)
-        Lower triangular afterwards.
-    error : ndarray, shape (n,)
-        √s e.
-    rows : ndarray, shape (at least n + 2, n)
-        Scratch.
+    With a gain K − e instead of K, the covariance after a measurement increases by s e eᵀ, with `error` √s e;
+    `rows` (at least n + 2, n) is scratch.
     """
     n = error.size
     for i in range(n):
@@ -105,12 +71,8 @@ def take_triangle(rows: Array, root: Array) -> None:
 def triangularise(rows: Array, n_row: int) -> None:
     """Transform rows A by Householder reflections into an upper triangular R with Rᵀ R = Aᵀ A.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (at least n_row + 1, n)
-        A; its first n rows become R on and above the diagonal, and scratch below. The row after A is scratch.
-    n_row : int
-        Number of rows of A, at least n.
+    The first n rows become R on and above the diagonal, and scratch below; so is the row after the `n_row` ≥
+    n rows of A.
     """
     n = rows.shape[1]
     for k in range(n):

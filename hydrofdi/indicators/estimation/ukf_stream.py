@@ -29,18 +29,9 @@ GAUSSIAN = 2.0
 
 @equation
 def place_points(mean: Array, root: Array, spread: float, places: Places, points: Array) -> None:
-    """Fill sigma points: the mean, and points at ±a √n times each column of S.
+    """Fill sigma points in the rows `places`: the mean, and points at ±a √n times each column of S.
 
-    Parameters
-    ----------
-    mean, root : ndarray, shape (n,), (n, n)
-        x and S.
-    spread : float
-        a, 0 < a² ≤ b.
-    places : ndarray of int, shape (n,)
-        Rows of `points` that contain the states.
-    points : ndarray, shape (at least n, at least 2 n + 1)
-        Filled in these rows, one point per column.
+    One point per column, a is the spread, 0 < a² ≤ b.
     """
     n = places.size
     distance = spread * np.sqrt(n)
@@ -59,19 +50,8 @@ def gather_points(
 ) -> None:
     """Compute mean and covariance root of propagated points plus process noise.
 
-    Parameters
-    ----------
-    points : ndarray, shape (at least n, at least 2 n + 1)
-        Propagated points, the centre first.
-    places : ndarray of int, shape (n,)
-    spread : float
-        a.
-    noise : ndarray, shape (n,)
-        Standard deviations of the process noise: roots of the diagonal of Q.
-    mean, root : ndarray, shape (n,), (n, n)
-        Filled; the root is lower triangular.
-    rows : ndarray, shape (at least 3 n + 2, n)
-        Scratch.
+    `points` as from `place_points`, the centre first; `noise`: roots of the diagonal of Q; the root becomes
+    lower triangular; `rows` (at least 3 n + 2, n) is scratch.
     """
     n = places.size
     weight = 1.0 / (2.0 * spread * spread * n)
@@ -97,14 +77,8 @@ def gather_points(
 class Estimated(NamedTuple):
     """Estimated states and their random walks.
 
-    Attributes
-    ----------
-    places : ndarray of int, shape (n,)
-        Indices of the estimated states in ``STATES``, moving states first; all other states are zero.
-    walk : ndarray, shape (n,)
-        Standard deviations of their random walks per sample, in their units.
-    spread : float
-        Spread a of the sigma points, in √n standard deviations.
+    `places`: indices of the estimated states in ``STATES``, moving states first; all other states are zero;
+    `walk`: standard deviations per sample; `spread` a of the sigma points, in √n standard deviations.
     """
 
     places: Places
@@ -133,15 +107,7 @@ class Workspace(NamedTuple):
 def predict_unscented(
     step: float, supply: float, estimated: Estimated, plant: Plant, work: Workspace
 ) -> None:
-    """Predict the estimate in a workspace over one sample, along its spool path.
-
-    Parameters
-    ----------
-    step : float
-        Runge-Kutta step [s].
-    supply : float
-        Nominal or measured supply pressure [MPa].
-    """
+    """Predict the estimate in a workspace over one sample, along its spool path; step [s], supply [MPa]."""
     points, path = work.points, work.path
     place_points(work.mean, work.root, estimated.spread, estimated.places, points)
     for i in range(path.size // 2):
@@ -161,20 +127,10 @@ def move(
 
 
 class Streams(NamedTuple):
-    """State of the filters of all streams.
+    """State of the filters of all streams: means, NaN if a filter diverged, and roots S of covariances.
 
-    Attributes
-    ----------
-    mean : ndarray, shape (n_stream, n)
-        Means of the n estimated states; NaN if the filter of a stream diverged.
-    root : ndarray, shape (n_stream, n, n)
-        Root S of their covariance S Sᵀ.
-    sums : ndarray, shape (n_stream, 1)
-        Sum of squared innovations over their variances, since the last estimate.
-    spool : ndarray, shape (n_stream, 2)
-        Position and velocity of the nominal spool [mm, mm/s].
-    held : ndarray, shape (n_stream, 2)
-        Drive of the spool [mm] and supply pressure [MPa] of the last sample.
+    `sums`: squared innovations over their variances, since the last estimate; `spool` and `held` as in
+    `ekf_stream.Streams`.
     """
 
     mean: Array
@@ -265,19 +221,9 @@ def follow_unscented(
     streams: Streams, n_before: int, measured: Array, drive: Array, supply: Array, tuning: Tuning, every: int,
     means: Array, variances: Array, sums: Array, estimated: Estimated, work: Workspace,
 ) -> None:  # fmt: skip
-    """Process a chunk of streams.
+    """Process a chunk of streams, which are updated in place, like `ekf_stream.follow`.
 
-    Parameters
-    ----------
-    streams : Streams
-        Updated in place.
-    n_before, measured, drive, supply, tuning, every
-        As for `ekf_stream.follow`.
-    means, variances : ndarray, shape (n_stream, n_estimate, N_STATE)
-        Filled with the estimates after the samples that `indicators.recursive.instants` returns, for
-        estimated states only.
-    sums : ndarray, shape (n_stream, n_estimate, at least 1)
-        The first column is filled with the sum over the samples up to each estimate.
+    Only estimated states, and the first column of `sums`, are filled.
     """
     places = estimated.places
     for k in range(measured.shape[0]):

@@ -26,15 +26,8 @@ def new_noise(n_record: int) -> Array:
 def follow_noise(signal: Array, unclear: NDArray[np.bool_], state: Array, variance: Array) -> None:
     """Fill the noise variance of a signal up to each sample, from high-order differences.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (n_record, n_time)
-    unclear : ndarray of bool, shape (n_record, n_time)
-        Samples to exclude, such as those of jumps.
-    state : ndarray, shape (n_record, _ORDER + 3)
-        From `new_noise`; updated in place.
-    variance : ndarray, shape (n_record, n_time)
-        Filled; 0 before the first difference.
+    All (n_record, n_time); `unclear` samples, such as those of jumps, are excluded; the state from
+    `new_noise` is updated in place; 0 before the first difference.
     """
     for r in range(signal.shape[0]):
         own = state[r]
@@ -75,23 +68,11 @@ def mark_unclear(
 ) -> None:
     """Mark samples at the start, with the valve almost closed, or soon after a jump of the spool.
 
-    Parameters
-    ----------
-    spool : ndarray, shape (n_record, n_time)
-        x_v [m].
-    n_before, n_start : int
-        Number of samples of the stream before these, and of samples excluded at its start.
-    least_opening : float
-        Distance of the spool from its centre below which the valve counts as almost closed, also when the
-        spool crosses the centre [m]; 0 excludes nothing.
-    least_jump : float
-        Travel between two samples that counts as a jump [m].
-    n_settling : int
-        Samples excluded from a jump on; the sample that shows the jump is always excluded.
-    state : ndarray, shape (n_record, 2)
-        From `new_gate`; updated in place.
-    unclear : ndarray of bool, shape (n_record, n_time)
-        Filled.
+    `spool` and `unclear` (n_record, n_time); the first `n_start` samples of a stream, of which `n_before`
+    came before these, are excluded. The valve is almost closed within `least_opening` of its centre, and
+    where it crosses it; 0 excludes nothing. A jump is a travel above `least_jump` between two samples [m];
+    `n_settling` samples from it on, at least the one that shows it, are excluded. The state is that of
+    `new_gate`.
     """
     n_after = n_settling if n_settling > 1 else 1
     for r in range(spool.shape[0]):
@@ -112,17 +93,9 @@ def new_counts(n_record: int) -> Array:
 
 @kernel
 def count_windows(unclear: Flags, n_before: int, half: int, state: Array, counts: Array) -> None:
-    """Determine which windows are valid: those without an unclear sample.
+    """Fill 1 for each window (n_record, n_window) that these samples complete without an unclear one.
 
-    Parameters
-    ----------
-    unclear : ndarray of bool, shape (n_record, n_time)
-    n_before, half : int
-        Number of samples of the stream before these, and in half a window.
-    state : ndarray, shape (n_record, 2)
-        From `new_counts`; updated in place.
-    counts : ndarray, shape (n_record, n_window)
-        Filled with 1 (valid) or 0, for the windows that these samples complete.
+    Else 0; the state from `new_counts` is updated in place.
     """
     for r in range(unclear.shape[0]):
         n_window = 0
@@ -149,19 +122,9 @@ def follow_means(
 ) -> None:
     """Fill the mean of the clear blocks of a signal before each sample, with exponential forgetting.
 
-    Parameters
-    ----------
-    signal : ndarray, shape (n_record, n_time)
-    unclear : ndarray of bool, shape (n_record, n_time)
-        Samples whose block is excluded.
-    n_before, every : int
-        Number of samples of the stream before these, and in a block.
-    least_gain : float
-        Minimum weight of a new block; before it is reached, the weight is one over the number of blocks.
-    state : ndarray, shape (n_record, 4)
-        From `new_means`; updated in place.
-    means : ndarray, shape (n_record, n_time)
-        Filled.
+    Signal, `unclear` and `means` (n_record, n_time); a block of `every` samples with an unclear one is
+    excluded. The weight of a new block is at least `least_gain`; before it is reached, one over the number of
+    blocks. The state from `new_means` is updated in place.
     """
     for r in range(signal.shape[0]):
         for i in range(signal.shape[1]):

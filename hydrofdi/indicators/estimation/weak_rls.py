@@ -31,14 +31,9 @@ EQUATIONS, DIFFERENCES = 0, 1
 class RlsState(NamedTuple):
     """State between windows.
 
-    Attributes
-    ----------
-    moments : ndarray, shape (n_record, n_memory, n_kind, 2, _WIDTH, _WIDTH)
-        Lower triangles of sums of products, of `EQUATIONS` and `DIFFERENCES`.
-    counts : ndarray, shape (n_record, n_memory)
-        Number of valid windows, with forgetting.
-    last : ndarray, shape (n_record, n_kind, _WIDTH)
-        The latest equations.
+    `moments` (n_record, n_memory, n_kind, 2, _WIDTH, _WIDTH): lower triangles of sums of products, of
+    `EQUATIONS` and `DIFFERENCES`; `counts` (n_record, n_memory): valid windows, with forgetting; `last`
+    (n_record, n_kind, _WIDTH): the latest equations.
     """
 
     moments: Array
@@ -47,15 +42,7 @@ class RlsState(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch memory of one estimate.
-
-    Attributes
-    ----------
-    row : ndarray, shape (_WIDTH,)
-        Equation of a window.
-    normal, factor, inverse, spread, covariance : ndarray, shape (N_UNKNOWN, N_UNKNOWN)
-    right, values : ndarray, shape (N_UNKNOWN,)
-    """
+    """Scratch memory of one estimate: arrays of N_UNKNOWN, the matrices square, and `row` (_WIDTH,)."""
 
     row: Array
     normal: Array
@@ -353,35 +340,18 @@ def follow_windows(
     scratch: Scratch,
     estimates: Array,
 ) -> None:
-    """Process windows of streams, and fill the estimates.
+    """Process windows of streams, and fill the estimates (n_record, n_memory, n_instant, N_ESTIMATE).
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n_record, n_window, n_chamber, N_UNKNOWN)
-    targets : ndarray, shape (n_record, n_window, n_chamber)
-        [m³]
-    counts : ndarray, shape (n_record, n_window)
-        1 if a window is valid, else 0; forgetting continues in both cases.
-    due : ndarray of int, shape (n_instant,)
-        Number of these windows that are complete at each estimate.
-    priors : ndarray, shape (n_record, n_instant, N_UNKNOWN)
-        Prior means of the unknowns, over their standard deviations.
-    deviations : ndarray, shape (N_UNKNOWN,)
-        Prior standard deviations of the unknowns; zero if known.
-    error : float
-        Standard deviation of the residual of a window [m³].
-    decays : ndarray, shape (n_memory,)
-        Forgetting factor per window, for each memory.
-    combination : ndarray, shape (N_UNKNOWN,)
-        Factors of a linear combination of the unknowns whose standard deviation is also computed.
-    noise : ndarray, shape (n_record, n_instant)
-        Spurious information on 1/β from pressure noise, per window, relative to that of the prior.
-    modulus : float
-        Nominal β [Pa].
-    state : RlsState
-        Updated in place.
-    estimates : ndarray, shape (n_record, n_memory, n_instant, N_ESTIMATE)
-        Filled; NaN once a window was not finite. Estimates are not fed back, so they cannot diverge.
+    `columns` (n_record, n_window, n_chamber, N_UNKNOWN), `targets` [m³] and `counts` (n_record, n_window), 1
+    if a window is valid, else 0; forgetting continues in both cases. `due` (n_instant,): number of these
+    windows that are complete at each estimate. `priors` (n_record, n_instant, N_UNKNOWN): prior means over
+    the prior `deviations` (N_UNKNOWN,), which are zero if known. `error`: standard deviation of a window's
+    residual [m³]. `decays` (n_memory,): forgetting factor per window. `combination` (N_UNKNOWN,): factors of
+    a linear combination whose deviation is computed, too. `noise` (n_record, n_instant): spurious information
+    on 1/β from pressure noise, per window, relative to that of the prior. `modulus`: nominal β [Pa].
+
+    The state is updated in place. Estimates are NaN once a window was not finite; they are not fed back, so
+    they cannot diverge.
     """
     for r in range(estimates.shape[0]):
         n_taken = 0

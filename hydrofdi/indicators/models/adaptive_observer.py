@@ -41,22 +41,9 @@ N_STATE = 10
 
 
 class Law(NamedTuple):
-    """Adaptation law of an observer.
+    """Adaptation law of an observer: sampling interval [s], L [1/s], and gains γ and γ_c.
 
-    Attributes
-    ----------
-    interval : float
-        Sampling interval [s].
-    injection : float
-        L [1/s].
-    leakage_gain : float
-        γ [m^5·s²/kg²]
-    compressibility_gain : float
-        γ_c [1/(Pa²·J)]
-    least_compressibility, most_compressibility : float
-        Physical limits of 1/β [1/Pa].
-    most_coefficient : float
-        Physical limit of abs(K_i) [m^3.5/kg^0.5].
+    Beyond the limits of 1/β [1/Pa] and of abs(K_i) [m^3.5/kg^0.5] an estimate is not physical.
     """
 
     interval: float
@@ -81,20 +68,10 @@ def adapt(
 ) -> None:
     """Process samples, by the exact response of e to the mean flows over each sampling interval.
 
-    Parameters
-    ----------
-    signals : ndarray, shape (5, n_record, n_time)
-        In the order of `nominal_valve`.
-    unclear : ndarray of bool, shape (n_record, n_time)
-        Samples without adaptation.
-    n_before : int
-        Number of samples of the stream before these.
-    every : int
-        Samples between estimates.
-    state : ndarray, shape (n_record, 10)
-        Updated in place; contains the initial K_i and 1/β.
-    estimates : ndarray, shape (2, n_record, n_instant)
-        Filled with K_i [m^3.5/kg^0.5] and 1/β [1/Pa]; NaN once they are not physical.
+    `signals` (5, n_record, n_time) in the order of `nominal_signals`; no adaptation at `unclear` samples;
+    `state` (n_record, N_STATE) contains the initial K_i and 1/β, and is updated in place; `estimates` (2,
+    n_record, n_instant) of K_i [m^3.5/kg^0.5] and 1/β [1/Pa] every `every` samples; NaN once they are not
+    physical.
     """
     kept = math.exp(-law.injection * law.interval)
     lagged = (1.0 - kept) / (law.injection * law.interval)

@@ -80,27 +80,14 @@ def project(
 ) -> None:
     """Process samples; a window consists of the latest blocks that contain valid samples.
 
-    Parameters
-    ----------
-    signals : ndarray, shape (5, n_record, n_time)
-        In the order of `nominal_valve`.
-    unclear : ndarray of bool, shape (n_record, n_time)
-        Samples to exclude.
-    compressibility : float
-        Nominal 1/β [1/Pa].
-    interval : float
-        Sampling interval [s].
-    n_before : int
-        Samples of the stream before these.
-    state : ndarray, shape (n_record, N_STATE)
-        Previous sample, sums of the incomplete block, and number of complete blocks; updated in place.
-    blocks : ndarray, shape (n_record, n_block, N_SUM)
-        Sums of the blocks of a window; updated in place.
-    every : int
-        Samples per block.
-    estimates : ndarray, shape (2, n_record, n_instant)
-        Filled with K_i from the residual, and its largest error from parameters within their bounds
-        [m^3.5/kg^0.5]; NaN if there is no valid sample, the pressures are equal, or a sample is missing.
+    `signals` (5, n_record, n_time) in the order of `nominal_signals`; `unclear` samples are excluded; nominal
+    `compressibility` 1/β [1/Pa]; sampling `interval` [s]; `state` (n_record, N_STATE): previous sample, sums
+    of the incomplete block, and number of complete ones; `blocks` (n_record, n_block, N_SUM) of `every`
+    samples.
+
+    `estimates` (2, n_record, n_instant) are K_i from the residual, and its largest error from parameters
+    within their bounds [m^3.5/kg^0.5]; NaN if there is no valid sample, the pressures are equal, or one is
+    missing.
     """
     gain, ret = cylinder.flow_gain * cylinder.area_gradient, cylinder.ret
     for row in range(signals.shape[1]):
@@ -206,9 +193,13 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
         """Residual and bound of the window before each instant [m³/s]; shorter windows at the start."""
         options, frequency = self.options, chunk.sampling_frequency
         signals, unclear = follow_signals(options, state, chunk, n_before)
+        supply = options.supply_bound
+        if supply is None:
+            supply = _SUPPLY_BOUNDS[options.supply_known_by(chunk)]
+        bounds = Bounds(options.bulk_modulus_bound, options.flow_gain_bound, supply, options.offset_bound)
         estimates = np.empty((2, chunk.n_record, due.size))
         project(
-            signals, unclear, options.cylinder, 1.0 / options.bulk_modulus, self._bounds(chunk),
+            signals, unclear, options.cylinder, 1.0 / options.bulk_modulus, bounds,
             1.0 / frequency, n_before, state["block"], state["blocks"], self.samples_per_estimate(frequency),
             estimates,
         )  # fmt: skip
@@ -217,17 +208,8 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
         """Means over the windows with information."""
-        return {name: _mean(values) for name, values in trace.values.items()}
-
-    def _bounds(self, records: RecordBatch) -> Bounds:
-        options = self.options
-        supply = options.supply_bound
-        if supply is None:
-            supply = _SUPPLY_BOUNDS[options.supply_known_by(records)]
-        return Bounds(options.bulk_modulus_bound, options.flow_gain_bound, supply, options.offset_bound)
-
-
-def _mean(values: Array) -> Array:
-    """Mean of the finite values over time; NaN if there are none."""
-    found = np.isfinite(values)
-    return np.asarray(np.where(found, values, 0.0).sum(axis=1) / found.sum(axis=1))
+        means = {}
+        for name, values in trace.values.items():
+            is_known = np.isfinite(values)
+            means[name] = np.where(is_known, values, 0.0).sum(axis=1) / is_known.sum(axis=1)
+        return means

@@ -40,14 +40,7 @@ def block_means(samples: Array, length: int) -> Array:
 
 
 def regressors(given: Array, signal: Array, n_given: int, n_own: int, terms: tuple[Term, ...]) -> Array:
-    """Regressor matrix of one record, shape (n_equation, n_term).
-
-    Parameters
-    ----------
-    given, signal : ndarray, shape (n_time,)
-    n_given, n_own : int
-        Number of lags of the input and of the signal.
-    """
+    """Regressors (n_equation, n_term) of one record with lags of the input and of the signal (n_time,)."""
     start = max(n_given, n_own)
     values = [given[start - lag : given.size - lag] for lag in range(1, n_given + 1)]
     values += [signal[start - lag : signal.size - lag] for lag in range(1, n_own + 1)]
@@ -61,12 +54,7 @@ def regressors(given: Array, signal: Array, n_given: int, n_own: int, terms: tup
 def ridge_regression(columns: Array, target: Array, ridge: float) -> tuple[Array, float]:
     """Coefficients (n_term,) and RMS of the residual; NaN if they are not determined.
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n_equation, n_term)
-    target : ndarray, shape (n_equation,)
-    ridge : float
-        Weight of the squared coefficients relative to the mean squared residual [-].
+    `ridge` weights the squared coefficients relative to the mean squared residual.
     """
     n_equation, n_term = columns.shape
     roots = np.sqrt(ridge * n_equation) * np.eye(n_term)

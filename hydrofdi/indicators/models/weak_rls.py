@@ -9,8 +9,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.balancing import P1, P2, WindowOptions, X, balance_outputs, known_balance
+from hydrofdi.indicators.balancing import P1, P2, WindowOptions, balance_outputs, known_balance
 from hydrofdi.indicators.contract import Information, Output
+from hydrofdi.indicators.estimation import valve_use, weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import (
     N_UNKNOWN,
     UNKNOWNS,
@@ -18,27 +19,6 @@ from hydrofdi.indicators.estimation.chamber_balance import (
     weak_weights,
     window_equations,
     windows_before,
-)
-from hydrofdi.indicators.estimation.valve_use import (
-    count_windows,
-    follow_means,
-    follow_noise,
-    mark_unclear,
-    new_counts,
-    new_gate,
-    new_means,
-    new_noise,
-)
-from hydrofdi.indicators.estimation.weak_rls import (
-    COMBINED,
-    CONDITION,
-    EQUATIONS,
-    MISFIT,
-    N_ESTIMATE,
-    RlsState,
-    follow_windows,
-    new_scratch,
-    new_state,
 )
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -96,11 +76,6 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         return self.options.leakage_deviation
 
     @property
-    def channels(self) -> frozenset[Channel]:
-        """Pressures, position, and what moves the valve."""
-        return frozenset({P1, P2} if self._both else {P1}) | {X} | self.options.valve_channels
-
-    @property
     def estimates(self) -> tuple[Output, ...]:
         """Outputs of a volume balance, the leakage first."""
         kept = balance_outputs(self.options.reference_pressure)
@@ -115,15 +90,15 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     def begin(self, records: RecordBatch) -> State:
         """Initial state: only the priors."""
         n_record, n_chamber = records.n_record, 2 if self._both else 1
-        rls = new_state(n_record, len(self._decays(records)), n_chamber)
+        rls = weak_rls.new_state(n_record, len(self._decays(records)), n_chamber)
         return {
             "spool": np.full((n_record, 2), np.nan),
-            "gate": new_gate(n_record),
-            "unclear": new_counts(n_record),
-            "means": new_means(n_record, self.options.supply_pressure),
+            "gate": valve_use.new_gate(n_record),
+            "unclear": valve_use.new_counts(n_record),
+            "means": valve_use.new_means(n_record, self.options.supply_pressure),
             "sums": new_sums(n_record, n_chamber),
-            "noise_1": new_noise(n_record),
-            "noise_2": new_noise(n_record),
+            "noise_1": valve_use.new_noise(n_record),
+            "noise_2": valve_use.new_noise(n_record),
             **rls._asdict(),
         }
 
@@ -136,7 +111,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         supply, reference = self._supply(chunk, n_before, state["means"])
         columns, targets = self._equations(chunk, spool, supply, reference, n_before, state["sums"])
         counts = np.zeros(columns.shape[:2])
-        count_windows(unclear, n_before, self.options.half_window, state["unclear"], counts)
+        valve_use.count_windows(unclear, n_before, self.options.half_window, state["unclear"], counts)
         windows = self._windows_due(n_before, due)
         noise = np.ascontiguousarray(self._noise(chunk, unclear, state)[:, due])
         supply, reference = supply[:, due], reference[:, due]
@@ -152,7 +127,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     def information(self, records: RecordBatch) -> Information:
         """Information of the whole first record about the unknowns, with the weights of the options."""
         state, _ = self.step(self.start(records), records)
-        moments = state["moments"][0, -1, :, EQUATIONS].sum(axis=0)[:N_UNKNOWN, :N_UNKNOWN]
+        moments = state["moments"][0, -1, :, weak_rls.EQUATIONS].sum(axis=0)[:N_UNKNOWN, :N_UNKNOWN]
         deviations = self._deviations(records)
         (open_,) = np.nonzero(deviations)
         gramian = (np.tril(moments) + np.tril(moments, -1).T)[np.ix_(open_, open_)]
@@ -172,7 +147,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         """Samples without information: at the start, with the valve almost closed, or soon after a jump."""
         options, frequency = self.options, chunk.sampling_frequency
         unclear = np.zeros(spool.shape, dtype=np.bool_)
-        mark_unclear(
+        valve_use.mark_unclear(
             spool, n_before, round(options.start_up * frequency), options.least_opening, options.least_jump,
             round(options.settling * frequency), gate, unclear,
         )  # fmt: skip
@@ -207,10 +182,11 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         priors = np.zeros((*supply.shape, N_UNKNOWN))
         if deviations[_SUPPLY] > 0.0:
             priors[:, :, _SUPPLY] = (supply / reference - 1.0) / deviations[_SUPPLY]
-        found = np.zeros((chunk.n_record, len(decays), len(due), N_ESTIMATE))
-        follow_windows(
+        found = np.zeros((chunk.n_record, len(decays), len(due), weak_rls.N_ESTIMATE))
+        state = weak_rls.RlsState(*(after[name] for name in weak_rls.RlsState._fields))
+        weak_rls.follow_windows(
             *windows, due, priors, deviations, options.error, decays, self._cross_port(), noise,
-            options.bulk_modulus, RlsState(*(after[name] for name in RlsState._fields)), new_scratch(), found,
+            options.bulk_modulus, state, weak_rls.new_scratch(), found,
         )  # fmt: skip
         return found
 
@@ -231,7 +207,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         total = np.ascontiguousarray(total - options.return_pressure)
         supply, gain = np.zeros(shape), 1.0 - self._decays(chunk)[0]
         every_sample = np.zeros(shape, dtype=np.bool_)
-        follow_means(total, every_sample, n_before, options.half_window, gain, means, supply)
+        valve_use.follow_means(total, every_sample, n_before, options.half_window, gain, means, supply)
         return supply, np.full(shape, options.supply_pressure)
 
     def _noise(self, chunk: RecordBatch, unclear: NDArray[np.bool_], after: dict[str, Array]) -> Array:
@@ -241,7 +217,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         variance = np.zeros(unclear.shape)
         for channel, volume, state in zip((P1, P2), options.volumes, ("noise_1", "noise_2"), strict=True):
             if channel in self.channels:
-                follow_noise(np.ascontiguousarray(chunk[channel]), unclear, after[state], variance)
+                valve_use.follow_noise(np.ascontiguousarray(chunk[channel]), unclear, after[state], variance)
                 total += volume**2 * float(np.sum(rate**2)) * variance
         return total * (options.bulk_modulus_deviation / options.bulk_modulus / options.error) ** 2
 
@@ -280,15 +256,15 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             "internal_coefficient_error": error["internal_coefficient"],
             "cross_port_leakage": root * of["internal_coefficient"]
             + options.reference_pressure * of["clearance"],
-            "cross_port_leakage_error": found[:, :, COMBINED],
+            "cross_port_leakage_error": found[:, :, weak_rls.COMBINED],
             "bulk_modulus": modulus,
             "bulk_modulus_error": options.bulk_modulus_error(modulus, error["compressibility"] * modulus**2),
             "flow_gain": 1.0 + of["flow_gain"],
             "supply_pressure": reference * (1.0 + of["supply"]),
-            "condition": found[:, :, CONDITION],
+            "condition": found[:, :, weak_rls.CONDITION],
             "flow_gain_error": error["flow_gain"],
             "supply_pressure_error": reference * error["supply"],
-            "misfit": found[:, :, MISFIT],
+            "misfit": found[:, :, weak_rls.MISFIT],
             "departure": _departure(found, deviations),
         }
         for name in ("offset", "lap", "clearance"):

@@ -5,15 +5,19 @@ import pytest
 from scipy.stats import chi2
 
 from estimation.filters import UnscentedFilter
-from estimation.plants import NOMINAL, predicted, simulated, spool_paths, true_states
-from estimation.walking import (
+from estimation.plants import (
     N_MEASURED,
+    NOMINAL,
     PLACES,
     SENSORS,
     follow_extended,
     follow_unscented,
+    predicted,
     records,
+    simulated,
+    spool_paths,
     square_wave,
+    true_states,
 )
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, STATES, follow_command, spool_transition
 from hydrofdi.indicators.estimation.square_root import find_gain, inflate, measurement_update, triangularise

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hydrofdi.indicators import make_indicators
+from hydrofdi.config import load_experiment
+from hydrofdi.indicators import load_indicators, make_indicators, measure
 from hydrofdi.records import Channel
 from indicators.signals import LEAKS, MODULI, P1, P2, U, X, batch, measured, simulated
-from tests.commands import run_json
-from tests.conftest import REPOSITORY, sweep_in
+from tests.conftest import REPOSITORY
 
 
 @pytest.fixture(scope="module")
@@ -127,21 +127,6 @@ def test_equal_pressures_tell_nothing(reduced_runs):
     assert np.isnan(values["residual"]).all()
 
 
-STUDY = """\
-name: far
-extends: [{preset}]
-record: {{duration: 6 s}}
-position_sensor: {{noise: 10 um}}
-study:
-  population:
-    seed: 3
-    over: {{fluid.bulk_modulus: {{uniform: ±10 %}}, supply.pressure: {{uniform: ±1 %}}}}
-  healthy: {{fit: 40, test: 20}}
-  faults: {{leakage.internal_flow: [1 L/min], each: 10}}
-detection: {{false_alarm_rate: 10 %, indicators: [volterra_x_u]}}
-"""
-
-
 def moved(n_record=3, n_time=4000):
     """Records in which the position follows the command, by a law that differs from record to record."""
     draw = np.random.default_rng(4)
@@ -161,8 +146,8 @@ def test_coefficients_count_in_the_scales_that_are_given(signal):
     np.testing.assert_allclose(other["left"], 0.5 * one["left"], rtol=1e-5, atol=1e-10)
 
 
-def test_a_study_judges_the_distance_from_healthy_records(tmp_path):
-    study = sweep_in(tmp_path, STUDY.format(preset=REPOSITORY / "configs/detectors/volterra.yaml"))
-    report = run_json("report", study.directory)
-    found = {each["indicator"]: each for each in report["detection"]}
-    assert found["volterra_distance"]["pod"][0]["detected"] == 10
+def test_the_preset_judges_the_distance_of_the_coefficients():
+    preset = REPOSITORY / "configs/detectors/volterra.yaml"
+    chosen = load_indicators(str(preset))
+    assert load_experiment(preset).detection.scores["volterra_distance"]
+    assert all(np.isfinite(array).all() for array in measure(moved(), chosen).values.values())

@@ -83,7 +83,6 @@ def test_files_vary_in_every_kind_of_block(tmp_path: Path) -> None:
     nominal = "record: {duration: 2 s}\ninput: {shape: csv, file: a.csv}\n"
     blocks = {
         "sweep: {zip: {input.shape: [square, csv], input.file: [null, b.csv], input.period: [1 s, 1 s]}}": 2,
-        "sweep: {sample: {count: 8, over: {input.file: {choice: [a.csv, b.csv]}}}}": 2,
         "sweep: {union: [{grid: {input.file: [b.csv]}}, {grid: {input.file: [a.csv]}}]}": 2,
         "ensemble: {grid: {input.file: [a.csv, b.csv]}}\nsweep: {grid: {actuator.mass: [10 kg, 11 kg]}}": 4,
         "sweep: {grid: {actuator.mass: [10 kg, 11 kg]}}\nbaseline: {input.file: b.csv}": 4,

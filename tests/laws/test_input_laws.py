@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.api.check import computed_rows
-from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment
-from hydrofdi.config.request import RunRequest
+from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
@@ -83,16 +82,6 @@ def test_solver_agrees_with_the_kernel_on_every_shape(shape: str) -> None:
 def test_impossible_input_or_record_is_refused(settings: list[str], key: str) -> None:
     with pytest.raises(ConfigError, match=key):
         load_experiment(settings=settings)
-
-
-SHORT = RunRequest().with_values({"record.duration": 4.0, "input.period": 1.0})
-
-
-@pytest.mark.parametrize(("discard", "time"), [("1 period", 1.0), ("0.5 periods", 0.5)])
-def test_discarded_periods_are_the_time_that_they_take(discard: str, time: float) -> None:
-    stated, timed = (SHORT.with_values({"analysis.discard": value}) for value in (discard, time))
-    columns = [compute_columns([Job.of(RunSpec(request), "run", 2e-9)]) for request in (stated, timed)]
-    np.testing.assert_array_equal(columns[0]["detail_rms"], columns[1]["detail_rms"])
 
 
 def test_discarded_periods_follow_the_period_of_each_run() -> None:

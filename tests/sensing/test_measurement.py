@@ -8,7 +8,6 @@ import pytest
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.config import RunParameters, RunSpec, expand_runs, load_experiment
-from hydrofdi.config.experiment import PAPER
 from hydrofdi.config.request import SENSING, parameter_unit
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
@@ -19,7 +18,6 @@ from hydrofdi.sensing.noise import CLOCK, random_generator
 from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import stored_variables
-from hydrofdi.transforms.wavelet import detail_rms
 from tests.commands import run_hydrofdi
 from tests.conftest import REPOSITORY, sweep_in, swept
 
@@ -134,16 +132,6 @@ def test_a_run_that_failed_does_not_disturb_its_neighbours(varied):
     happened = simulate_batch([broken], [0.0]).chamber_1_pressure
     np.testing.assert_array_equal(columns["chamber_1_pressure"][:1], happened)
     np.testing.assert_array_equal(columns["chamber_1_pressure"][1], varied["chamber_1_pressure"][2])
-
-
-def test_a_fraction_of_a_sample_of_delay_alone_moves_the_finest_levels():
-    run = RunParameters()
-    trajectory = simulate_batch([run], [0.0])
-    pressure, time = trajectory.chamber_1_pressure[0], trajectory.time
-    late = interpolated_signal(pressure, time, np.maximum(time - 0.5 / run.record.sampling_frequency, 0.0))
-    change = detail_rms(late, PAPER) / detail_rms(pressure, PAPER) - 1.0
-    assert change[0] > 0.3
-    assert change[1] < -0.03
 
 
 @pytest.mark.parametrize(

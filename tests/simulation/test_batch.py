@@ -162,20 +162,6 @@ def test_each_spool_follows_its_own_voltage(alone):
     assert len({motion.tobytes() for motion in alone}) == len(DRIVES)
 
 
-EVERYTHING = ModelOptions()._replace(supply_droop=True, bristles=True, closed_loop=True)
-
-
-def distinct_lanes():
-    """Lanes of which every field has a number of its own."""
-    lanes = np.zeros(1, LANES)
-    for half in ("left", "right"):
-        for number, field in enumerate(LANES[half].names, 1):
-            lanes[half][field] = number
-    return lanes["left"][0], dict(
-        zip(LANES["left"].names, range(1, 1 + len(LANES["left"].names)), strict=True)
-    )
-
-
 def test_a_lane_field_holds_the_parameter_that_it_names():
     run = RunParameters()
     lanes = pack_lanes([run], [1e-8])
@@ -184,21 +170,19 @@ def test_a_lane_field_holds_the_parameter_that_it_names():
     np.testing.assert_array_equal(lanes["left"][LEAKAGE][0], 1e-8)
 
 
-def test_states_are_read_and_kept_under_their_names():
-    half, numbers = distinct_lanes()
+def test_states_are_read_kept_and_sampled_under_their_names():
+    names, everything = LANES["left"].names, ModelOptions(supply_droop=True, bristles=True, closed_loop=True)
+    numbers, half = {name: number for number, name in enumerate(names, 1)}, np.zeros(1, LANES)["left"][0]
+    for name, number in numbers.items():
+        half[name] = number
     half = half.view(np.recarray)
-    state = state_of(half, 5)
+    state, sample = state_of(half, 5), np.zeros((len(SAMPLED), 16))
     assert state._asdict() == {name: numbers[name] for name in STATES}
-    keep_state(half, 7, State(*(-value for value in state)), EVERYTHING)
-    assert [half[name][7] for name in STATES] == [-numbers[name] for name in STATES]
-
-
-def test_sampled_rows_are_the_fields_that_they_are_named_after():
-    half, numbers = distinct_lanes()
-    sample = np.zeros((len(SAMPLED), 16))
-    take_sample(half.view(np.recarray), sample, 0, EVERYTHING)
+    take_sample(half, sample, 0, everything)
     expected = [numbers["spool_1" if name == "spool_position" else name] for name in SAMPLED]
     np.testing.assert_array_equal(sample[:, 0], expected)
+    keep_state(half, 7, State(*(-value for value in state)), everything)
+    assert [half[name][7] for name in STATES] == [-numbers[name] for name in STATES]
 
 
 def test_every_signal_of_the_file_is_one_of_the_trajectory():

@@ -120,39 +120,13 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
     def prior_variances(self, records: RecordBatch) -> Array:
         """Prior variance of each of ``STATES``, in estimator units."""
         usual = 2e-3 if self.measures_supply(records) else 0.03
-        return self._variances(
-            pressure_1=1e-6 * self.pressure_noise,
-            pressure_2=1e-6 * self.pressure_noise,
-            position=1e3 * self.position_noise,
-            velocity=1e3 * self.velocity_deviation,
-            resistance=self.friction_deviation,
-            leakage=self.leakage_deviation / LITRE_PER_MINUTE,
-            bulk_modulus=self.bulk_modulus_deviation,
-            supply=usual if self.supply_deviation is None else self.supply_deviation,
-            flow_gain=self.flow_gain_deviation,
-            offset=1e6 * self.offset_deviation,
-            lap=1e6 * self.lap_deviation,
-            clearance=1e15 * self.clearance_deviation,
-            bias_1=1e-6 * self.pressure_bias,
-            bias_2=1e-6 * self.pressure_bias,
-        )
+        supply = usual if self.supply_deviation is None else self.supply_deviation
+        return self._variances("deviation", _PRIORS, supply=supply)
 
     def walk_variances(self, sampling_frequency: float) -> Array:
         """Process noise variance per sample of each of ``STATES``, in estimator units."""
-        in_a_second = self._variances(
-            pressure_1=1e-6 * self.pressure_walk,
-            pressure_2=1e-6 * self.pressure_walk,
-            velocity=1e3 * self.velocity_walk,
-            resistance=self.friction_walk,
-            leakage=self.leakage_walk / LITRE_PER_MINUTE,
-            bulk_modulus=self.bulk_modulus_walk,
-            supply=self.supply_walk,
-            flow_gain=self.flow_gain_walk,
-            offset=1e6 * self.offset_walk,
-            lap=1e6 * self.lap_walk,
-            clearance=1e15 * self.clearance_walk,
-        )
-        return in_a_second / sampling_frequency
+        constant = {"position": 0.0, "bias_1": 0.0, "bias_2": 0.0}
+        return self._variances("walk", _WALKS, **constant) / sampling_frequency
 
     @property
     def limits(self) -> Array:
@@ -161,10 +135,29 @@ class KalmanOptions(NominalPlant, RecursiveOptions):
         half_stroke = min(plant.volume_1 / plant.area_1, plant.volume_2 / plant.area_2)
         return np.array([(LARGEST | {"position": half_stroke})[name] for name in STATES])
 
-    def _variances(self, **deviations: float) -> Array:
-        estimated = self.estimated
-        return np.array([deviations.get(name, 0.0) ** 2 if name in estimated else 0.0 for name in STATES])
+    def _variances(self, kind: str, options: Mapping[str, str], **given: float) -> Array:
+        """Squares of the options of a kind, or of values that are given, for the estimated states."""
+        variances = np.zeros(N_STATE)
+        for place, name in enumerate(STATES):
+            if name in self.estimated:
+                value = given.get(name, getattr(self, options.get(name, f"{name}_{kind}"), 0.0))
+                per_unit = value / LITRE_PER_MINUTE if name == "leakage" else _PER_SI.get(name, 1.0) * value
+                variances[place] = per_unit**2
+        return variances
 
+
+_WALKS = {"pressure_1": "pressure_walk", "pressure_2": "pressure_walk", "resistance": "friction_walk"}
+_PRIORS = {
+    "pressure_1": "pressure_noise", "pressure_2": "pressure_noise", "position": "position_noise",
+    "resistance": "friction_deviation", "bias_1": "pressure_bias", "bias_2": "pressure_bias",
+}  # fmt: skip
+"""State → option with its deviation, where that does not have the name of the state."""
+
+_PER_SI = {
+    "pressure_1": 1e-6, "pressure_2": 1e-6, "position": 1e3, "velocity": 1e3, "offset": 1e6, "lap": 1e6,
+    "clearance": 1e15, "bias_1": 1e-6, "bias_2": 1e-6,
+}  # fmt: skip
+"""State → factor from SI to estimator units, where it is not 1, but for the leakage."""
 
 _IN_SI = {
     "pressure_1": 1e6, "pressure_2": 1e6, "position": 1e-3, "velocity": 1e-3, "leakage": LITRE_PER_MINUTE,

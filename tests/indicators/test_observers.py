@@ -149,5 +149,5 @@ def test_coefficients_count_in_the_scales_that_are_given(signal):
 def test_the_preset_judges_the_distance_of_the_coefficients():
     preset = REPOSITORY / "configs/detectors/volterra.yaml"
     chosen = load_indicators(str(preset))
-    assert load_experiment(preset).detection.scores["volterra_distance"]
+    assert load_experiment(preset, ["study.healthy={fit: 3, test: 2}"]).detection.scores["volterra_distance"]
     assert all(np.isfinite(array).all() for array in measure(moved(), chosen).values.values())

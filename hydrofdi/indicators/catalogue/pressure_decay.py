@@ -45,6 +45,7 @@ class Stretches:
         `signs` (n_stretch,) multiply the signal in each stretch; NaN if a record has no stretch.
         """
         samples = signal.reshape(-1)[self.places]
+        # Less the first sample of each stretch, so that the products do not cancel large means.
         samples -= np.repeat(samples[self.first], self.length)
         samples *= self.time
         products, squares = self._sums(samples), self.length * (np.square(self.length) - 1.0) / 12.0

@@ -83,6 +83,7 @@ def integrate_windows(
                     own[CURRENT, k] = own[ENDING, k] = 0.0
             first, second = weights[0, 0, j], weights[1, 0, j]
             x, x_v, p_1 = position[r, i], spool[r, i], pressures[0, r, i]
+            # A block is the second half of one window and the first half of the next.
             add(own, 0, x, first, second)
             add(own, 1, signed_root(p_1 - pressures[1, r, i]), first, second)
             add(own, 2, x, weights[0, 1, j], weights[1, 1, j])
@@ -216,6 +217,7 @@ def valve_signals(
     `supply` is P_s at the linearisation point, `reference` the P_s that the prior deviation refers to, `gain`
     is K_v w.
     """
+    # Equations (7) and (8), with a limited slope where the drop vanishes.
     root = signed_root(chamber_1_orifice_drop(sign * spool, pressure, supply, ret))
     opened = gain * root
     slope = 0.5 * gain * spool / max(abs(root), _LEAST_ROOT)
@@ -247,6 +249,7 @@ def write_equation(
     flow, by_supply, supply_error, by_offset = sums[0], sums[1], sums[2], sums[3]
     by_lap, by_clearance, by_fed, by_drained = sums[4], sums[5], sums[6], sums[7]
     place, speed = position / b.half_time, travel / b.half_time
+    # Equations (5) and (6): ∫ φ (V ± A x_p) P', with x_p(τ) ≈ place + speed τ about the middle of the window.
     compressed = sign * (volume + sign * area * place) * sums[8] + area * speed * sums[9]
     columns[0] = leak
     columns[1] = compressed

@@ -109,6 +109,12 @@ def test_noise_in_the_column_of_the_bulk_modulus_is_taken_out():
     overstated = followed(shown, targets, [40_000], noise=10.0 * of_window, modulus=modulus)[0]
     assert np.isfinite(overstated).all()
     assert overstated[N_UNKNOWN + COMPRESSIBILITY] > found[N_UNKNOWN + COMPRESSIBILITY]
+    few = followed(shown[:, :40], targets[:, :40], [40], noise=0.5, modulus=modulus)[0]
+    rows, right = shown[0, :40].reshape(80, -1) / ERROR, targets[0, :40].reshape(80) / ERROR
+    place = np.eye(N_UNKNOWN)[COMPRESSIBILITY]
+    normal = np.eye(N_UNKNOWN) + rows.T @ rows - 40 * 0.5 * np.outer(place, place)
+    expected = np.linalg.solve(normal, rows.T @ right + 40 * 0.5 / modulus * place)
+    np.testing.assert_allclose(few[:N_UNKNOWN], expected, rtol=1e-7)
 
 
 def test_covariances_stay_positive_and_numbers_exact_over_a_million_samples():

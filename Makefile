@@ -9,7 +9,7 @@ RESULT := results/table3
 
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 INSTALL = $(BIN)/python -m pip install --quiet --no-input
-PYTEST = $(BIN)/pytest --numprocesses 2 --dist loadscope
+PYTEST = $(BIN)/pytest --numprocesses 3 --dist loadscope
 CHECKED = $(INSTALL) --require-hashes --constraint constraints.txt
 
 .DEFAULT_GOAL := help

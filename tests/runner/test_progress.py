@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import hydrofdi
-from hydrofdi.api.sweep import Progress
+from hydrofdi.api.progress import Progress
 from hydrofdi.config import RunParameters
 from hydrofdi.execution.compute import split_jobs
 from hydrofdi.execution.measuring import Job

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 from scipy.stats import binomtest, t
 
 from hydrofdi.errors import NotStatedError
@@ -60,6 +60,10 @@ def test_intervals_reach_no_certainty_where_all_scores_are_apart():
     draw = np.random.default_rng(5)
     apart = area_under_curve(draw.random(20), 2.0 + draw.random(20))
     assert (apart.value, apart.high) == (1.0, 1.0)
+    low, n, m = apart.low, apart.n_healthy, apart.n_faulty  # Newcombe's method 5 at its own limit
+    pairs = (1.0 - low) / (2.0 - low) + low / (1.0 + low)
+    variance = low * (1.0 - low) * (1.0 + ((n + m) / 2.0 - 1.0) * pairs) / (n * m)
+    assert 1.0 - low == pytest.approx(ndtri(0.975) * math.sqrt(variance))
     assert 0.8 < apart.low < 0.99
     mirrored = area_under_curve(2.0 + draw.random(20), draw.random(20))
     assert mirrored.high == pytest.approx(1.0 - apart.low)

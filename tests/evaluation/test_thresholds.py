@@ -230,6 +230,9 @@ def test_rates_out_of_reach_are_refused():
     with pytest.raises(NotStatedError, match="500 healthy records, not 400") as refused:
         tail_threshold(scores[:400], 1e-3)
     assert refused.value.records_needed == 500
+    tail_threshold(scores[:500], 1e-3)
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        tail_threshold(scores, 1.5)
     with pytest.raises(NotStatedError, match="10000"):
         tail_threshold(scores, 1e-5)
     with pytest.raises(NotStatedError, match="tolerance limit"):

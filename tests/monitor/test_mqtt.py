@@ -246,6 +246,20 @@ def test_a_confirmation_that_the_broker_did_not_get_is_sent_again(broker, closin
     np.testing.assert_array_equal(times(until(again, through(*blocks[7:]))), blocks[7].time)
 
 
+def test_messages_that_wait_while_the_connection_breaks_come_once(broker, closing):
+    blocks = blocks_of(15)
+    source = closing(source_at(broker.address()))
+    connected(source)
+    sent(closing(publisher_at(broker.address())), blocks)
+    wait_for(lambda: len(source._inbox._items) == 15)
+    intruder = client_at(broker, source.client_id)
+    wait_for(lambda: "taken over" in broker.log or "already connected" in broker.log)
+    intruder.disconnect()
+    intruder.loop_stop()
+    readings = until(source, lambda readings: len(events(readings, EventKind.CONNECTED)) == 1)
+    np.testing.assert_array_equal(times(readings), np.concatenate([block.time for block in blocks]))
+
+
 def test_a_broker_that_is_absent_is_waited_for_and_said_once(tmp_path, closing):
     broker = Broker(tmp_path)
     source = closing(source_at(broker.address()))

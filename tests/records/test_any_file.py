@@ -181,3 +181,11 @@ def test_a_broken_file_gives_its_numbers_or_a_reason(impatient, kind, data):
         for batch in read_or_refused(changed, f"run.{kind}"):
             assert batch.n_record + len(batch.rejected) == 1
             assert all(rejected.remark.message for rejected in batch.rejected)
+
+
+@settings(max_examples=100)
+@given(st.text(alphabet="fileschanp_1:{}[]\"',. \n#*0kHzbr", max_size=120))
+def test_any_description_is_read_or_refused(text):
+    files = {"m.yaml": text, "run.csv": "P1\n1\n2\n"}
+    with folder_with(files) as folder, contextlib.suppress(HydrofdiError):
+        list(measured_source(folder / "m.yaml").batches())

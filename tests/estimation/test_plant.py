@@ -10,6 +10,7 @@ from estimation.plants import (
     NOMINAL,
     PLACES,
     SENSORS,
+    TUNING,
     follow_extended,
     follow_unscented,
     predicted,
@@ -19,6 +20,7 @@ from estimation.plants import (
     square_wave,
     true_states,
 )
+from hydrofdi.indicators.estimation.ekf_stream import find_path
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, STATES, follow_command, spool_transition
 from hydrofdi.indicators.estimation.square_root import find_gain, inflate, measurement_update, triangularise
 
@@ -90,6 +92,22 @@ def test_the_spool_follows_a_command_as_its_equation_has_it(damping_ratio):
     np.testing.assert_allclose(spool, [x, v], rtol=2e-3, atol=1e-5)
     assert path[0] == 0.01
     assert path[-1] == spool[0]
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "is_open"),
+    [
+        (5e-3, 9e-3, True),
+        (-5e-3, -9e-3, True),
+        (5e-3, 11e-3, False),
+        (1e-3, 5e-3, False),
+        (-1e-3, -5e-3, False),
+    ],
+)
+def test_parameters_are_updated_only_while_the_valve_is_open_and_nearly_at_rest(start, end, is_open):
+    measured, path = TUNING._replace(follows_command=False), np.empty(9)
+    assert find_path(np.zeros(2), start, end, measured, path) == is_open
+    np.testing.assert_allclose(path, np.linspace(start, end, 9))
 
 
 N_RECORD, N_TIME, SETTLED = 24, 1200, 250

@@ -9,7 +9,14 @@ from estimation.filters import ExtendedFilter, KalmanFilter, UnscentedFilter
 from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE
 from hydrofdi.indicators.estimation.valve_use import follow_noise, new_noise
-from hydrofdi.indicators.estimation.weak_rls import N_ESTIMATE, follow_windows, new_scratch, new_state
+from hydrofdi.indicators.estimation.weak_rls import (
+    CONDITION,
+    MISFIT,
+    N_ESTIMATE,
+    follow_windows,
+    new_scratch,
+    new_state,
+)
 from hydrofdi.indicators.models.volterra import (
     lagged_values,
     polynomial_terms,
@@ -58,6 +65,11 @@ def test_with_all_in_memory_the_estimates_are_those_of_one_regression(known):
         columns.transpose(0, 3, 2, 1)[:, rest], targets.transpose(0, 2, 1), np.ones(len(rest)), ERROR
     )
     np.testing.assert_allclose(found[rest], whole.values[0], rtol=1e-9)
+    rows, left = columns[0].reshape(800, -1) * deviations / ERROR, targets - columns @ found[:N_UNKNOWN]
+    np.testing.assert_allclose(found[MISFIT], np.sqrt(np.mean(left**2)) / ERROR, rtol=1e-9)
+    normal = np.eye(N_UNKNOWN) + rows.T @ rows
+    scaled = normal / np.sqrt(np.outer(np.diag(normal), np.diag(normal)))
+    np.testing.assert_allclose(found[CONDITION] ** 2, np.linalg.cond(scaled, 1), rtol=1e-9)
 
 
 def test_what_is_not_excited_any_more_returns_to_its_prior():

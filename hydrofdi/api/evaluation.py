@@ -112,13 +112,15 @@ class Evaluation:
 
     @property
     def conclusion(self) -> str:
-        """Comparison of healthy groups over all scores; empty if there are fewer than two."""
+        """Comparison of healthy groups over all scores; empty if there are fewer than two and a fault."""
         known = [
             score["stands_clear"]
             for each, score in zip(self.detection.judgements, self.scores, strict=True)
             if each.levels and score["stands_clear"] is not None
         ]
         n_not, n_score = known.count(False), len(known)
+        if not any(each.levels for each in self.detection.judgements):
+            return "no record is labelled faulty, so no detection can be stated"
         if not n_score:
             has_groups = any(map(len, self.healthy_pairs.values()))
             few = f"fewer than two healthy groups have {_LEAST} records: whether only the unit or the day was"

@@ -44,6 +44,12 @@ class WindowLine:
     chart: ChartReading | None = None
     condition: Condition = Condition.UNKNOWN
 
+    @property
+    def alarm(self) -> bool | None:
+        """Whether it is an alarm, that of the chart if there is one; None if it is not judged."""
+        judged = self.verdict.alarm
+        return judged if judged is None or self.chart is None else self.chart.alarm
+
 
 Line = WindowLine | Event
 
@@ -62,7 +68,7 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
         "condition": line.condition.value,
         "score": _finite(verdict.score),
         "unit": unit,
-        "alarm": verdict.alarm,
+        "alarm": line.alarm,
         "margin": _finite(verdict.margin),
         "beyond_limit": verdict.is_beyond,
         "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.message},

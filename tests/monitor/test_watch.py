@@ -1,6 +1,7 @@
 """What a watch says does not depend on chunks and restarts; it says things once, and counts them."""
 
 import time
+from dataclasses import replace
 from io import StringIO
 
 import numpy as np
@@ -18,7 +19,7 @@ from hydrofdi.detectors.run_lengths import delays
 from hydrofdi.detectors.trained.configuration import DetectorConfig, TimedChart, WindowConfig
 from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.indicators import make_indicators
-from hydrofdi.monitor.lines import Condition, WindowLine
+from hydrofdi.monitor.lines import Condition, WindowLine, line_record
 from hydrofdi.monitor.watch import Watch, windower_of
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk, Event, EventKind
@@ -180,6 +181,8 @@ def test_with_a_chart_its_alarms_decide():
     assert 30 <= first.number < 40
     assert raised.time == first.end
     assert first.chart.statistic >= first.chart.limit
+    assert line_record(replace(first, verdict=replace(first.verdict, alarm=False)))["alarm"] is True
+    assert line_record(replace(first, chart=replace(first.chart, alarm=False)))["alarm"] is False
 
 
 def test_novel_windows_whose_score_comes_to_lie_beyond_the_limit_are_said_anew():

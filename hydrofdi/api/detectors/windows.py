@@ -69,9 +69,7 @@ class JudgedWindow:
     @property
     def alarm(self) -> bool | None:
         """That of the chart if there is one, or of the threshold; None if the window is not judged."""
-        if self.line is None or self.line.verdict.alarm is None:
-            return None
-        return self.line.verdict.alarm if self.line.chart is None else self.line.chart.alarm
+        return None if self.line is None else self.line.alarm
 
 
 def channels_read(file: DetectorFile) -> tuple[Channel, ...]:

@@ -218,7 +218,7 @@ def measure_sweep(n_job: int, repetitions: int) -> tuple[dict[str, float], list[
     best["cores"], best["repetitions"] = len(cores), repetitions
     quotient = best["seconds"] / best["kernel_seconds"]
     targets = [
-        Target(f"{best['jobs']:g} jobs without signals: times the pure kernel", quotient, "<=", 2.5, "×"),
+        Target(f"{best['jobs']:g} jobs without signals: times the pure kernel", quotient, "<=", 1.4, "×"),
         Target("  peak memory of parent and workers", best["peak_memory"] / 1e9, "<=", 1.5, "GB"),
     ]
     return best, targets
@@ -244,7 +244,7 @@ def _limit(command: str) -> float | None:
     """Largest time of a command relative to ``import numpy``."""
     if not command.startswith("hydrofdi "):
         return None
-    return 6.0 if command.split()[1] in ("simulate", "check", "plan") else 4.0
+    return 5.0 if command.split()[1] in ("simulate", "check", "plan") else 3.5
 
 
 def own_cores() -> list[int | None]:
@@ -293,7 +293,7 @@ def main() -> None:
     tell_sensors(report["sensors"])  # type: ignore[arg-type]
     report["indicators"], cheap = measure_indicators(options.rounds, advance_full_lanes)
     tell_indicators(report["indicators"], cheap)  # type: ignore[arg-type]
-    more.append(Target("cheap indicators of a record: times the kernel", cheap, "<=", 3.0, "×"))
+    more.append(Target("cheap indicators of a record: times the kernel", cheap, "<=", 1.5, "×"))
     tell("\ntarget")
     for target in targets + more:
         tell(str(target))

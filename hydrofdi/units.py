@@ -16,7 +16,7 @@ from typing import Self
 
 Exponents = tuple[Fraction, ...]
 
-BASE_UNITS = ("kg", "m", "s", "A", "rad")
+BASE_UNITS = ("kg", "m", "s", "A", "rad", "K")
 """Base units that span all dimensions; the angle is one, so that Hz and rad/s are not mixed up."""
 
 
@@ -77,18 +77,26 @@ SYMBOLS = {
     "galUK": _unit("0.00454609", m=3),
     "St": _unit("1/10000", m=2, s=-1),
     "A": _unit("1", A=1),
+    "K": _unit("1", K=1),
+    "°C": _unit("1", K=1),
+    "degC": _unit("1", K=1),
     "V": _unit("1", kg=1, m=2, s=-3, A=-1),
     "J": _unit("1", kg=1, m=2, s=-2),
     "W": _unit("1", kg=1, m=2, s=-3),
 }
 """Symbol → unit."""
 
+ZEROS = {"°C": 273.15, "degC": 273.15}
+"""Unit with another zero than SI → its zero, which columns and single quantities have, not differences."""
+
 PREFIXABLE = {"g", "m", "s", "Hz", "N", "Pa", "L", "l", "A", "V", "J", "W", "psi", "bar", "St"}
 PREFIXES = {"G": 9, "M": 6, "k": 3, "d": -1, "c": -2, "m": -3, "µ": -6, "μ": -6, "u": -6, "n": -9}
 """Powers of ten."""
 
 
-_TOKEN = re.compile(r"\s*(?:([A-Za-zµμ%]+|1)|([·*/()])|\^(?a:(-?\d+(?:\.\d+)?|\(-?\d+/\d+\)))|([⁻⁰¹²³⁴-⁹]+))")
+_TOKEN = re.compile(
+    r"\s*(?:([A-Za-zµμ%°]+|1)|([·*/()])|\^(?a:(-?\d+(?:\.\d+)?|\(-?\d+/\d+\)))|([⁻⁰¹²³⁴-⁹]+))"
+)
 _ROOT = re.compile(r"(?:√|sqrt)\s*(?:\(\s*([A-Za-zµμ]+)\s*\)|([A-Za-zµμ]+))")
 """Square root of a single unit, as in ``Pa/√Hz`` or ``Pa/sqrt(Hz)``."""
 _LARGEST_EXPONENT = 12
@@ -237,7 +245,7 @@ def parse_quantity(text: str, unit: str) -> float:
     if found.exponents != wanted.exponents:
         needed = "be a number or a percentage" if unit == "1" else f"be convertible to {unit}"
         raise ValueError(f"{text!r} has the wrong unit; it must {needed}")
-    return _scaled(match[1], found.factor / wanted.factor)
+    return _scaled(match[1], found.factor / wanted.factor) + ZEROS.get(match[2].strip(), 0.0)
 
 
 def parse_si(text: str) -> float:

@@ -30,6 +30,7 @@ These are refused, and the message names the right unit: `did you mean 'L/min'?`
 """
 
 NAMES = {
+    "K": "kelvin", "°C": "degree Celsius", "degC": "degree Celsius",
     "1": "without a unit", "%": "percent", "kg": "kilogram", "g": "gram", "t": "tonne", "lb": "pound",
     "m": "metre", "in": "inch", "ft": "foot", "s": "second", "min": "minute", "h": "hour",
     "day": "24 hours", "days": "24 hours",

@@ -24,6 +24,7 @@ class Channel(StrEnum):
     PISTON_VELOCITY = "piston_velocity"
     SPOOL_POSITION = "spool_position"
     INPUT_VOLTAGE = "input_voltage"
+    OIL_TEMPERATURE = "oil_temperature"
 
     @property
     def unit(self) -> str:
@@ -55,9 +56,10 @@ class Channel(StrEnum):
 _SYMBOLS = {
     "chamber_1_pressure": "P1", "chamber_2_pressure": "P2", "supply_pressure": "Ps", "return_pressure": "Pr",
     "piston_position": "x", "piston_velocity": "v", "spool_position": "xv", "input_voltage": "u",
+    "oil_temperature": "Toil",
 }  # fmt: skip
 
-_UNITS = {"pressure": "Pa", "position": "m", "velocity": "m/s", "voltage": "V"}
+_UNITS = {"pressure": "Pa", "position": "m", "velocity": "m/s", "voltage": "V", "temperature": "K"}
 
 
 Array = NDArray[np.float64]

@@ -134,14 +134,20 @@ def test_an_impossible_estimate_is_a_remark_refused_by_training_and_a_doubt_abou
     assert None not in list(judged["alarm"])
 
 
+def told(table):
+    return zip(table["doubt"], table["fault"], strict=True)
+
+
 @pytest.mark.parametrize("by", ["time", "estimate"])
-def test_a_model_that_does_not_explain_a_machine_is_a_doubt_unless_it_was_trained_on_it(records, by):
+def test_a_model_that_does_not_explain_a_machine_is_a_doubt_or_novel_unless_it_was_trained_on_it(records, by):
     wrong, more = moved(records, 0.12), {"window": None} if by == "estimate" else {}
     judged = [
         trained(healthy, "weak_rls", RIGHT, by=by, accept=True, **more).judge(wrong, sampling_frequency=RATE)
         for healthy in (records, wrong)
     ]
-    of_another, own = (np.mean(["misfit" in doubt for doubt in each["doubt"]]) for each in judged)
+    of_another, own = (
+        np.mean(["misfit" in doubt or "novel" in fault for doubt, fault in told(each)]) for each in judged
+    )
     assert of_another > 0.5
     assert own == 0.0
 

@@ -16,6 +16,7 @@ from hydrofdi.api.detectors.healthy_records import LeftOut
 from hydrofdi.api.detectors.windows import Tally, channels_read, judged_windows, watched, windows_table
 from hydrofdi.api.measuring import assumption_text, constants_text
 from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.detectors.trained.conditions import coverage
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
@@ -112,6 +113,7 @@ def _basis(file: DetectorFile, left: LeftOut, *, is_unlabelled: bool) -> Iterato
     }
     if out := "; ".join(f"{kind} ({count})" for kind, count in counts.items() if count):
         yield f"Left out: {out}."
+    yield coverage(file.conditions)
     for name, count in basis.impossible.items():
         yield f"Warning: {name} is physically impossible in {count:,} of them."
     if basis.drive_period is not None and window.by == "time":

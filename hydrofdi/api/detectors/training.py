@@ -152,7 +152,7 @@ def train(
     said = Said(sampling_frequency, channel, unit, label, group)
     labels = tuple(names_of("healthy", healthy, "labels of healthy records"))
     feature = feature_of(stated)
-    needed = feature.channels | feature.optional_channels | {stated.window.channel}
+    needed = feature.channels | feature.optional_channels | {stated.window.channel, Channel.OIL_TEMPERATURE}
     sources = sources_of(data, needed, said) if stored is None else [_records_of(stored, needed)]
     records = HealthyRecords(sources, labels)
     made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)

@@ -238,6 +238,10 @@ class DetectorFile(Part):
     ranges: dict[Channel, ChannelRange]
     """Healthy range of each channel."""
 
+    conditions: dict[str, Range] = Field(default_factory=dict)
+    """Oil temperature [K], estimated bulk modulus and supply pressure [Pa] → lowest and highest value of the
+    healthy windows; a window far outside is novel."""
+
     positive: tuple[str, ...] = ()
     """Outputs that can only be positive, and are so in all healthy windows; in other windows without an alarm
     they make the window novel."""

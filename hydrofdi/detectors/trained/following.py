@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.registry import make_chart
+from hydrofdi.detectors.trained.conditions import estimated_conditions, outside, temperatures
 from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.detectors.trained.file import DetectorFile, Scale
 from hydrofdi.detectors.trained.measuring import Verdict, findings, verdict_of
@@ -50,8 +51,8 @@ class Estimate:
         In the unit of the output; NaN if there is a fault.
     fault : Issue or None
         Reason of a restart of the indicator.
-    fits : mapping of str to float
-        Outputs that state how well the model explains the samples.
+    fits, conditions : mapping of str to float
+        Outputs that state how well the model explains the samples, and estimated conditions.
     """
 
     place: int
@@ -60,6 +61,7 @@ class Estimate:
     fault: Issue | None = None
     doubts: tuple[Issue, ...] = ()
     fits: Mapping[str, float] = field(default_factory=dict)
+    conditions: Mapping[str, float] = field(default_factory=dict)
 
 
 class Estimator:
@@ -85,6 +87,7 @@ class Estimator:
         self.indicator: RecursiveIndicator[Any] = indicator
         self._score, self._channels, self.sampling_frequency = followed, tuple(channels), sampling_frequency
         self._prefix, self._fits = followed.partition(".")[0] + ".", fits
+        self._conditions = [*estimated_conditions(feature)]
 
     def start(self) -> State:
         """State before the first sample: only arrays."""
@@ -147,8 +150,9 @@ class Estimator:
                 lost = f"{self._score} has had no value for {n_lost * self.interval:.4g} s"
                 fault = Issue(f"{lost}; {self._anew}" if is_given_up else lost, kind="no_number")
             explained = {name: float(values[name][row]) for name in fits}
+            conditions = {name: float(values[name][row]) for name in self._conditions if name in values}
             time = float(piece.time[place])
-            found.append(Estimate(int(place), time, score, fault, doubts[row], explained))
+            found.append(Estimate(int(place), time, score, fault, doubts[row], explained, conditions))
             if is_given_up:
                 return self.start(), int(place) + 1, found
         after: dict[str, NDArray[Any]] = {
@@ -214,7 +218,7 @@ class Follower:
             some = found[first : first + _BATCH_SIZE]
             faults = self._faults(rows, [n_held + each.place + 1 for each in some])
             verdicts += [
-                verdict_of(self.file, each.score, each.fault or fault, doubts=each.doubts)
+                verdict_of(self.file, each.score, each.fault or fault, None, each.doubts, each.conditions)
                 for each, fault in zip(some, faults, strict=True)
             ]
         times = np.array([each.time for each in found])
@@ -234,8 +238,10 @@ class Follower:
             samples = np.stack([looks[place][1:] for place in sound], axis=1)
             names = tuple(map(str, sound))
             records = RecordBatch(dict(zip(channels, samples, strict=True)), frequency, names)
-            for place, fault in zip(sound, findings(records, self.file.ranges), strict=True):
-                faults[place] = fault
+            means, file = temperatures(records), self.file
+            for row, fault in enumerate(findings(records, file.ranges)):
+                own = {name: float(values[row]) for name, values in means.items()}
+                faults[sound[row]] = fault or outside(file.conditions, file.basis.n_window, own)
         return faults
 
 

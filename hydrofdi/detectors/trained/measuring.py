@@ -9,6 +9,7 @@ from itertools import chain
 
 import numpy as np
 
+from hydrofdi.detectors.trained.conditions import TEMPERATURE, conditions_of, outside
 from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile
 from hydrofdi.errors import Issue
@@ -47,12 +48,15 @@ class Measured:
         Why a window lacks numbers.
     fits : mapping of str to ndarray, shape (n_window,)
         Outputs that state how well the model explains a window.
+    conditions : mapping of str to ndarray, shape (n_window,)
+        As from `conditions_of`.
     """
 
     numbers: Array
     obstacles: list[str | None]
     doubts: list[tuple[Issue, ...]]
     fits: Mapping[str, Array]
+    conditions: Mapping[str, Array]
 
 
 def measured_numbers(
@@ -67,6 +71,7 @@ def measured_numbers(
         [next(filter(None, reasons), None) for reasons in obstacles],
         [tuple(chain.from_iterable(each)) for each in zip(*doubts, strict=True)],
         {name: measures.values[name] for name, output in feature.outputs.items() if output.is_fit},
+        conditions_of(feature, measures.values, records),
     )
 
 
@@ -210,8 +215,11 @@ class Judge:
         found = measured_numbers(records, self._feature, self.file.fits)
         scores = self.file.scores(found.numbers).tolist()
         faults = findings(records, self.file.ranges)
-        for place, *told in zip(sound, scores, faults, found.obstacles, found.doubts, strict=True):
-            verdicts[place] = verdict_of(self.file, *told)
+        for row, place in enumerate(sound):
+            own = {name: float(values[row]) for name, values in found.conditions.items()}
+            verdicts[place] = verdict_of(
+                self.file, scores[row], faults[row], found.obstacles[row], found.doubts[row], own
+            )
         return verdicts
 
 
@@ -221,6 +229,7 @@ def verdict_of(
     fault: Issue | None = None,
     obstacle: str | None = None,
     doubts: Sequence[Issue] = (),
+    conditions: Mapping[str, float] = {},
 ) -> Verdict:
     """Verdict on a score.
 
@@ -234,7 +243,13 @@ def verdict_of(
     doubts : sequence of Issue
         About the numbers of the window. If a quantity can only be positive, and is not, a window without an
         alarm is novel.
+    conditions : mapping of str to float
+        Conditions of the window; it is novel if they are outside of those that healthy windows cover. A leak
+        may move an estimate: then an alarm stays and is doubtful.
     """
+    other = outside(file.conditions, file.basis.n_window, conditions)
+    if other is not None and other.where == TEMPERATURE:
+        fault = fault or other
     if fault is not None and fault.kind != "novel":
         return Verdict(None, None, None, fault)
     if math.isnan(score):
@@ -247,7 +262,9 @@ def verdict_of(
     if distance >= 0.0:
         no_sign = (each for each in doubts if each.kind == "not_positive" and each.where in file.positive)
         novel = next((Issue(each.message, kind="novel") for each in no_sign), None)
-        fault = fault or novel or _wrong_side(file, score)
+        fault = fault or novel or other or _wrong_side(file, score)
+    elif other is not None:
+        doubts = [*doubts, other]
     if fault is None:
         return Verdict(score, distance < 0.0, margin, doubt="; ".join(doubt.message for doubt in doubts))
     if distance < 0.0:

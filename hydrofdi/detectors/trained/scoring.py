@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.detectors.trained.conditions import TEMPERATURE, temperatures, widened
 from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.detectors.trained.following import Estimator
 from hydrofdi.detectors.trained.measuring import channel_facts, measured_numbers, records_of
@@ -46,6 +47,8 @@ class HealthyScores:
         Output → number of windows in which it is physically impossible, or in particular not positive.
     fits : dict of str to float
         Output that states how well the model explains a window → largest value.
+    conditions : dict of str to (float, float)
+        Condition → its lowest and highest value.
     """
 
     def __init__(self, feature: Feature, windower: Windower, estimator: Estimator | None = None) -> None:
@@ -64,6 +67,7 @@ class HealthyScores:
         self.n_impossible: Counter[str] = Counter()
         self.n_not_positive: Counter[str] = Counter()
         self.fits: dict[str, float] = {}
+        self.conditions: dict[str, tuple[float, float]] = {}
         self._waiting: list[tuple[int, bool, Window]] = []
 
     def take(self, batch: RecordBatch) -> None:
@@ -93,9 +97,12 @@ class HealthyScores:
         self._waiting = []
         channels, are_apart = self.windower.channels, np.array(apart)
         records = records_of(windows, channels, self.windower.sampling_frequency)
-        for channel in channels if are_apart.any() else ():
+        for channel in (each for each in channels if each is not TEMPERATURE and are_apart.any()):
             self.facts.setdefault(channel, []).append(channel_facts(records[channel][are_apart]))
         if self.estimator is not None:
+            for row in np.flatnonzero(are_apart).tolist():
+                own = {name: float(values[row]) for name, values in temperatures(records).items()}
+                self.conditions = widened(self.conditions, own)
             return
         found = measured_numbers(records, self.feature)
         is_known = [bool(each.all()) for each in np.isfinite(found.numbers)]
@@ -103,6 +110,8 @@ class HealthyScores:
             self.numbers[place] = found.numbers[row]
             if are_apart[row] and is_known[row]:
                 self._doubt(found.doubts[row], {name: float(own[row]) for name, own in found.fits.items()})
+                own = {name: float(values[row]) for name, values in found.conditions.items()}
+                self.conditions = widened(self.conditions, own)
             if are_apart[row] and found.obstacles[row] is not None:
                 self._leave_out(Issue(found.obstacles[row] or "", kind="no_number"))
 
@@ -113,6 +122,7 @@ class HealthyScores:
             for each in found:
                 self._add(np.array([each.score]), True, each.fault)
                 self._doubt(each.doubts, each.fits)
+                self.conditions = widened(self.conditions, each.conditions)
 
     def _add(self, numbers: Array, is_apart: bool, fault: Issue | None) -> None:
         self.record.append(len(self.durations) - 1)

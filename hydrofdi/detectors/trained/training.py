@@ -12,6 +12,7 @@ import numpy as np
 from hydrofdi.detectors.registry import make_chart, make_score
 from hydrofdi.detectors.run_lengths import FalseAlarms
 from hydrofdi.detectors.scores.contract import cross_fitted_scores, healthy_scale, known_numbers, plain_data
+from hydrofdi.detectors.trained.conditions import TEMPERATURE
 from hydrofdi.detectors.trained.configuration import (
     DetectorConfig,
     Feature,
@@ -86,6 +87,7 @@ def train(
         raise NotStatedError(f"{healthy.name}: no healthy record")
     seen = feature.channels | (feature.optional_channels & first.channels.keys())
     seen |= {window.channel} if window.by == "cycle" else set()
+    seen |= {TEMPERATURE} & first.channels.keys()
     channels = tuple(channel for channel in Channel if channel in seen)
     found = _scores(chain([first], batches), first, channels, feature, config, drive)
     teachers = None
@@ -125,6 +127,7 @@ def train(
         limits=limits,
         chart=None if chart is None else _chart_limit(found, chart, own, direction, config.confidence),
         ranges={channel: learned_range(channel, facts) for channel, facts in found.facts.items()},
+        conditions=dict(sorted(found.conditions.items())),
         positive=tuple(
             name for name, each in used.outputs.items() if each.is_positive and not found.n_not_positive[name]
         ),
@@ -199,7 +202,7 @@ def _check(
         )
     if missing := [channel for channel in channels if channel not in batch.channels]:
         pairs = (pair for pair in feature.indicators.items() if not pair[1].channels.isdisjoint(missing))
-        label, needs = next(pairs, (config.window.by, feature.indicator))
+        label, needs = next(pairs, (f"the detector after {other}", feature.indicator))
         remedy = spool_remedy(missing, needs)
         raise DataError(f"{source}: has no {' and no '.join(missing)}, which {label} needs{remedy}")
     if obstacle := without_scale(batch, channels):

@@ -13,7 +13,7 @@ from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.measured.description.sections import COUNTS, ChannelConfig, TimeConfig
 from hydrofdi.settings.messages import listed, nearest
-from hydrofdi.units import Unit, parse_unit, similar_units
+from hydrofdi.units import ZEROS, Unit, parse_unit, similar_units
 
 _TITLE = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*")
 MOST_SHOWN = 12
@@ -33,6 +33,7 @@ NAMES = {
     Channel.SPOOL_POSITION: "xv, xs, spool, spool position, valve position",
     Channel.INPUT_VOLTAGE: "u, voltage, input voltage, command, command voltage, control voltage"
     ", valve command",
+    Channel.OIL_TEMPERATURE: "toil, oil temperature, temperature oil, oil temp",
 }
 """Channel → its usual column names; upper and lower case, blanks, ``_``, ``-`` and ``.`` do not matter."""
 
@@ -67,7 +68,8 @@ class Column:
             config = self.config
             values = values if config.gain is None else config.gain * values
             values = values + config.offset if config.offset else values
-            return scaled(-values if config.sign < 0 else values, self.factor)
+            values = scaled(-values if config.sign < 0 else values, self.factor)
+            return values + ZEROS[self.unit] if self.unit in ZEROS else values
 
 
 def columns_of(

@@ -113,6 +113,8 @@ def _of_channel(
         return
     if channel in ranges:
         yield from _out_of_range(channel, samples, ranges[channel])
+    if channel is Channel.OIL_TEMPERATURE:
+        return
     if channel is Channel.PISTON_POSITION and (
         frozen := frozen_time(recording.channels, recording.sampling_frequency)
     ):

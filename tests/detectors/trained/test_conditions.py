@@ -1,0 +1,138 @@
+"""A detector says which conditions its healthy records cover; windows outside of them are novel."""
+
+import json
+
+import numpy as np
+import pytest
+
+import hydrofdi
+from hydrofdi.detectors.trained.conditions import coverage, outside
+from hydrofdi.detectors.trained.measuring import verdict_of
+from tests.commands import run_hydrofdi
+from tests.detectors.trained.test_training import trained
+
+MEAN = {
+    "indicator": "pressure_statistics",
+    "output": "mean",
+    "direction": "rising",
+    "false_alarm_rate": "5 %",
+}
+
+
+def records(temperatures, level=85e5, seed=0):
+    """A second of pressure and oil temperature [K] at 100 Hz for each temperature."""
+    noise = np.random.default_rng(seed).standard_normal((len(temperatures), 100))
+    oil = np.repeat(np.asarray(temperatures, dtype=float)[:, None], 100, axis=1)
+    return {"chamber_1_pressure": level + 1e4 * noise, "oil_temperature": oil}
+
+
+def own(temperatures):
+    return hydrofdi.train(records(temperatures), sampling_frequency=100, **MEAN)
+
+
+def test_the_file_keeps_the_temperatures_and_the_summary_says_them_on_one_line():
+    detector = own(np.linspace(300.15, 320.15, 30))
+    assert detector.file.conditions == {"oil_temperature": pytest.approx((300.15, 320.15))}
+    assert "It covers oil temperature 27.0 °C to 47.0 °C." in detector.summary.splitlines()
+
+
+@pytest.mark.parametrize(("span", "is_narrow"), [(9.0, True), (11.0, False)])
+def test_a_narrow_range_asks_for_warm_and_cold_records(span, is_narrow):
+    (line,) = [
+        line for line in own(np.linspace(300.0, 300.0 + span, 30)).summary.splitlines() if "covers" in line
+    ]
+    assert ("record warm and cold" in line) is is_narrow
+
+
+def test_an_unknown_temperature_asks_for_warm_and_cold_records():
+    text = coverage({})
+    assert "oil temperature is not recorded" in text
+    assert "record warm and cold" in text
+
+
+@pytest.mark.parametrize(("span", "is_narrow"), [(0.08, True), (0.12, False)])
+def test_a_bulk_modulus_that_hardly_varies_is_narrow(span, is_narrow):
+    covered = {"oil_temperature": (300.0, 320.0), "balance.bulk_modulus": (500e6, 500e6 * (1.0 + span))}
+    assert ("balance.bulk_modulus hardly varies" in coverage(covered)) is is_narrow
+
+
+def test_a_window_outside_of_the_covered_temperatures_is_novel_and_names_them():
+    detector = own(np.linspace(300.15, 320.15, 30))
+    told = detector.judge(records([310.0, 321.0, 341.15, 280.0], seed=1), sampling_frequency=100)
+    assert told["fault"].tolist() == ["", "", "novel", "novel"]
+    assert told["reason"][2] == "oil temperature is 68.0 °C; healthy windows cover 27.0 °C to 47.0 °C"
+
+
+def test_an_alarm_outside_of_the_covered_temperatures_is_not_raised_and_is_said():
+    detector = own(np.linspace(300.15, 320.15, 30))
+    told = detector.judge(records([310.0, 340.0], level=85.05e5), sampling_frequency=100)
+    assert told["alarm"].tolist() == [True, None]
+    assert told["beyond_limit"].tolist() == [True, True]
+
+
+def test_a_temperature_that_stays_the_same_is_not_stuck():
+    assert not own([300.0] * 30).file.basis.not_judged
+
+
+def test_a_record_without_the_temperature_that_a_detector_covers_is_not_judged():
+    pressure = {"chamber_1_pressure": records([310.0])["chamber_1_pressure"]}
+    (reason,) = own(np.linspace(300.15, 320.15, 30)).judge(pressure, sampling_frequency=100)["reason"]
+    assert reason == "has no oil_temperature"
+
+
+def test_of_an_estimate_outside_its_range_an_alarm_stays_and_other_windows_are_novel():
+    file = trained(np.random.default_rng(0).standard_normal((100, 1)))
+    file = file.model_copy(update={"conditions": {"b.bulk_modulus": (500e6, 600e6)}})
+    high = file.limits.high
+    for score, is_alarm in ((high + 1.0, True), (high - 1.0, None)):
+        found = verdict_of(file, score, conditions={"b.bulk_modulus": 900e6})
+        assert found.alarm is is_alarm
+        assert "b.bulk_modulus is 900 MPa" in (found.doubt or found.fault.message)
+    assert verdict_of(file, high + 1.0, conditions={"b.bulk_modulus": 550e6}).doubt == ""
+
+
+def test_few_windows_leave_more_room():
+    covered = {"oil_temperature": (300.0, 320.0)}
+    assert outside(covered, 1000, {"oil_temperature": 330.0}) is not None
+    assert outside(covered, 30, {"oil_temperature": 330.0}) is None
+
+
+def test_columns_in_degrees_celsius_are_read_by_files_and_streams(tmp_path):
+    def write(name, temperature, n):
+        time = np.arange(100 * n) / 100.0
+        samples = 85.0 + 0.1 * np.random.default_rng(n).standard_normal(time.size)
+        oil = np.full(time.size, temperature)
+        columns = np.column_stack([time, samples, oil])
+        np.savetxt(tmp_path / name, columns, "%.6f", ",", header="time [s],P1 [bar],oil temperature [°C]",
+                   comments="", encoding="utf-8")  # fmt: skip
+
+    write("healthy.csv", 40.0, 30)
+    write("hot.csv", 80.0, 2)
+    options = ["--indicator", "pressure_statistics", "--output", "mean", "--direction", "rising"]
+    run_hydrofdi("train", "healthy.csv", *options, "--window", "1 s", "--false-alarm-rate", "5 %",
+                 "--out", "d.json", cwd=tmp_path)  # fmt: skip
+    stored = json.loads((tmp_path / "d.json").read_text(encoding="utf-8"))
+    assert stored["conditions"] == {"oil_temperature": pytest.approx([313.15, 313.15])}
+    done = run_hydrofdi("monitor", "d.json", "hot.csv", "--no-follow", cwd=tmp_path, check=None)
+    assert "oil temperature is 80.0 °C" in done.stdout
+
+
+def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
+    run_hydrofdi("simulate", "--out", "sound.h5", "--set", "record.duration=12 s",
+                 "--set", "pressure_1_sensor.noise=20 kPa", cwd=tmp_path)  # fmt: skip
+    table = run_hydrofdi("replay", "sound.h5", "--rate", "max", cwd=tmp_path).stdout.splitlines()
+    columns = np.array([line.split(",") for line in table[1:]], dtype=float).T
+    named = dict(zip((title.split(" [")[0] for title in table[0].split(",")), columns, strict=True))
+    channels = {name: named[name] for name in ("P1", "P2", "x", "u")}
+    channels["oil_temperature"] = np.full(columns.shape[1], 310.0)
+    frequency = round(1.0 / np.diff(named["time"][:2]).item())
+    config = {"indicator": "weak_rls", "options": {"spool": "command", "supply": "sum"},
+              "window": {"by": "estimate"}, "false_alarm_rate": 0.05}  # fmt: skip
+    detector = hydrofdi.train(channels, config=config, sampling_frequency=frequency)
+    assert set(detector.file.conditions) == {
+        "oil_temperature", "weak_rls.bulk_modulus", "weak_rls.supply_pressure",
+    }  # fmt: skip
+    assert "fault" in detector.judge(channels, sampling_frequency=frequency).columns
+    channels["oil_temperature"] = np.full(columns.shape[1], 350.0)
+    told = detector.judge(channels, sampling_frequency=frequency)
+    assert set(told["fault"]) == {"novel"}

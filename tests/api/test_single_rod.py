@@ -152,6 +152,14 @@ def test_a_model_that_does_not_explain_a_machine_is_a_doubt_or_novel_unless_it_w
     assert own == 0.0
 
 
+def test_training_says_that_a_data_sheet_does_not_fit_the_healthy_records(records):
+    def fits(healthy):
+        return "data sheet does not fit" not in trained(healthy, "weak_rls", RIGHT, accept=True).summary
+
+    assert fits(records)
+    assert not fits(moved(records, 0.12))
+
+
 P1, P2, X, U = "chamber_1_pressure", "chamber_2_pressure", "piston_position", "input_voltage"
 INDICATOR = {"flow_balance": {"spool": "command", "supply": "sum"}}
 RATE_SIGNS = "500 Hz"

@@ -114,8 +114,22 @@ def _basis(file: DetectorFile, left: LeftOut, *, is_unlabelled: bool) -> Iterato
     if out := "; ".join(f"{kind} ({count})" for kind, count in counts.items() if count):
         yield f"Left out: {out}."
     yield coverage(file.conditions)
+    is_fit = {name for name, output in file.feature.outputs.items() if output.is_fit}
     for name, count in basis.impossible.items():
-        yield f"Warning: {name} is physically impossible in {count:,} of them."
+        if name not in is_fit:
+            yield f"Warning: {name} is physically impossible in {count:,} of them."
+    if unfit := [name for name in is_fit if 2 * basis.impossible.get(name, 0) > basis.n_window]:
+        yield (
+            f"Warning: {' and '.join(sorted(unfit))} say in most of them that the data sheet does not fit the"
+            " machine: the limits rest on its own history, but stated sizes of leaks may be wrong."
+        )
+    if basis.outlying:
+        far = [f"{name} ({counted(count, 'window')})" for name, count in basis.outlying.items()]
+        more = f" and {len(far) - _MOST_NAMED:,} more" if len(far) > _MOST_NAMED else ""
+        yield (
+            f"Warning: far beyond the other healthy records: {', '.join(far[:_MOST_NAMED])}{more}."
+            " If they are not healthy, a leak is hidden; train without them."
+        )
     if basis.drive_period is not None and window.by == "time":
         periods = (window.duration or 0.0) / basis.drive_period
         missed = abs(periods - round(periods)) * basis.drive_period * file.sampling_frequency

@@ -90,7 +90,11 @@ class Basis(Part):
     """Kind of fault → number of healthy windows that were not used because of it."""
 
     impossible: dict[str, Count] = Field(default_factory=dict)
-    """Output → number of healthy windows in which it is physically impossible."""
+    """Output → number of healthy windows in which it is impossible, or does not fit."""
+
+    outlying: dict[str, Count] = Field(default_factory=dict)
+    """Healthy record → number of its windows more than eight healthy spreads from the median, where a leak
+    moves them."""
 
     drive_period: float | None = Field(None, gt=0.0)
     """Period of the drive of the first healthy record [s]; null if none is known or found."""

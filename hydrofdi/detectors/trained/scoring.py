@@ -29,8 +29,8 @@ class HealthyScores:
 
     Attributes
     ----------
-    durations, own_groups, labels : list
-        Duration [s], group and label of each record; texts are empty if unknown.
+    durations, own_groups, labels, names : list
+        Duration [s], group, label and name of each record; group and label are empty if unknown.
     record : list of int, length n_score
         Index of the record of each window or estimate.
     numbers : list of ndarray, shape (n_number,)
@@ -44,7 +44,7 @@ class HealthyScores:
     not_judged, reasons : Counter of str
         Kind of fault and message → number of windows or estimates that have no score.
     n_impossible, n_not_positive : Counter of str
-        Output → number of windows in which it is physically impossible, or in particular not positive.
+        Output → number of windows in which it is impossible, or in particular not positive.
     fits : dict of str to float
         Output that states how well the model explains a window → largest value.
     conditions : dict of str to (float, float)
@@ -57,6 +57,7 @@ class HealthyScores:
         self.durations: list[float] = []
         self.own_groups: list[str] = []
         self.labels: list[str] = []
+        self.names: list[str] = []
         self.record: list[int] = []
         self.numbers: list[Array] = []
         self.is_apart: list[bool] = []
@@ -76,6 +77,7 @@ class HealthyScores:
             self.durations.append(batch.duration)
             self.own_groups.append(batch.groups[row])
             self.labels.append(batch.labels[row] if batch.labels else "")
+            self.names.append(" ".join(dict.fromkeys((batch.sources[row], batch.record_ids[row]))).strip())
             if self.estimator is not None:
                 self._follow(self.estimator, batch, row)
             end = -np.inf
@@ -180,7 +182,7 @@ class HealthyScores:
     def _doubt(self, doubts: Iterable[Issue], fits: Mapping[str, float]) -> None:
         """Count the doubts about a window."""
         for doubt in doubts:
-            self.n_impossible[doubt.where] += doubt.kind != "misfit"
+            self.n_impossible[doubt.where] += 1
             self.n_not_positive[doubt.where] += doubt.kind == "not_positive"
         for name, value in fits.items():
             self.fits[name] = float(np.fmax(self.fits.get(name, value), value))

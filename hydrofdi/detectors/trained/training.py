@@ -99,6 +99,7 @@ def train(
     limits = limits_of(found, config, direction, has_chart=chart is not None)
     centre, spread = healthy_scale(found.scores)
     own = Scale(centre=centre, spread=spread, range=(float(found.scores.min()), float(found.scores.max())))
+    spreads, is_two_sided = standardised(found.scores, own, direction), direction is Direction.BOTH
     used = feature if trained is None else feature.of(trained.numbers)
     fits = {name: each.possible[1] or 0.0 for name, each in used.outputs.items() if each.is_fit}
     in_full: dict[str, Any] = {
@@ -122,7 +123,7 @@ def train(
         channels=channels,
         sampling_frequency=first.sampling_frequency,
         n_sample=found.n_sample,
-        basis=_basis(found, sources, found_period(first)),
+        basis=_basis(found, sources, found_period(first), np.abs(spreads) if is_two_sided else spreads),
         healthy=own,
         limits=limits,
         chart=None if chart is None else _chart_limit(found, chart, own, direction, config.confidence),
@@ -317,17 +318,23 @@ def _require_scores(
         reason = next((text for text, _ in found.reasons.most_common(1)), absent)
         raise NotStatedError(f"no healthy record has {feature.label}: {reason}")
     for name, count in () if config.accept else found.n_impossible.items():
-        if 2 * count > found.scores.size:
+        if 2 * count > found.scores.size and not feature.outputs[name].is_fit:
             raise DataError(
                 f"{healthy.name}: {name} is physically impossible in {count:,} of {found.scores.size:,}"
                 f" healthy windows: {CAUSES} --accept trains all the same"
             )
 
 
-def _basis(found: HealthyScores, sources: Sequence[str], drive_period: float | None) -> Basis:
-    used = zip(found.record, found.is_used.tolist(), strict=True)
-    populations = Counter(found.labels[record] for record, is_used in used if is_used)
+_OUTLYING = 8.0
+"""Healthy spreads from the median beyond which a healthy window is said to be unlike the others; a choice."""
+
+
+def _basis(found: HealthyScores, sources: Sequence[str], drive_period: float | None, spreads: Array) -> Basis:
+    """The data behind a detector; `spreads`: used scores in healthy spreads, rising with a leak."""
+    used = np.array(found.record, dtype=np.intp)[found.is_used].tolist()
+    populations = Counter(found.labels[record] for record in used)
     del populations[""]
+    far = zip(used, (spreads > _OUTLYING).tolist(), strict=True)
     return Basis(
         sources=tuple(sources),
         n_record=len(found.durations),
@@ -335,7 +342,8 @@ def _basis(found: HealthyScores, sources: Sequence[str], drive_period: float | N
         n_group=len(set(found.groups)) if found.has_groups else 0,
         populations=dict(sorted(populations.items())),
         not_judged=dict(sorted(found.not_judged.items())),
-        impossible={name: count for name, count in sorted(found.n_impossible.items()) if count},
+        impossible=dict(sorted(found.n_impossible.items())),
+        outlying=dict(Counter(found.names[record] for record, is_far in far if is_far)),
         drive_period=drive_period,
     )
 

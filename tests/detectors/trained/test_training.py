@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from hydrofdi.api.detectors.detector import Detector
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import Made
 from hydrofdi.detectors.trained.measuring import Judge
@@ -121,6 +122,19 @@ def test_a_limit_is_the_score_that_the_detector_gives_that_window():
     ]
     scores = [verdict.score for verdict in Judge(file).judge(windows)]
     assert sorted(scores)[-2] == file.limits.high
+
+
+@pytest.mark.parametrize(
+    ("direction", "shift", "is_named"),
+    [("rising", 12.0, True), ("rising", -12.0, False), ("falling", -12.0, True), ("both", -12.0, True),
+     ("rising", 3.0, False)],
+)  # fmt: skip
+def test_a_record_far_beyond_the_others_where_a_leak_moves_it_is_named(direction, shift, is_named):
+    means = normal(20, 10)
+    means[7] += shift
+    file = trained(means, direction=direction)
+    assert file.basis.outlying == ({"made record 7": 10} if is_named else {})
+    assert ("made record 7 (10 windows)" in Detector(file).summary) is is_named
 
 
 def test_too_few_windows_are_refused_with_the_number_that_is_needed():

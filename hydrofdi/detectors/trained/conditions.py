@@ -22,8 +22,8 @@ _ESTIMATES = ("bulk_modulus", "supply_pressure")
 _NARROW, _NARROW_SHARE = 10.0, 0.1
 """Span below which a range is narrow: of the temperature [K], of an estimate relative to its size."""
 
-_MARGIN = 0.25
-"""Margin of a covered range, as a share of its width and of a narrow width together."""
+_MARGIN = 0.1
+"""Margin of a covered range, as a share of its width and of a narrow width together; a choice."""
 
 _FEW = 30
 """Number of windows below which margins are doubled, because few windows cover little of the range."""

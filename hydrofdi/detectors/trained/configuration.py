@@ -111,6 +111,10 @@ class DetectorConfig(Promise):
     score: ScoreConfig | None = None
     """Score computed from several numbers; by default ``output`` is the score."""
 
+    compensate: bool = True
+    """Whether to take the effect of the oil temperature out of ``output`` if the records have it: the score
+    is then ``compensated`` by its mean in each window. With ``by: estimate`` it is not."""
+
     accept: bool = False
     """Whether to train although estimates are physically impossible in most healthy windows."""
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from hydrofdi.detectors.registry import make_chart, make_score
 from hydrofdi.detectors.run_lengths import FalseAlarms
+from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.detectors.scores.contract import cross_fitted_scores, healthy_scale, known_numbers, plain_data
 from hydrofdi.detectors.trained.conditions import TEMPERATURE
 from hydrofdi.detectors.trained.configuration import (
@@ -79,19 +80,21 @@ def train(
     NotStatedError
         There are too few records for the false-alarm rate; the message states how many are needed.
     """
-    feature, direction, window = feature_of(config), direction_of(config), config.window
+    window, is_stated = config.window, config.score is not None
     drive = _drive(healthy, window.channel) if window.by == "cycle" else None
     batches = (batch for batch in healthy.batches(labels=True) if batch.n_record)
     first = next(batches, None)
     if first is None:
         raise NotStatedError(f"{healthy.name}: no healthy record")
+    config = _compensated(config, first)
+    feature, direction = feature_of(config), direction_of(config)
     seen = feature.channels | (feature.optional_channels & first.channels.keys())
     seen |= {window.channel} if window.by == "cycle" else set()
     seen |= {TEMPERATURE} & first.channels.keys()
     channels = tuple(channel for channel in Channel if channel in seen)
     found = _scores(chain([first], batches), first, channels, feature, config, drive)
     teachers = None
-    if faulty is not None and config.score is not None:
+    if faulty is not None and is_stated:
         teachers = _scores(faulty.batches(labels=True), first, channels, feature, config, drive)
     trained = _learn(found, feature, config, teachers)
     _require_scores(found, feature, config, healthy)
@@ -135,6 +138,20 @@ def train(
         fits={name: max(limit, found.fits.get(name, limit)) for name, limit in fits.items()},
         drive=drive,
     )
+
+
+def _compensated(config: DetectorConfig, first: RecordBatch) -> DetectorConfig:
+    """The same with the output compensated by the oil temperature, if that is measured."""
+    feature = feature_of(config)
+    is_scored = config.score is None and feature.described.is_score and config.window.by != "estimate"
+    if not (config.compensate and is_scored and TEMPERATURE in first.channels):
+        return config
+    indicators = stated_indicators(feature.indicators) | {
+        TEMPERATURE: {"kind": "pressure_statistics", "channel": TEMPERATURE}
+    }
+    score = ScoreConfig(kind="compensated", of=[feature.label], by=[f"{TEMPERATURE}.mean"])
+    own = {"indicator": "", "options": {}, "output": "", "indicators": indicators, "score": score}
+    return config.model_copy(update=own)
 
 
 def _drive(healthy: RecordSource, channel: Channel) -> Drive:

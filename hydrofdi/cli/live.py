@@ -39,6 +39,14 @@ def train(
     sensors: Annotated[
         str, typer.Option(metavar="P1,P2,…", help="With --best: sensors that the winner may need.")
     ] = "",
+    fleet: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Detector of a fleet with the same score, whose settings are used: its machines make up for"
+            " own windows that are too few.",
+        ),
+    ] = None,
     json: Json = False,
     **settings: Any,
 ) -> int:
@@ -49,7 +57,8 @@ def train(
     Exit code 1 if records are rejected or repeat the samples of another.
     """
     command = shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])])
-    detector = hydrofdi.train(sources, out=out, command=command, best=best, sensors=sensors or (), **settings)
+    settings |= {"best": best, "sensors": sensors or (), "fleet": fleet}
+    detector = hydrofdi.train(sources, out=out, command=command, **settings)
     record = {"out": str(out), **detector.to_dict()}
     answer(record, lambda _: [f"{out}: {detector.name}\n{detector.summary}"], json=json)
     left = detector.left_out

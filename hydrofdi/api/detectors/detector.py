@@ -89,9 +89,10 @@ def _threshold(file: DetectorFile) -> str:
     if per_hour := alarms_per_hour(file):
         least, most = map(count_text, per_hour["interval"])
         hourly = f": {count_text(per_hour['wanted'])} false alarms an hour ({least} to {most})"
-    rests = {"windows": "windows taken as independent"}.get(
-        limits.interval_rests_on, f"leave-one-{limits.interval_rests_on[:-1]}-out"
-    )
+    rests = {
+        "windows": "windows taken as independent",
+        "fleet": f"{counted(file.basis.n_window, 'own window')} and the fleet {file.basis.fleet}",
+    }.get(limits.interval_rests_on, f"leave-one-{limits.interval_rests_on[:-1]}-out")
     return (
         f"Designed for a false-alarm rate of {at_most}{percent(limits.false_alarm_rate)} per"
         f" {'window' if file.n_sample else 'estimate'}; {100.0 * limits.confidence:.4g} % confidence interval"

@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 from hydrofdi.api.arguments import Names, Texts, names_of, path_of
@@ -16,15 +17,17 @@ from hydrofdi.api.measuring import Indicators, assumed_constants
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.api.stored import read_results
+from hydrofdi.detectors.rules import Promise
 from hydrofdi.detectors.trained.configuration import (
     DetectorConfig,
     WindowConfig,
     feature_of,
     stated_detector,
 )
-from hydrofdi.detectors.trained.file import Made
+from hydrofdi.detectors.trained.file import DetectorFile, Made, load_detector
 from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
+from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.report.detection.populations import n_computed_of
@@ -51,6 +54,7 @@ def train(
     healthy: str | int | Sequence[str | int] = (),
     best: bool = False,
     sensors: str | Sequence[str] = (),
+    fleet: str | PathLike[str] | None = None,
     config: str | PathLike[str] | Mapping[str, Any] | None = None,
     out: str | PathLike[str] | None = None,
     command: str = "",
@@ -81,6 +85,10 @@ def train(
         on the fit records of the study, which are simulated again unless their signals are stored.
     sensors : str or sequence of str
         Sensors that the winner may need, such as ``P1,P2,x,u``; all by default.
+    fleet : path, optional
+        Detector of a fleet, each machine of which is a group or a record, by `train`: its settings and its
+        score are used. If the own healthy windows are too few for a threshold, the limits are those of normal
+        scores of a machine like these, given the own windows (at least one).
     config : path or mapping, optional
         YAML file, or a mapping, with these settings, options of the indicator and a chart; what is given
         beside it wins.
@@ -139,6 +147,15 @@ def train(
         config = _winner(stored, names_of("sensors", sensors, "symbols of sensors"))
     elif sensors:
         raise ConfigError("sensors: is for best, the winner of a study")
+    of_fleet = None
+    if fleet is not None:
+        if best or config is not None or indicator is not None:
+            raise ConfigError("fleet: its file has the indicator and the settings; give no others")
+        of_fleet = _fleet(path_of(fleet))
+        settings_of = of_fleet.config.model_dump(mode="json")
+        config = {key: value for key, value in settings_of.items() if value} | {
+            "chart": None, "compensate": False, "accept": of_fleet.config.accept,
+        }  # fmt: skip
     stated = stated_detector(
         config if config is None or isinstance(config, Mapping) else path_of(config),
         {
@@ -147,6 +164,8 @@ def train(
             if value is not None
         },
     )
+    if of_fleet is not None:
+        _require_same_score(stated, of_fleet.config)
     if out is not None:
         require_place(path_of(out))
     said = Said(sampling_frequency, channel, unit, label, group)
@@ -157,7 +176,8 @@ def train(
     records = HealthyRecords(sources, labels)
     made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
     faulty = replace(records, is_faulty=True)
-    file = train_on(records, stated, [source.name for source in sources], made, faulty)
+    names, fleet_name = [source.name for source in sources], "" if fleet is None else path_of(fleet).name
+    file = train_on(records, stated, names, made, faulty, of_fleet, fleet_name)
     records.left_out.n_leaking -= faulty.n_taken if file.score and file.score.n_faulty else 0
     options = (each.options for each in feature.indicators.values())
     assumed = tuple(dict.fromkeys(name for each in options for name in assumed_constants(sources, each)))
@@ -227,6 +247,25 @@ def _winner(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
             " start at one, so its rates may differ; wavelet: {phase: 0} in the study makes them equal"
         )
     return detector_settings(stored.experiment, best, detection.rules)
+
+
+def _fleet(path: Path) -> DetectorFile:
+    """The detector of a fleet, which has a summary of its machines."""
+    file = load_detector(path)
+    if file.fleet is None:
+        raise ConfigError(
+            f"{path}: is not a fleet: it needs {FEWEST_GROUPS} healthy machines or more, each a group or a"
+            " record with two windows or more"
+        )
+    return file
+
+
+def _require_same_score(stated: DetectorConfig, fleet: DetectorConfig) -> None:
+    """Check that settings beside a fleet only concern the false-alarm rate."""
+    free = {*Promise.model_fields, "chart", "compensate", "accept"}
+    for name in DetectorConfig.model_fields.keys() - free:
+        if getattr(stated, name) != getattr(fleet, name):
+            raise ConfigError(f"fleet: its file has {name}, so that the score is the same; leave it out")
 
 
 def setting_keys() -> dict[str, tuple[str, ...]]:

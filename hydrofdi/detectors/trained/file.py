@@ -89,6 +89,9 @@ class Basis(Part):
     not_judged: dict[str, Count]
     """Kind of fault → number of healthy windows that were not used because of it."""
 
+    fleet: str = ""
+    """File and size of the fleet that the limits rest on too; empty if there is none."""
+
     impossible: dict[str, Count] = Field(default_factory=dict)
     """Output → number of healthy windows in which it is impossible, or does not fit."""
 
@@ -134,9 +137,30 @@ class Limits(Part):
     method: str
     """Method that set the limits."""
 
-    interval_rests_on: Literal["windows", "records", "groups"]
+    interval_rests_on: Literal["windows", "records", "groups", "fleet"]
     """``windows``: windows are assumed independent. ``records``, ``groups``: cross-validation, in which each
-    record or group is tested with the limits of the others."""
+    record or group is tested with the limits of the others. ``fleet``: normal scores of a machine like those
+    of a fleet."""
+
+
+class Fleet(Part):
+    """Healthy scores over the groups or records of the training, if each is a machine, in the unit of the
+    output."""
+
+    n_machine: int = Field(ge=5)
+    """Number of groups or records with two windows or more."""
+
+    mean: float
+    """Mean of the mean scores of machines."""
+
+    mean_deviation: float = Field(gt=0.0)
+    """Standard deviation of the mean scores of machines."""
+
+    log_deviation: float
+    """Mean natural logarithm of the standard deviation of the scores of a machine."""
+
+    log_deviation_deviation: float = Field(gt=0.0)
+    """Standard deviation of this logarithm over machines."""
 
 
 class ChartLimit(Part):
@@ -239,6 +263,9 @@ class DetectorFile(Part):
     healthy: Scale
     limits: Limits
     chart: ChartLimit | None = None
+    fleet: Fleet | None = None
+    """Spread over machines; null if fewer than five groups or records have two windows."""
+
     ranges: dict[Channel, ChannelRange]
     """Healthy range of each channel."""
 

@@ -24,6 +24,7 @@ from hydrofdi.detectors.trained.configuration import (
     stated_indicators,
 )
 from hydrofdi.detectors.trained.file import Basis, ChartLimit, DetectorFile, Limits, Made, Scale, TrainedScore
+from hydrofdi.detectors.trained.fleet import fleet_limits, fleet_of
 from hydrofdi.detectors.trained.following import Estimator, samples_looked_at, standardised
 from hydrofdi.detectors.trained.measuring import learned_range, without_scale
 from hydrofdi.detectors.trained.scoring import HealthyScores
@@ -54,6 +55,8 @@ def train(
     sources: Sequence[str],
     made: Made,
     faulty: RecordSource | None = None,
+    fleet: DetectorFile | None = None,
+    fleet_name: str = "",
 ) -> DetectorFile:
     """Train a detector on healthy records.
 
@@ -68,6 +71,9 @@ def train(
         Names of the sources.
     faulty : RecordSource, optional
         Only faulty records, for scores that learn from them too.
+    fleet, fleet_name : DetectorFile and str, optional
+        Detector of a fleet and its name. Its score is used as it is; with `config` of the same score, its
+        summary makes up for healthy windows that are too few.
 
     Raises
     ------
@@ -86,7 +92,10 @@ def train(
     first = next(batches, None)
     if first is None:
         raise NotStatedError(f"{healthy.name}: no healthy record")
-    config = _compensated(config, first)
+    config = config if fleet else _compensated(config, first)
+    if fleet is not None and first.sampling_frequency != fleet.sampling_frequency:
+        found_at, wanted = first.sampling_frequency, fleet.sampling_frequency
+        raise DataError(f"{healthy.name}: is sampled at {found_at:g} Hz, but {fleet_name} at {wanted:g} Hz")
     feature, direction = feature_of(config), direction_of(config)
     seen = feature.channels | (feature.optional_channels & first.channels.keys())
     seen |= {window.channel} if window.by == "cycle" else set()
@@ -96,12 +105,19 @@ def train(
     teachers = None
     if faulty is not None and is_stated:
         teachers = _scores(faulty.batches(labels=True), first, channels, feature, config, drive)
-    trained = _learn(found, feature, config, teachers)
+    trained = _learn(found, feature, config, teachers, None if fleet is None else fleet.score)
     _require_scores(found, feature, config, healthy)
     chart = _chart(config, found, direction)
-    limits = limits_of(found, config, direction, has_chart=chart is not None)
-    centre, spread = healthy_scale(found.scores)
-    own = Scale(centre=centre, spread=spread, range=(float(found.scores.min()), float(found.scores.max())))
+    others = ""
+    try:
+        limits = limits_of(found, config, direction, has_chart=chart is not None)
+        own = _scale(found.scores)
+    except NotStatedError:
+        if fleet is None or fleet.fleet is None or config.threshold != "quantile":
+            raise
+        rate, confidence = config.false_alarm_rate, config.confidence
+        limits, own = fleet_limits(found.scores, fleet.fleet, direction, rate, confidence)
+        others = f"{fleet_name}, {fleet.fleet.n_machine} machines"
     spreads, is_two_sided = standardised(found.scores, own, direction), direction is Direction.BOTH
     used = feature if trained is None else feature.of(trained.numbers)
     fits = {name: each.possible[1] or 0.0 for name, each in used.outputs.items() if each.is_fit}
@@ -126,7 +142,10 @@ def train(
         channels=channels,
         sampling_frequency=first.sampling_frequency,
         n_sample=found.n_sample,
-        basis=_basis(found, sources, found_period(first), np.abs(spreads) if is_two_sided else spreads),
+        basis=_basis(
+            found, sources, found_period(first), np.abs(spreads) if is_two_sided else spreads, others
+        ),
+        fleet=fleet_of(found.scores, found.of_scores),
         healthy=own,
         limits=limits,
         chart=None if chart is None else _chart_limit(found, chart, own, direction, config.confidence),
@@ -241,14 +260,24 @@ _N_PIECE = 20
 
 
 def _learn(
-    found: HealthyScores, feature: Feature, config: DetectorConfig, teachers: HealthyScores | None
+    found: HealthyScores,
+    feature: Feature,
+    config: DetectorConfig,
+    teachers: HealthyScores | None,
+    learned: TrainedScore | None = None,
 ) -> TrainedScore | None:
-    """Set the scores of healthy windows: the number itself, or the cross-fitted score of several."""
+    """Set the scores of healthy windows: the number itself, the score that a fleet learned, or the
+    cross-fitted score of several numbers.
+    """
     n_healthy, both = len(found.numbers), [found] if teachers is None else [found, teachers]
     if config.score is None or not n_healthy:
         found.all_scores = np.array(found.numbers).reshape(-1)
         return None
     values = np.array([numbers for each in both for numbers in each.numbers])
+    if learned is not None:
+        kept = [place for place, name in enumerate(feature.numbers) if name in learned.numbers]
+        found.all_scores = learned.fitted(config.score.kind).score(values[:n_healthy, kept])
+        return learned
     is_fit = np.array([is_apart for each in both for is_apart in each.is_apart])
     is_faulty = np.arange(len(values)) >= n_healthy
     score = make_score(config.score.kind, config.score.options)
@@ -320,6 +349,11 @@ def _chart_limit(
     )
 
 
+def _scale(scores: Array) -> Scale:
+    centre, spread = healthy_scale(scores)
+    return Scale(centre=centre, spread=spread, range=(float(scores.min()), float(scores.max())))
+
+
 def _finite(value: float) -> float | None:
     """The value; None if it is infinite."""
     return value if np.isfinite(value) else None
@@ -346,7 +380,13 @@ _OUTLYING = 8.0
 """Healthy spreads from the median beyond which a healthy window is said to be unlike the others; a choice."""
 
 
-def _basis(found: HealthyScores, sources: Sequence[str], drive_period: float | None, spreads: Array) -> Basis:
+def _basis(
+    found: HealthyScores,
+    sources: Sequence[str],
+    drive_period: float | None,
+    spreads: Array,
+    fleet: str,
+) -> Basis:
     """The data behind a detector; `spreads`: used scores in healthy spreads, rising with a leak."""
     used = np.array(found.record, dtype=np.intp)[found.is_used].tolist()
     populations = Counter(found.labels[record] for record in used)
@@ -360,6 +400,7 @@ def _basis(found: HealthyScores, sources: Sequence[str], drive_period: float | N
         populations=dict(sorted(populations.items())),
         not_judged=dict(sorted(found.not_judged.items())),
         impossible=dict(sorted(found.n_impossible.items())),
+        fleet=fleet,
         outlying=dict(Counter(found.names[record] for record, is_far in far if is_far)),
         drive_period=drive_period,
     )

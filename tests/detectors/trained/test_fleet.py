@@ -1,0 +1,161 @@
+"""With a fleet, a few windows of a machine give limits that keep their rate over its machines."""
+
+from math import log, sqrt
+
+import numpy as np
+import pytest
+from scipy.stats import norm, t
+
+import hydrofdi
+from hydrofdi.detectors.trained.file import Fleet
+from hydrofdi.detectors.trained.fleet import fleet_limits, fleet_of, posterior
+from hydrofdi.errors import ConfigError, DataError, NotStatedError
+from hydrofdi.evaluation.scores import Direction
+
+MEAN, TAU, LOG, OMEGA = 5.0, 3.0, 0.2, 0.5
+TRUE = Fleet(n_machine=100, mean=MEAN, mean_deviation=TAU, log_deviation=LOG, log_deviation_deviation=OMEGA)
+
+
+def machines(draw, n):
+    return draw.normal(MEAN, TAU, n), np.exp(draw.normal(LOG, OMEGA, n))
+
+
+def rates_and_cover(direction, n_own, rate=0.01, n_repeat=200, n_fleet=100, per_machine=6):
+    """True rates of machines that are each drawn with a fleet, and how many intervals contain them."""
+    rates, n_held = [], 0
+    for seed in range(n_repeat):
+        draw = np.random.default_rng(seed)
+        means, deviations = machines(draw, n_fleet + 1)
+        scores = means[:-1, None] + deviations[:-1, None] * draw.standard_normal((n_fleet, per_machine))
+        fleet = fleet_of(scores.ravel(), np.repeat(np.arange(n_fleet), per_machine))
+        own = means[-1] + deviations[-1] * draw.standard_normal(n_own)
+        limits, _ = fleet_limits(own, fleet, direction, rate, 0.95)
+        low, high = (
+            (end - means[-1]) / deviations[-1] if end is not None else None
+            for end in (limits.low, limits.high)
+        )
+        rates.append((0.0 if low is None else norm.cdf(low)) + (0.0 if high is None else norm.sf(high)))
+        n_held += limits.interval[0] <= rates[-1] <= limits.interval[1]
+    return np.array(rates), n_held / n_repeat
+
+
+@pytest.mark.parametrize("direction", Direction)
+@pytest.mark.parametrize("n_own", [1, 5])
+def test_machines_of_a_fleet_keep_the_rate_and_the_interval(direction, n_own):
+    rates, share = rates_and_cover(direction, n_own)
+    assert share == pytest.approx(0.95, abs=3.0 * sqrt(0.95 * 0.05 / 200))
+    assert rates.mean() == pytest.approx(0.01, abs=3.0 * rates.std() / sqrt(200))
+
+
+def test_few_machines_make_the_interval_wider_and_it_still_holds_the_rate():
+    rates, share = rates_and_cover(Direction.RISING, 5, n_fleet=6)
+    assert share > 0.95 - 3.0 * sqrt(0.95 * 0.05 / 200)
+    assert rates.mean() < 0.02
+
+
+def test_a_fleet_is_recovered_from_its_scores():
+    draw = np.random.default_rng(0)
+    means, deviations = machines(draw, 2000)
+    scores = means[:, None] + deviations[:, None] * draw.standard_normal((2000, 5))
+    found = fleet_of(scores.ravel(), np.repeat(np.arange(2000), 5))
+    assert found.mean == pytest.approx(MEAN, abs=4.0 * TAU / sqrt(2000))
+    assert found.mean_deviation == pytest.approx(TAU, rel=0.07)
+    assert found.log_deviation == pytest.approx(LOG, abs=0.06)
+    assert found.log_deviation_deviation == pytest.approx(OMEGA, rel=0.1)
+
+
+def test_of_a_fleet_whose_machines_are_equally_noisy_the_limit_is_the_conjugate_one():
+    fleet = TRUE.model_copy(update={"log_deviation": log(2.0), "log_deviation_deviation": 1e-9})
+    own = np.array([4.0, 9.0, 7.0])
+    precision = 1.0 / TAU**2 + 3.0 / 4.0
+    mean = (MEAN / TAU**2 + own.sum() / 4.0) / precision
+    expected = mean + norm.isf(0.01) * sqrt(4.0 + 1.0 / precision)
+    assert posterior(own, fleet).high(0.01) == pytest.approx(expected, rel=1e-6)
+
+
+def test_of_a_fleet_that_says_nothing_the_limit_is_that_of_own_normal_scores():
+    vague = Fleet(
+        n_machine=100, mean=0.0, mean_deviation=1e4, log_deviation=0.0, log_deviation_deviation=30.0
+    )
+    own = np.random.default_rng(1).normal(50.0, 2.0, 20)
+    student = own.mean() + t.isf(0.01, 19) * own.std(ddof=1) * sqrt(1.0 + 1.0 / 20.0)
+    found = posterior(own, vague)
+    assert found.high(0.01) == pytest.approx(student, rel=0.01)
+
+
+def test_with_many_own_windows_the_limit_is_their_own():
+    own = np.random.default_rng(1).normal(MEAN + 4.0 * TAU, 0.2, 20_000)
+    limits, scale = fleet_limits(own, TRUE, Direction.RISING, 0.01, 0.95)
+    assert limits.high == pytest.approx(own.mean() + norm.isf(0.01) * own.std(), abs=0.01)
+    assert scale.spread == pytest.approx(0.2, rel=0.02)
+    assert limits.interval == pytest.approx((0.01, 0.01), rel=0.1)
+
+
+def test_fewer_than_five_machines_are_no_fleet():
+    scores, of = np.arange(20.0), np.repeat(np.arange(5), 4)
+    assert fleet_of(scores, of) is not None
+    assert fleet_of(scores[4:], of[4:]) is None
+    assert fleet_of(scores, np.arange(20)) is None
+
+
+def records(seed, n_machine, n_window):
+    draw = np.random.default_rng(seed)
+    own = (
+        85e5 + 3e4 * draw.standard_normal((n_machine, 1)) + 1e4 * draw.standard_normal((n_machine, n_window))
+    )
+    return np.repeat(own, 50, axis=1) + 1e3 * draw.standard_normal((n_machine, 50 * n_window))
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory):
+    path = tmp_path_factory.mktemp("fleet") / "fleet.json"
+    hydrofdi.train(
+        records(0, 30, 10), "pressure_statistics", output="mean", direction="rising", window="1 s",
+        sampling_frequency=50, out=path,
+    )  # fmt: skip
+    return path
+
+
+def test_training_states_both_sources_and_the_file_is_read_again(fleet, tmp_path):
+    own, path = records(1, 1, 5), tmp_path / "own.json"
+    with pytest.raises(NotStatedError):
+        hydrofdi.train(own, "pressure_statistics", output="mean", direction="rising", window="1 s",
+                       sampling_frequency=50)  # fmt: skip
+    detector = hydrofdi.train(own, fleet=fleet, sampling_frequency=50, out=path)
+    assert detector.file.limits.interval_rests_on == "fleet"
+    assert "5 own windows and the fleet fleet.json, 30 machines" in detector.summary
+    again = hydrofdi.Detector.load(path)
+    assert again.file == detector.file
+    low, high = again.false_alarm_interval
+    assert low < 0.01 < high
+    assert bool(again.judge(own + 2e5, sampling_frequency=50)["beyond_limit"].all())
+
+
+def test_enough_own_windows_need_no_fleet(fleet):
+    detector = hydrofdi.train(records(1, 1, 120), fleet=fleet, sampling_frequency=50)
+    assert detector.file.limits.interval_rests_on == "windows"
+    assert "fleet" not in detector.summary
+
+
+def test_the_score_of_a_fleet_is_used_as_it_was_learned(tmp_path):
+    healthy, path = records(0, 30, 10), tmp_path / "fleet.json"
+    config = {"indicators": {"p": {"kind": "pressure_statistics"}},
+              "score": {"kind": "largest_change", "of": ["p.mean", "p.standard_deviation"]}}  # fmt: skip
+    hydrofdi.train(healthy, config=config, window="1 s", sampling_frequency=50, out=path)
+    detector = hydrofdi.train(records(1, 1, 5), fleet=path, sampling_frequency=50)
+    assert detector.file.score == hydrofdi.Detector.load(path).file.score
+
+
+def test_what_is_no_fleet_and_other_settings_are_refused(fleet, tmp_path):
+    own = records(1, 1, 5)
+    hydrofdi.train(own, fleet=fleet, sampling_frequency=50, out=tmp_path / "own.json")
+    with pytest.raises(ConfigError, match="is not a fleet"):
+        hydrofdi.train(own, fleet=tmp_path / "own.json", sampling_frequency=50)
+    with pytest.raises(ConfigError, match=r"fleet: .*direction"):
+        hydrofdi.train(own, fleet=fleet, direction="falling", sampling_frequency=50)
+    with pytest.raises(ConfigError, match="fleet"):
+        hydrofdi.train(own, "dwt", fleet=fleet, sampling_frequency=50)
+    with pytest.raises(DataError, match="50 Hz"):
+        hydrofdi.train(own, fleet=fleet, sampling_frequency=100)
+    wider = hydrofdi.train(own, fleet=fleet, false_alarm_rate="5 %", sampling_frequency=50)
+    assert wider.limits[1] < hydrofdi.train(own, fleet=fleet, sampling_frequency=50).limits[1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +14,9 @@ from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Indicator, Output
+from hydrofdi.indicators.estimation import weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import (
+    N_UNKNOWN,
     UNKNOWNS,
     Balance,
     new_sums,
@@ -26,7 +29,7 @@ from hydrofdi.indicators.nominal_plant import UncertainActuator
 from hydrofdi.indicators.single_channel import alternating_side
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
-from hydrofdi.transforms.regression import regress
+from hydrofdi.transforms.regression import robust_weights
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 
@@ -109,7 +112,7 @@ def known_balance(
     return Balance(
         *actuator.areas, *actuator.volumes, actuator.flow_gain * actuator.area_gradient,
         actuator.return_pressure, 1.0 / actuator.bulk_modulus, own_feed, other_feed,
-        half / records.sampling_frequency,
+        half / records.sampling_frequency, 1.0 - math.exp(-1.0 / (0.1 * records.sampling_frequency)),
     )  # fmt: skip
 
 
@@ -146,10 +149,19 @@ class WindowOptions(UncertainActuator):
     reference_pressure: Annotated[float, SI("Pa", least=1e4, most=2e8)] = 8e6
     """Pressure difference at which leakage flows are stated [Pa]."""
 
+    leakage_deviation: Annotated[float, SI("m^3/s", above=0)] = 1e-3 / 60.0
+    """Prior standard deviation of the leakage flow, about zero [m³/s]."""
+
     @property
     def channels(self) -> frozenset[Channel]:
         """Pressures, position, and what moves the valve."""
         return super().channels - (set() if self.chambers == "both" else {P2})
+
+    def deviations(self, records: RecordBatch) -> Array:
+        """Prior standard deviations of all unknowns; zero if known."""
+        known = self.prior_deviations(records, 2 if self.chambers == "both" else 1)
+        known["internal_coefficient"] = self.leakage_deviation / math.sqrt(self.reference_pressure)
+        return np.array([known.get(name, 0.0) for name in UNKNOWNS])
 
     def lack_of_windows(self, records: RecordBatch) -> str | None:
         """Message if records are too short for a balance, else None."""
@@ -167,6 +179,9 @@ class BalanceOptions(WindowOptions):
 
     drive_amplitude: Annotated[float, SI("V", above=0), PlantConstant("spool", ("square",))] = 2.0
     """Amplitude of the input voltage [V], for ``spool: square``."""
+
+    leakage_deviation: Annotated[float, SI("m^3/s", above=0)] = 0.1 / 60.0
+    """Prior standard deviation of the leakage flow, about zero [m³/s]."""
 
     robust: bool = False
     """Whether windows that fit poorly get less weight, such as those in which a force on the piston jumps."""
@@ -195,7 +210,8 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
             error="leakage_error",
         ),
         Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
-        Output("mean_leakage", "m^3/s", "mean internal leakage flow of K_i", direction=rising),
+        Output("mean_leakage", "m^3/s", "mean flow across piston and closed valve", direction=rising),
+        Output.quality("mean_leakage_error", "m^3/s", "standard deviation of the mean flow, for any law"),
         Output(
             "cross_port_leakage", "m^3/s", f"flow across piston and closed valve, for any leakage law, {at}",
             direction=rising,
@@ -215,7 +231,63 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
             is_score=False,
         ),
         Output.quality("condition", "1", "condition number of the equations including the prior"),
+        Output.quality("flow_gain_error", "1", "standard deviation of the relative flow gain"),
+        Output.quality("supply_pressure_error", "Pa", "standard deviation of the supply pressure"),
+        Output.quality("offset_error", "m", "standard deviation of the offset"),
+        Output.quality("lap_error", "m", "standard deviation of the lap"),
+        Output.quality("clearance_error", "m^3/(s*Pa)", "standard deviation of the clearance"),
+        Output(
+            "misfit", "1", "RMS of the residuals of the balances, over the option 'error'",
+            is_score=False, possible=(0.0, 1.1), is_fit=True,
+        ),
+        Output(
+            "departure", "1", "largest deviation of an unknown from the data sheet, over its prior deviation",
+            is_score=False, possible=(0.0, 3.0), is_fit=True,
+        ),
     )  # fmt: skip
+
+
+def named_estimates(
+    options: WindowOptions, found: Array, reference: Array, deviations: Array
+) -> dict[str, Array]:
+    """`balance_outputs` from estimates (n_record, n_instant, N_ESTIMATE); NaN if no actuator is like that.
+
+    `reference`: supply pressure that the estimates are relative to [Pa]; `deviations`: of the priors.
+    """
+    of = {name: found[:, :, place] for place, name in enumerate(UNKNOWNS)}
+    error = {name: found[:, :, N_UNKNOWN + place] for place, name in enumerate(UNKNOWNS)}
+    root = math.sqrt(options.reference_pressure)
+    compressibility = 1.0 / options.bulk_modulus + of["compressibility"]
+    modulus = 1.0 / np.where(compressibility > 0.0, compressibility, np.nan)
+    sheet = [i for i, name in enumerate(UNKNOWNS) if deviations[i] > 0.0 and name not in _FREE]
+    values = {
+        "internal_coefficient": of["internal_coefficient"],
+        "internal_coefficient_error": error["internal_coefficient"],
+        "leakage": root * of["internal_coefficient"],
+        "leakage_error": root * error["internal_coefficient"],
+        "mean_leakage": found[:, :, weak_rls.MEAN],
+        "mean_leakage_error": found[:, :, weak_rls.MEAN_ERROR],
+        "cross_port_leakage": root * of["internal_coefficient"]
+        + options.reference_pressure * of["clearance"],
+        "cross_port_leakage_error": found[:, :, weak_rls.COMBINED],
+        "bulk_modulus": modulus,
+        "bulk_modulus_error": options.bulk_modulus_error(modulus, error["compressibility"] * modulus**2),
+        "flow_gain": 1.0 + of["flow_gain"],
+        "flow_gain_error": error["flow_gain"],
+        "supply_pressure": reference * (1.0 + of["supply"]),
+        "supply_pressure_error": reference * error["supply"],
+        "condition": found[:, :, weak_rls.CONDITION],
+        "misfit": found[:, :, weak_rls.MISFIT],
+        "departure": np.max(np.abs(found[:, :, sheet]) / deviations[sheet], axis=2, initial=0.0),
+    }
+    for name in ("offset", "lap", "clearance"):
+        values |= {name: of[name], f"{name}_error": error[name]}
+    is_actuator = (of["flow_gain"] > -1.0) & (of["supply"] > -1.0)
+    return {name: np.where(is_actuator, array, np.nan) for name, array in values.items()}
+
+
+_FREE = ("internal_coefficient", "supply")
+"""Unknowns that no data sheet states well."""
 
 
 class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
@@ -243,51 +315,37 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         """Estimates in SI, each (n_record,)."""
         options, both = self.options, self.options.chambers == "both"
         balance = VolumeBalance(records, options, both, self.by_spring, options.half_window)
-        deviations = options.prior_deviations(records, 2 if both else 1)
-        columns, target = balance.equations()
-        counts = _counting_windows(balance.spool, records.sampling_frequency, options)[:, None]
-        unknown = [UNKNOWNS.index(name) for name in deviations]
-        found = regress(
-            columns.transpose(0, 3, 2, 1)[:, unknown] * counts[:, None],
-            target.transpose(0, 2, 1) * counts,
-            np.array(list(deviations.values())),
-            options.error,
-            _REWEIGHTING if options.robust else 0,
-        )
+        deviations, supply = options.deviations(records), np.mean(balance.supply, axis=1)[:, None]
+        columns, targets = balance.equations()
+        counts = _counting_windows(balance.spool, records.sampling_frequency, options)
+        weights = np.ones(targets.shape)
+        for _ in range(_REWEIGHTING if options.robust else 0):
+            found = self._found(records, columns, targets, counts, weights, deviations)
+            left = targets - np.sum(columns * found[:, None, None, :N_UNKNOWN], axis=3)
+            weights = robust_weights(left * counts[:, :, None])
+        found = self._found(records, columns, targets, counts, weights, deviations)
+        values = named_estimates(options, found[:, None], supply, deviations)
+        return {name: array[:, 0] for name, array in values.items()}
 
-        def estimate(**factors: float) -> tuple[Array, Array]:
-            return found.combined(np.array([factors.get(name, 0.0) for name in deviations]))
-
-        root = np.sqrt(options.reference_pressure)
-        coefficient, coefficient_error = estimate(internal_coefficient=1.0)
-        leakage, leakage_error = estimate(internal_coefficient=root)
-        cross_port, cross_port_error = estimate(
-            internal_coefficient=root, clearance=options.reference_pressure
-        )
-        softer, softer_error = estimate(compressibility=1.0)
-        modulus = 1.0 / (1.0 / options.bulk_modulus + softer)
-        first, second = balance.pressures
-        return {
-            "internal_coefficient": coefficient,
-            "internal_coefficient_error": coefficient_error,
-            "leakage": leakage,
-            "leakage_error": leakage_error,
-            "mean_leakage": coefficient * np.mean(np.sqrt(np.abs(first - second)), axis=1),
-            "cross_port_leakage": cross_port,
-            "cross_port_leakage_error": cross_port_error,
-            "bulk_modulus": modulus,
-            "bulk_modulus_error": options.bulk_modulus_error(modulus, softer_error * modulus**2),
-            "flow_gain": 1.0 + estimate(flow_gain=1.0)[0],
-            "supply_pressure": np.mean(balance.supply, axis=1) * (1.0 + estimate(supply=1.0)[0]),
-            "offset": estimate(offset=1.0)[0],
-            "lap": estimate(lap=1.0)[0],
-            "clearance": estimate(clearance=1.0)[0],
-            "condition": found.condition,
-        }
+    def _found(
+        self, records: RecordBatch, columns: Array, targets: Array, counts: Array, weights: Array,
+        deviations: Array,
+    ) -> Array:  # fmt: skip
+        """Estimates (n_record, N_ESTIMATE) from weighted equations."""
+        options, n_record = self.options, records.n_record
+        roots, half_time = np.sqrt(weights), options.half_window / records.sampling_frequency
+        found = np.zeros((n_record, 1, 1, weak_rls.N_ESTIMATE))
+        weak_rls.follow_windows(
+            columns * roots[..., None], targets * roots, counts, np.array([columns.shape[1]]),
+            np.zeros((n_record, 1, N_UNKNOWN)), deviations, options.error, np.ones(1),
+            options.reference_pressure, half_time, np.zeros((n_record, 1)), options.bulk_modulus,
+            weak_rls.new_state(n_record, 1), weak_rls.new_scratch(), found,
+        )  # fmt: skip
+        return found[:, 0, 0]
 
 
-def _counting_windows(spool: Array, frequency: float, options: BalanceOptions) -> NDArray[np.bool_]:
-    """Windows in which the valve is open to one side and does not jump; bool, (n_record, n_window)."""
+def _counting_windows(spool: Array, frequency: float, options: BalanceOptions) -> Array:
+    """1 for windows in which the valve is open to one side and does not jump, else 0; (n_record, n_window)."""
     jumps = np.abs(np.diff(spool, axis=1, prepend=spool[:, :1])) > 0.2 * np.ptp(spool, axis=1)[:, None]
     n_settling = round(options.settling * frequency)
     if n_settling:
@@ -301,5 +359,4 @@ def _counting_windows(spool: Array, frequency: float, options: BalanceOptions) -
     half = options.half_window
     n_block = spool.shape[1] // half
     in_block = closed[:, : n_block * half].reshape(-1, n_block, half).any(axis=2)
-    counting: NDArray[np.bool_] = ~(in_block[:, :-1] | in_block[:, 1:])
-    return counting
+    return np.asarray(~(in_block[:, :-1] | in_block[:, 1:]), dtype=float)

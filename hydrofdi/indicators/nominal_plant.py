@@ -15,8 +15,7 @@ from hydrofdi.settings.quantities import SI
 
 Share = Annotated[float, SI("1", least=0, most=1e3)]
 
-_SUPPLY = {"measured": 2e-3, "sum": 1e-3, "nominal": 0.03}
-_SUPPLY_OF_ONE_PRESSURE = {"measured": 2e-3, "sum": 0.01, "nominal": 0.03}
+_SUPPLY = {"measured": 2e-3, "sum": 0.02, "nominal": 0.05}
 
 
 class UncertainActuator(NominalActuator):
@@ -46,6 +45,21 @@ class UncertainActuator(NominalActuator):
     clearance_deviation: Annotated[float, SI("m^3/(s*Pa)", least=0, most=1.0)] = 1e-14
     """Standard deviation of the conductance of the clearance at each valve edge [m³/(s·Pa)]."""
 
+    edge_gain_deviation: Share = 0.03
+    """Standard deviation of the gain of each metering edge relative to the others [-]."""
+
+    edge_lap_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 1.2e-6
+    """Standard deviation of the lap of each metering edge relative to the others [m]."""
+
+    return_deviation: Annotated[float, SI("Pa", least=0, most=2e8)] = 0.4e6
+    """Standard deviation of the return pressure [Pa]."""
+
+    free_air_deviation: Share = 0.01
+    """Standard deviation of the volume share of free air at atmospheric pressure, about zero [-]."""
+
+    supply_resistance_deviation: Annotated[float, SI("Pa*s/m^3", least=0, most=1e15)] = 2e9
+    """Standard deviation of the drop of the supply pressure over the flow drawn, about zero [Pa·s/m³]."""
+
     pressure_bias: Annotated[float, SI("Pa", least=0, most=2e8)] = 25e3
     """Standard deviation of the constant error of each chamber pressure sensor [Pa]."""
 
@@ -55,7 +69,7 @@ class UncertainActuator(NominalActuator):
 
     def prior_deviations(self, records: RecordBatch, n_pressure: int) -> dict[str, float]:
         """Unknown → prior standard deviation; infinite for K_i. Known parameters are omitted."""
-        usual = (_SUPPLY if n_pressure == 2 else _SUPPLY_OF_ONE_PRESSURE)[self.supply_known_by(records)]
+        usual = _SUPPLY[self.supply_known_by(records)]
         deviations = {
             "internal_coefficient": math.inf,
             "compressibility": self.bulk_modulus_deviation / self.bulk_modulus,
@@ -66,6 +80,14 @@ class UncertainActuator(NominalActuator):
             "clearance": self.clearance_deviation,
             "bias_1": self.pressure_bias,
             "bias_2": self.pressure_bias if n_pressure == 2 else 0.0,
+            "return_pressure": self.return_deviation,
+            "free_air": self.free_air_deviation,
+            "supply_resistance": self.supply_resistance_deviation,
+            "gain_by_direction": 0.5 * self.edge_gain_deviation,
+            "gain_by_feeding": 0.5 * self.edge_gain_deviation,
+            "gain_by_chamber": 0.5 * self.edge_gain_deviation if n_pressure == 2 else 0.0,
+            "lap_by_feeding": 0.5 * self.edge_lap_deviation,
+            "lap_by_chamber": 0.5 * self.edge_lap_deviation if n_pressure == 2 else 0.0,
         }
         return {name: deviation for name, deviation in deviations.items() if deviation > 0.0}
 

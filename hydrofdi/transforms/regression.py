@@ -53,7 +53,7 @@ def regress(
     weighed = columns
     values, inverse, condition = _solved(columns, weighed, target, known)
     for _ in range(n_reweighting):
-        weighed = columns * _weights(_left(columns, target, values))[:, None]
+        weighed = columns * robust_weights(_left(columns, target, values))[:, None]
         values, inverse, condition = _solved(columns, weighed, target, known)
     scores = np.sum(weighed * _left(columns, target, values)[:, None], axis=2)
     following = scores[:, :, :-1] @ scores[:, :, 1:].transpose(0, 2, 1)
@@ -86,7 +86,7 @@ def _left(columns: Array, target: Array, values: Array) -> Array:
     return left
 
 
-def _weights(left: Array) -> Array:
+def robust_weights(left: Array) -> Array:
     """Weight of each equation; zero residuals do not count in the median."""
     size = np.abs(left).reshape(len(left), -1)
     with np.errstate(all="ignore"):

@@ -34,8 +34,8 @@ CURRENT, ENDING, BEFORE = 0, 1, 2
 
 
 def new_sums(n_record: int, n_chamber: int) -> Array:
-    """State of `integrate_windows` before the first sample."""
-    return np.zeros((n_record, 3, N_SHARED + n_chamber * N_OWN))
+    """State of `integrate_windows` before the first sample; the last column is the low-passed supply flow."""
+    return np.zeros((n_record, 3, N_SHARED + n_chamber * N_OWN + 1))
 
 
 def windows_before(n_sample: int, half: int) -> int:
@@ -72,7 +72,7 @@ def integrate_windows(
     place; `columns` (n_record, n_window, n_chamber, N_UNKNOWN) and `targets` [m³] are filled.
     """
     n_record, n_time = spool.shape
-    half, n_sum, n_chamber = weights.shape[2], sums.shape[2], targets.shape[2]
+    half, n_sum, n_chamber = weights.shape[2], sums.shape[2] - 1, targets.shape[2]
     for r in range(n_record):
         own = sums[r]
         n_window = 0
@@ -87,6 +87,7 @@ def integrate_windows(
             add(own, 0, x, first, second)
             add(own, 1, signed_root(p_1 - pressures[1, r, i]), first, second)
             add(own, 2, x, weights[0, 1, j], weights[1, 1, j])
+            drawn = own[CURRENT, n_sum]
             for chamber in range(n_chamber):
                 sign, k = 1.0 if chamber == 0 else -1.0, N_SHARED + chamber * N_OWN
                 p = pressures[chamber, r, i]
@@ -101,8 +102,15 @@ def integrate_windows(
                 add(own, k + 5, signals.by_clearance, first, second)
                 add(own, k + 6, signals.by_fed, first, second)
                 add(own, k + 7, signals.by_drained, first, second)
-                add(own, k + 8, p, weights[0, 1, j], weights[1, 1, j])
-                add(own, k + 9, p, weights[0, 2, j], weights[1, 2, j])
+                add(own, k + 8, signals.by_direction, first, second)
+                add(own, k + 9, signals.by_fed * drawn, first, second)
+                add(own, k + 10, p, weights[0, 1, j], weights[1, 1, j])
+                add(own, k + 11, p, weights[0, 2, j], weights[1, 2, j])
+                gas = released_gas(p)
+                add(own, k + 12, gas, weights[0, 1, j], weights[1, 1, j])
+                add(own, k + 13, gas, weights[0, 2, j], weights[1, 2, j])
+                if sign * x_v > 0.0 or n_chamber == 1:
+                    own[CURRENT, n_sum] = drawn + balance.supply_share * (abs(signals.flow) - drawn)
             if j == half - 1:
                 if n_before + i >= half:
                     for k in range(n_sum):
@@ -131,7 +139,7 @@ def window_equations(
 ) -> tuple[Array, Array]:
     """Regressors and targets of `integrate_windows`; the state is updated in place."""
     n_record, n_time = spool.shape
-    half, n_chamber = weights.shape[2], (sums.shape[2] - N_SHARED) // N_OWN
+    half, n_chamber = weights.shape[2], (sums.shape[2] - 1 - N_SHARED) // N_OWN
     n_window = windows_before(n_before + n_time, half) - windows_before(n_before, half)
     columns = np.zeros((n_record, n_window, n_chamber, N_UNKNOWN))
     targets = np.zeros((n_record, n_window, n_chamber))
@@ -151,8 +159,21 @@ UNKNOWNS = (
     "clearance",
     "bias_1",
     "bias_2",
+    "return_pressure",
+    "free_air",
+    "supply_resistance",
+    "gain_by_direction",
+    "gain_by_feeding",
+    "gain_by_chamber",
+    "lap_by_feeding",
+    "lap_by_chamber",
 )
-"""Unknowns of the balance, in column order: K_i, 1/β and deviations from the nominal actuator."""
+"""Unknowns of the balance, in column order: K_i, 1/β and deviations from the nominal actuator.
+
+Gain and lap of the four metering edges are their means and contrasts: between the edges that are open at a
+positive and at a negative spool position (of the lap, this is the offset), between feeding and draining edges,
+and between the chambers.
+"""
 
 N_UNKNOWN = len(UNKNOWNS)
 
@@ -161,8 +182,10 @@ COMPRESSIBILITY = UNKNOWNS.index("compressibility")
 N_SHARED = 3
 """Number of integrals shared by both chambers: position, its rate, and root of the load pressure."""
 
-N_OWN = 10
+N_OWN = 14
 """Number of integrals of each chamber."""
+
+_ATMOSPHERE = 101325.0
 
 _LEAST_ROOT = 300.0
 """Root of the pressure drop at which the slope of an edge flow is limited [√Pa]: 0.09 MPa."""
@@ -174,7 +197,8 @@ class Balance(NamedTuple):
     Areas [m²], volumes at position zero [m³], gain K_v w [m^2.5/kg^0.5], P_r [Pa], nominal 1/β [1/Pa], and
     half the window length [s]. `own_feed` and `other_feed` are the sensitivities of the drop over the feeding
     edge to errors of the chamber's own pressure and of the other one: −1 and 0 if the supply pressure is
-    known independently, 0 and 1 if it is the sum of both.
+    known independently, 0 and 1 if it is the sum of both. `supply_share`: gain per sample of the low-pass of
+    the flow from the supply.
     """
 
     area_1: float
@@ -187,6 +211,7 @@ class Balance(NamedTuple):
     own_feed: float
     other_feed: float
     half_time: float
+    supply_share: float
 
 
 class ValveSignals(NamedTuple):
@@ -195,7 +220,8 @@ class ValveSignals(NamedTuple):
     `flow` is q_1 into chamber 1, or q_2 out of chamber 2 [m³/s]; `by_supply` its derivative by the supply
     pressure, relative to the reference, and `supply_error` the same times the relative difference between the
     supply pressure used and the reference [m³/s]; `by_offset` and `by_lap` [m²/s]; `by_clearance` is P_s +
-    P_r − 2 P [Pa]; `by_fed` and `by_drained` by the drops over both edges [m³/(s·Pa)].
+    P_r − 2 P [Pa]; `by_fed` and `by_drained` by the drops over both edges [m³/(s·Pa)]; `by_direction` is the
+    flow times the sign of the spool position.
     """
 
     flow: float
@@ -206,6 +232,16 @@ class ValveSignals(NamedTuple):
     by_clearance: float
     by_fed: float
     by_drained: float
+    by_direction: float
+
+
+@equation
+def released_gas(pressure: float) -> float:
+    """Volume of free air relative to that at atmospheric pressure, negative, for a polytropic exponent of 4/3."""
+    # P^(-3/4) needs only square roots; the pressure is limited to the atmospheric one.
+    root = np.sqrt(_ATMOSPHERE / (max(pressure, 0.0) + _ATMOSPHERE))
+    gas: float = -root * np.sqrt(root)
+    return gas
 
 
 @equation
@@ -231,6 +267,7 @@ def valve_signals(
         supply + ret - 2.0 * pressure,
         fed,
         slope - fed,
+        opened * abs(spool),
     )
 
 
@@ -250,7 +287,8 @@ def write_equation(
     by_lap, by_clearance, by_fed, by_drained = sums[4], sums[5], sums[6], sums[7]
     place, speed = position / b.half_time, travel / b.half_time
     # Equations (5) and (6): ∫ φ (V ± A x_p) P', with x_p(τ) ≈ place + speed τ about the middle of the window.
-    compressed = sign * (volume + sign * area * place) * sums[8] + area * speed * sums[9]
+    at_place = sign * (volume + sign * area * place)
+    compressed = at_place * sums[10] + area * speed * sums[11]
     columns[0] = leak
     columns[1] = compressed
     columns[2] = -flow
@@ -260,5 +298,14 @@ def write_equation(
     columns[6] = -sign * by_clearance
     columns[7 + chamber] = by_drained + b.own_feed * by_fed
     columns[8 - chamber] = b.other_feed * by_fed
+    # P_s follows from the sum of the pressures minus P_r if it is not known independently.
+    columns[9] = by_drained + 0.5 * (1.0 + b.own_feed + b.other_feed) * by_fed
+    columns[10] = at_place * sums[12] + area * speed * sums[13]
+    columns[11] = sums[9]
+    columns[12] = -sums[8]
+    columns[13] = -sign * sums[8]
+    columns[14] = -sign * flow
+    columns[15] = sign * by_offset
+    columns[16] = sign * by_lap
     target: float = flow - supply_error - area * travel - compressed * b.compressibility
     return target

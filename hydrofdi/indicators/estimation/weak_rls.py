@@ -1,11 +1,11 @@
-"""Recursive least squares in information form, with a prior that is not forgotten.
+"""Maximum a posteriori estimates of the unknowns of a chamber balance, in information form.
 
 The moments of the equations are forgotten exponentially; the prior is added at each estimate. So the matrix
 is symmetric and positive definite by construction, and unknowns without information return to their prior.
 
-The errors of a window come from noise under the antisymmetric weight φ'. Two windows that overlap by half
-share half of it with opposite signs, so their covariance is that of differences between independent block
-errors.
+An error of the model is not noise: it is alike in neighbouring windows. A misfit beyond the stated error
+therefore counts `_CORRELATED` times, so that a record which the model does not explain moves the unknowns
+less far from their priors, and its estimates get larger deviations.
 """
 
 from __future__ import annotations
@@ -17,28 +17,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
+from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN, UNKNOWNS
 from hydrofdi.physics.equation import equation
 from hydrofdi.records import Array
 
 _WIDTH = N_UNKNOWN + 1
 """Columns and target of an equation."""
 
-EQUATIONS, DIFFERENCES = 0, 1
-"""Indices of the moments: of the equations, and of their differences between adjacent windows."""
+_LEAK, _CLEARANCE = UNKNOWNS.index("internal_coefficient"), UNKNOWNS.index("clearance")
+
+_CORRELATED = 25.0
+"""Number of windows that share an error of the model: about 0.8 s at 500 Hz."""
+
+_N_FIT = 4
+"""Largest number of fits until error and misfit agree."""
+
+_LEAKIER = 10.0
+"""Clearance that the stated deviations allow, over its prior deviation: valves of one type differ as much."""
 
 
 class RlsState(NamedTuple):
     """State between windows.
 
-    `moments` (n_record, n_memory, n_kind, 2, _WIDTH, _WIDTH): lower triangles of sums of products, of
-    `EQUATIONS` and `DIFFERENCES`; `counts` (n_record, n_memory): valid windows, with forgetting; `last`
-    (n_record, n_kind, _WIDTH): the latest equations.
+    `moments` (n_record, n_memory, _WIDTH, _WIDTH): lower triangles of sums of products; `counts` (n_record,
+    n_memory): valid windows, with forgetting; `pressures` (n_record, n_memory, 3): integrals over all windows,
+    with forgetting, of 1, √|ΔP| and |ΔP|.
     """
 
     moments: Array
     counts: Array
-    last: Array
+    pressures: Array
 
 
 class Scratch(NamedTuple):
@@ -48,26 +56,24 @@ class Scratch(NamedTuple):
     normal: Array
     factor: Array
     inverse: Array
-    spread: Array
-    covariance: Array
     right: Array
     values: Array
 
 
-COMBINED, CONDITION, MISFIT = 2 * N_UNKNOWN, 2 * N_UNKNOWN + 1, 2 * N_UNKNOWN + 2
+COMBINED, CONDITION, MISFIT, MEAN, MEAN_ERROR = range(2 * N_UNKNOWN, 2 * N_UNKNOWN + 5)
 """Indices after values and standard deviations: standard deviation of the combination, condition number,
-misfit."""
+misfit, and the mean leakage for any law [m³/s] with its standard deviation."""
 
-N_ESTIMATE = 2 * N_UNKNOWN + 3
+N_ESTIMATE = 2 * N_UNKNOWN + 5
 """Number of values of an estimate."""
 
 
-def new_state(n_record: int, n_memory: int, n_chamber: int) -> RlsState:
+def new_state(n_record: int, n_memory: int) -> RlsState:
     """The state before the first window."""
     return RlsState(
-        np.zeros((n_record, n_memory, n_chamber, 2, _WIDTH, _WIDTH)),
+        np.zeros((n_record, n_memory, _WIDTH, _WIDTH)),
         np.zeros((n_record, n_memory)),
-        np.zeros((n_record, n_chamber, _WIDTH)),
+        np.zeros((n_record, n_memory, 3)),
     )
 
 
@@ -75,18 +81,8 @@ def new_scratch() -> Scratch:
     """Scratch memory for `follow_windows`."""
     square, row = (N_UNKNOWN, N_UNKNOWN), N_UNKNOWN
     return Scratch(
-        np.zeros(_WIDTH), np.zeros(square), np.zeros(square), np.zeros(square), np.zeros(square),
-        np.zeros(square), np.zeros(row), np.zeros(row),
-    )  # fmt: skip
-
-
-@equation
-def discount_and_add(moments: Any, decay: float, row: Any, share: float, last: Any) -> None:
-    """Discount the moments, and add the products of a row minus `share` times the last row."""
-    for i in range(_WIDTH):
-        factor = row[i] - share * last[i]
-        for j in range(i + 1):
-            moments[i, j] = decay * moments[i, j] + factor * (row[j] - share * last[j])
+        np.zeros(_WIDTH), np.zeros(square), np.zeros(square), np.zeros(square), np.zeros(row), np.zeros(row)
+    )
 
 
 @equation
@@ -138,55 +134,6 @@ def residual_sum_of_squares(moments: Any, values: Any) -> float:
 
 
 @equation
-def misfit(moments: Any, count: float, values: Any) -> float:
-    """RMS residual of the equations, in units of `error`."""
-    total, n_kind = 0.0, moments.shape[0]
-    for kind in range(n_kind):
-        total += residual_sum_of_squares(moments[kind, EQUATIONS], values)
-    size: float = np.sqrt(total / (n_kind * max(count, 1.0)))
-    return size
-
-
-@equation
-def spread_of_products(moments: Any, count: float, last: Any, values: Any, spread: Any) -> None:
-    """Covariance of the score (sum of equations times errors) including the prior; full symmetric matrix."""
-    n_kind = moments.shape[0]
-    for i in range(N_UNKNOWN):
-        for j in range(i + 1):
-            spread[i, j] = 1.0 if i == j else 0.0
-    for kind in range(n_kind):
-        # N_UNKNOWN windows with the stated error are added, so that few windows do not claim a small one.
-        variance = (residual_sum_of_squares(moments[kind, EQUATIONS], values) + N_UNKNOWN) / (
-            count + N_UNKNOWN
-        )
-        for i in range(N_UNKNOWN):
-            for j in range(i + 1):
-                # The newest equation has no successor: its half is added to the products of differences.
-                ends = last[kind, i] * last[kind, j]
-                spread[i, j] += 0.5 * variance * (moments[kind, DIFFERENCES, i, j] + ends)
-    for i in range(N_UNKNOWN):
-        for j in range(i):
-            spread[j, i] = spread[i, j]
-
-
-@equation
-def sandwich(inverse: Any, spread: Any, product: Any, covariance: Any) -> None:
-    """Covariance of the estimates: inverse · spread · inverse."""
-    for i in range(N_UNKNOWN):
-        for j in range(N_UNKNOWN):
-            total = 0.0
-            for k in range(N_UNKNOWN):
-                total += inverse[i, k] * spread[k, j]
-            product[i, j] = total
-    for i in range(N_UNKNOWN):
-        for j in range(i + 1):
-            total = 0.0
-            for k in range(N_UNKNOWN):
-                total += product[i, k] * inverse[k, j]
-            covariance[i, j] = covariance[j, i] = total
-
-
-@equation
 def condition_number(normal: Any, inverse: Any) -> float:
     """Root of the 1-norm condition number of the normal matrix after scaling to equal column norms."""
     largest, largest_inverse = 0.0, 0.0
@@ -203,16 +150,12 @@ def condition_number(normal: Any, inverse: Any) -> float:
 
 
 @equation
-def add_prior(moments: Any, prior: Any, s: Scratch) -> None:
-    """Fill the normal equations from the moments of all kinds and the prior."""
+def add_prior(moments: Any, prior: Any, variance: float, s: Scratch) -> None:
+    """Fill the normal equations from the moments, for a variance of their errors, and the prior."""
     for i in range(N_UNKNOWN):
-        s.right[i] = prior[i]
+        s.right[i] = prior[i] + moments[N_UNKNOWN, i] / variance
         for j in range(i + 1):
-            s.normal[i, j] = 1.0 if i == j else 0.0
-        for kind in range(moments.shape[0]):
-            s.right[i] += moments[kind, EQUATIONS, N_UNKNOWN, i]
-            for j in range(i + 1):
-                s.normal[i, j] += moments[kind, EQUATIONS, i, j]
+            s.normal[i, j] = (1.0 if i == j else 0.0) + moments[i, j] / variance
 
 
 @equation
@@ -237,14 +180,12 @@ def compensate_noise_bias(noise: float, s: Scratch) -> float:
 
 
 @equation
-def write_estimate(
-    moments: Any, count: float, last: Any, noise: float, modulus: float, deviations: Any, combination: Any,
-    s: Scratch, out: Any,
-) -> None:  # fmt: skip
-    """Write the maximum a posteriori estimate and its standard deviations."""
+def solve(noise: float, modulus: float, deviations: Any, s: Scratch) -> None:
+    """Fill the estimates and the inverse; the clearance is not negative."""
+    factorise(s.normal, s.factor)
     invert(s.factor, s.inverse)
     if deviations[COMPRESSIBILITY] > 0.0:
-        taken = compensate_noise_bias(count * noise, s)
+        taken = compensate_noise_bias(noise, s)
         s.normal[COMPRESSIBILITY, COMPRESSIBILITY] -= taken
         s.right[COMPRESSIBILITY] += taken / (modulus * deviations[COMPRESSIBILITY])
     for i in range(N_UNKNOWN):
@@ -252,18 +193,62 @@ def write_estimate(
         for j in range(N_UNKNOWN):
             total += s.inverse[i, j] * s.right[j]
         s.values[i] = total
-    spread_of_products(moments, count, last, s.values, s.spread)
-    sandwich(s.inverse, s.spread, s.factor, s.covariance)
-    variance = 0.0
+    # The estimate under the condition of no clearance, from the unconditional one.
+    excess = min(s.values[_CLEARANCE], 0.0) / s.inverse[_CLEARANCE, _CLEARANCE]
+    for i in range(N_UNKNOWN):
+        s.values[i] -= excess * s.inverse[i, _CLEARANCE]
+
+
+@equation
+def fit(
+    moments: Any, count: float, n_chamber: int, prior: Any, noise: float, modulus: float, deviations: Any,
+    s: Scratch,
+) -> float:  # fmt: skip
+    """Fill the estimates with an error that agrees with the misfit, and return the misfit."""
+    variance, square = 1.0, 0.0
+    for _ in range(_N_FIT):
+        add_prior(moments, prior, variance, s)
+        solve(count * noise / variance, modulus, deviations, s)
+        square = residual_sum_of_squares(moments, s.values) / (n_chamber * max(count, 1.0))
+        if not 1.0 + _CORRELATED * (square - 1.0) > variance:
+            break
+        variance = 1.0 + _CORRELATED * (square - 1.0)
+    misfit: float = np.sqrt(square)
+    return misfit
+
+
+@equation
+def variance_of(i: int, j: int, inverse: Any) -> float:
+    """Covariance of two estimates that allows for a leakier valve than the prior."""
+    allowed = (_LEAKIER * _LEAKIER - 1.0) * inverse[i, _CLEARANCE] * inverse[j, _CLEARANCE]
+    return inverse[i, j] + allowed  # type: ignore[no-any-return]
+
+
+@equation
+def combined_variance(of_leak: float, of_clearance: float, inverse: Any) -> float:
+    """Variance of a combination of the estimates of leak and clearance, with factors in prior deviations."""
+    both = 2.0 * of_leak * of_clearance * variance_of(_LEAK, _CLEARANCE, inverse)
+    alone = of_leak * of_leak * variance_of(_LEAK, _LEAK, inverse)
+    return alone + both + of_clearance * of_clearance * variance_of(_CLEARANCE, _CLEARANCE, inverse)  # type: ignore[no-any-return]
+
+
+@equation
+def write_estimate(reference: float, pressures: Any, deviations: Any, s: Scratch, out: Any) -> None:
+    """Write the estimates, their standard deviations, and the mean leakage."""
     for i in range(N_UNKNOWN):
         out[i] = deviations[i] * s.values[i]
-        out[N_UNKNOWN + i] = deviations[i] * np.sqrt(abs(s.covariance[i, i]))
-        for j in range(N_UNKNOWN):
-            factor = combination[i] * deviations[i] * combination[j] * deviations[j]
-            variance += factor * s.covariance[i, j]
-    out[COMBINED] = np.sqrt(abs(variance))
+        out[N_UNKNOWN + i] = deviations[i] * np.sqrt(abs(variance_of(i, i, s.inverse)))
+    leak, clearance = deviations[_LEAK], deviations[_CLEARANCE]
+    at_reference = combined_variance(leak * np.sqrt(reference), clearance * reference, s.inverse)
+    out[COMBINED] = np.sqrt(abs(at_reference))
     out[CONDITION] = condition_number(s.normal, s.inverse)
-    out[MISFIT] = misfit(moments, count, s.values)
+    root, difference = leak * pressures[1] / pressures[0], clearance * pressures[2] / pressures[0]
+    of_clearance = difference * s.values[_CLEARANCE]
+    mean = root * s.values[_LEAK] + of_clearance
+    # The clearance may be that of the valve, and the law of the leak is unknown: each adds half of its flow.
+    doubt = 0.25 * (of_clearance * of_clearance + mean * mean)
+    out[MEAN] = mean
+    out[MEAN_ERROR] = np.sqrt(abs(combined_variance(root, difference, s.inverse)) + doubt)
 
 
 @equation
@@ -280,46 +265,43 @@ def nan_unless_finite(out: Any) -> None:
 @equation
 def take_window(
     state: RlsState, r: int, columns: Any, targets: Any, counts: float, deviations: Any, error: float,
-    decays: Any, row: Any,
+    half_time: float, decays: Any, row: Any,
 ) -> None:  # fmt: skip
-    """Add the equations of a window to the moments of a record.
-
-    For two chambers, these are their sum and difference.
-    """
-    n_kind = targets.shape[0]
-    scale = np.sqrt(abs(1.0 / n_kind)) / error
-    for kind in range(n_kind):
-        sign, last = (1.0 if kind == 0 else -1.0), state.last[r, kind]
-        for i in range(_WIDTH):
-            row[i] = 0.0
-        if counts > 0.0:
-            for i in range(N_UNKNOWN):
-                second = columns[1, i] if n_kind == 2 else 0.0
-                row[i] = scale * deviations[i] * (columns[0, i] + sign * second)
-            second = targets[1] if n_kind == 2 else 0.0
-            row[N_UNKNOWN] = scale * (targets[0] + sign * second)
-        for memory in range(decays.shape[0]):
-            decay, moments = decays[memory], state.moments[r, memory, kind]
-            discount_and_add(moments[EQUATIONS], decay, row, 0.0, last)
-            discount_and_add(moments[DIFFERENCES], decay * decay, row, decay, last)
-        for i in range(_WIDTH):
-            last[i] = row[i]
+    """Add the equations of a window to the moments of a record."""
+    n_chamber = targets.shape[0]
+    # The column of the clearance is ∫ φ ΔP, in the mean of both chambers.
+    difference = 0.5 * (columns[0, _CLEARANCE] + columns[n_chamber - 1, _CLEARANCE])
     for memory in range(decays.shape[0]):
-        state.counts[r, memory] = decays[memory] * state.counts[r, memory] + counts
+        decay, moments, pressures = decays[memory], state.moments[r, memory], state.pressures[r, memory]
+        state.counts[r, memory] = decay * state.counts[r, memory] + counts
+        pressures[0] = decay * pressures[0] + half_time
+        pressures[1] = decay * pressures[1] + abs(columns[0, _LEAK])
+        pressures[2] = decay * pressures[2] + abs(difference)
+        for i in range(_WIDTH):
+            for j in range(i + 1):
+                moments[i, j] *= decay
+    if counts > 0.0:
+        for chamber in range(n_chamber):
+            for i in range(N_UNKNOWN):
+                row[i] = deviations[i] * columns[chamber, i] / error
+            row[N_UNKNOWN] = targets[chamber] / error
+            for memory in range(decays.shape[0]):
+                moments = state.moments[r, memory]
+                for i in range(_WIDTH):
+                    for j in range(i + 1):
+                        moments[i, j] += row[i] * row[j]
 
 
 @equation
 def estimate(
-    state: RlsState, r: int, memory: int, prior: Any, noise: float, modulus: float, deviations: Any,
-    combination: Any, scratch: Scratch, out: Any,
+    state: RlsState, r: int, memory: int, n_chamber: int, prior: Any, noise: float, modulus: float,
+    deviations: Any, reference: float, scratch: Scratch, out: Any,
 ) -> None:  # fmt: skip
     """Write an estimate of a record; NaN if it is not finite."""
-    moments = state.moments[r, memory]
-    add_prior(moments, prior, scratch)
-    factorise(scratch.normal, scratch.factor)
-    write_estimate(
-        moments, state.counts[r, memory], state.last[r], noise, modulus, deviations, combination, scratch, out
-    )
+    moments, count = state.moments[r, memory], state.counts[r, memory]
+    misfit = fit(moments, count, n_chamber, prior, noise, modulus, deviations, scratch)
+    write_estimate(reference, state.pressures[r, memory], deviations, scratch, out)
+    out[MISFIT] = misfit
     nan_unless_finite(out)
 
 
@@ -333,7 +315,8 @@ def follow_windows(
     deviations: Array,
     error: float,
     decays: Array,
-    combination: Array,
+    reference: float,
+    half_time: float,
     noise: Array,
     modulus: float,
     state: RlsState,
@@ -346,8 +329,8 @@ def follow_windows(
     if a window is valid, else 0; forgetting continues in both cases. `due` (n_instant,): number of these
     windows that are complete at each estimate. `priors` (n_record, n_instant, N_UNKNOWN): prior means over
     the prior `deviations` (N_UNKNOWN,), which are zero if known. `error`: standard deviation of a window's
-    residual [m³]. `decays` (n_memory,): forgetting factor per window. `combination` (N_UNKNOWN,): factors of
-    a linear combination whose deviation is computed, too. `noise` (n_record, n_instant): spurious information
+    residual [m³]. `decays` (n_memory,): forgetting factor per window. `reference`: ΔP at which the flow
+    for any law is stated [Pa]. `half_time`: half the length of a window [s]. `noise` (n_record, n_instant): spurious information
     on 1/β from pressure noise, per window, relative to that of the prior. `modulus`: nominal β [Pa].
 
     The state is updated in place. Estimates are NaN once a window was not finite; they are not fed back, so
@@ -360,12 +343,12 @@ def follow_windows(
             while n_taken < n_due:
                 take_window(
                     state, r, columns[r, n_taken], targets[r, n_taken], counts[r, n_taken], deviations,
-                    error, decays, scratch.row,
+                    error, half_time, decays, scratch.row,
                 )  # fmt: skip
                 n_taken += 1
             if instant < due.shape[0]:
                 for memory in range(decays.shape[0]):
                     estimate(
-                        state, r, memory, priors[r, instant], noise[r, instant], modulus, deviations,
-                        combination, scratch, estimates[r, memory, instant],
+                        state, r, memory, columns.shape[2], priors[r, instant], noise[r, instant], modulus,
+                        deviations, reference, scratch, estimates[r, memory, instant],
                     )  # fmt: skip

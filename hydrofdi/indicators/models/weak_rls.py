@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.balancing import P1, P2, WindowOptions, balance_outputs, known_balance
+from hydrofdi.indicators.balancing import P1, P2, WindowOptions, balance_outputs, known_balance, named_estimates
 from hydrofdi.indicators.contract import Information, Output
 from hydrofdi.indicators.estimation import valve_use, weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import (
@@ -37,9 +37,6 @@ class WeakRlsOptions(WindowOptions, RecursiveOptions):
 
     least_jump: Annotated[float, SI("m", above=0)] = 8e-6
     """Travel of the spool between two samples that counts as a jump [m]."""
-
-    leakage_deviation: Annotated[float, SI("m^3/s", above=0)] = 1e-3 / 60.0
-    """Prior standard deviation of the leakage flow, about zero [m³/s]."""
 
 
 class WeakRls(RecursiveIndicator[WeakRlsOptions]):
@@ -79,9 +76,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     def estimates(self) -> tuple[Output, ...]:
         """Outputs of a volume balance, the leakage first."""
         kept = balance_outputs(self.options.reference_pressure)
-        chosen = (output for output in kept if output.name != "mean_leakage")
-        first_leakage = sorted(chosen, key=lambda output: not output.name.startswith("leakage"))
-        return (*first_leakage, *_QUALITY)
+        return tuple(sorted(kept, key=lambda output: not output.name.startswith("leakage")))
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is too short for estimates, or has too few windows."""
@@ -90,7 +85,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     def begin(self, records: RecordBatch) -> State:
         """Initial state: only the priors."""
         n_record, n_chamber = records.n_record, 2 if self._both else 1
-        rls = weak_rls.new_state(n_record, len(self._decays(records)), n_chamber)
+        rls = weak_rls.new_state(n_record, len(self._decays(records)))
         return {
             "spool": np.full((n_record, 2), np.nan),
             "gate": valve_use.new_gate(n_record),
@@ -116,8 +111,10 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         noise = np.ascontiguousarray(self._noise(chunk, unclear, state)[:, due])
         supply, reference = supply[:, due], reference[:, due]
         found = self._follow(chunk, (columns, targets, counts), windows, supply, reference, noise, state)
-        deviations = self._deviations(chunk)
-        values, whole = (self._named(found[:, place], reference, deviations) for place in (0, -1))
+        deviations = self.options.deviations(chunk)
+        values, whole = (
+            named_estimates(self.options, found[:, place], reference, deviations) for place in (0, -1)
+        )
         return values | {f"whole_{name}": array for name, array in whole.items()}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
@@ -127,8 +124,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     def information(self, records: RecordBatch) -> Information:
         """Information of the whole first record about the unknowns, with the weights of the options."""
         state, _ = self.step(self.start(records), records)
-        moments = state["moments"][0, -1, :, weak_rls.EQUATIONS].sum(axis=0)[:N_UNKNOWN, :N_UNKNOWN]
-        deviations = self._deviations(records)
+        moments = state["moments"][0, -1, :N_UNKNOWN, :N_UNKNOWN]
+        deviations = self.options.deviations(records)
         (open_,) = np.nonzero(deviations)
         gramian = (np.tril(moments) + np.tril(moments, -1).T)[np.ix_(open_, open_)]
         of_flow, of_modulus = math.sqrt(self.options.reference_pressure), self.options.bulk_modulus
@@ -178,15 +175,16 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         supply: Array, reference: Array, noise: Array, after: dict[str, NDArray[Any]],
     ) -> Array:  # fmt: skip
         """Estimates for given supply pressures and noise, (n_record, n_memory, n_instant, N_ESTIMATE)."""
-        options, deviations, decays = self.options, self._deviations(chunk), self._decays(chunk)
+        options, deviations, decays = self.options, self.options.deviations(chunk), self._decays(chunk)
         priors = np.zeros((*supply.shape, N_UNKNOWN))
         if deviations[_SUPPLY] > 0.0:
             priors[:, :, _SUPPLY] = (supply / reference - 1.0) / deviations[_SUPPLY]
         found = np.zeros((chunk.n_record, len(decays), len(due), weak_rls.N_ESTIMATE))
         state = weak_rls.RlsState(*(after[name] for name in weak_rls.RlsState._fields))
         weak_rls.follow_windows(
-            *windows, due, priors, deviations, options.error, decays, self._cross_port(), noise,
-            options.bulk_modulus, state, weak_rls.new_scratch(), found,
+            *windows, due, priors, deviations, options.error, decays, options.reference_pressure,
+            options.half_window / chunk.sampling_frequency, noise, options.bulk_modulus, state,
+            weak_rls.new_scratch(), found,
         )  # fmt: skip
         return found
 
@@ -228,85 +226,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             return np.ones(1)
         return np.array([math.exp(-self.options.half_window / records.sampling_frequency / memory), 1.0])
 
-    def _deviations(self, records: RecordBatch) -> Array:
-        options = self.options
-        known = options.prior_deviations(records, 2 if self._both else 1)
-        known["internal_coefficient"] = options.leakage_deviation / math.sqrt(options.reference_pressure)
-        return np.array([known.get(name, 0.0) for name in UNKNOWNS])
-
-    def _cross_port(self) -> Array:
-        """Flows at the reference pressure per unit of K_i and of the clearance."""
-        pressure = self.options.reference_pressure
-        factors = {"internal_coefficient": math.sqrt(pressure), "clearance": pressure}
-        return np.array([factors.get(name, 0.0) for name in UNKNOWNS])
-
-    def _named(self, found: Array, reference: Array, deviations: Array) -> dict[str, Array]:
-        """Outputs by name, from estimates (n_record, n_instant, N_ESTIMATE)."""
-        options = self.options
-        of = {name: found[:, :, place] for place, name in enumerate(UNKNOWNS)}
-        error = {name: found[:, :, N_UNKNOWN + place] for place, name in enumerate(UNKNOWNS)}
-        root = math.sqrt(options.reference_pressure)
-        compressibility = 1.0 / options.bulk_modulus + of["compressibility"]
-        modulus = 1.0 / np.where(compressibility > 0.0, compressibility, np.nan)
-        is_actuator = (of["flow_gain"] > -1.0) & (of["supply"] > -1.0)
-        values = {
-            "leakage": root * of["internal_coefficient"],
-            "leakage_error": root * error["internal_coefficient"],
-            "internal_coefficient": of["internal_coefficient"],
-            "internal_coefficient_error": error["internal_coefficient"],
-            "cross_port_leakage": root * of["internal_coefficient"]
-            + options.reference_pressure * of["clearance"],
-            "cross_port_leakage_error": found[:, :, weak_rls.COMBINED],
-            "bulk_modulus": modulus,
-            "bulk_modulus_error": options.bulk_modulus_error(modulus, error["compressibility"] * modulus**2),
-            "flow_gain": 1.0 + of["flow_gain"],
-            "supply_pressure": reference * (1.0 + of["supply"]),
-            "condition": found[:, :, weak_rls.CONDITION],
-            "flow_gain_error": error["flow_gain"],
-            "supply_pressure_error": reference * error["supply"],
-            "misfit": found[:, :, weak_rls.MISFIT],
-            "departure": _departure(found, deviations),
-        }
-        for name in ("offset", "lap", "clearance"):
-            values |= {name: of[name], f"{name}_error": error[name]}
-        return {name: np.where(is_actuator, array, np.nan) for name, array in values.items()}
-
 
 _SUPPLY = UNKNOWNS.index("supply")
-
-_QUALITY = (
-    Output.quality(
-        "flow_gain_error", "1", "standard deviation of the flow gain relative to its nominal value"
-    ),
-    Output.quality("supply_pressure_error", "Pa", "standard deviation of the supply pressure"),
-    Output.quality("offset_error", "m", "standard deviation of the offset"),
-    Output.quality("lap_error", "m", "standard deviation of the lap"),
-    Output.quality("clearance_error", "m^3/(s*Pa)", "standard deviation of the clearance"),
-    Output(
-        "misfit",
-        "1",
-        "RMS of the residuals of the balances, over the option 'error'",
-        is_score=False,
-        possible=(0.0, 1.1),
-        is_fit=True,
-    ),
-    Output(
-        "departure",
-        "1",
-        "largest deviation of an unknown from the data sheet, over its prior deviation",
-        is_score=False,
-        possible=(0.0, 2.5),
-        is_fit=True,
-    ),
-)
-
-
-def _departure(found: Array, deviations: Array) -> Array:
-    """Largest deviation of β, valve and sensors from the data sheet, over the prior standard deviation."""
-    elsewhere = {"internal_coefficient", "supply"}
-    stated = [i for i, name in enumerate(UNKNOWNS) if deviations[i] > 0.0 and name not in elsewhere]
-    return np.asarray(np.max(np.abs(found[:, :, stated]) / deviations[stated], axis=2, initial=0.0))
-
 
 _SHOWN_AS = {"internal_coefficient": "leakage", "compressibility": "bulk_modulus"}
 """Unknowns that `information` reports as others: flow at the reference pressure, relative bulk modulus."""

@@ -244,6 +244,10 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
             "departure", "1", "largest deviation of an unknown from the data sheet, over its prior deviation",
             is_score=False, possible=(0.0, 3.0), is_fit=True,
         ),
+        Output(
+            "disagreement", "1", "difference between the K_i of each chamber alone, over its standard deviation",
+            is_score=False, possible=(0.0, 2.0), is_fit=True,
+        ),
     )  # fmt: skip
 
 
@@ -278,6 +282,7 @@ def named_estimates(
         "supply_pressure_error": reference * error["supply"],
         "condition": found[:, :, weak_rls.CONDITION],
         "misfit": found[:, :, weak_rls.MISFIT],
+        "disagreement": found[:, :, weak_rls.DISAGREEMENT],
         "departure": np.max(np.abs(found[:, :, sheet]) / deviations[sheet], axis=2, initial=0.0),
     }
     for name in ("offset", "lap", "clearance"):
@@ -325,7 +330,8 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
             weights = robust_weights(left * counts[:, :, None])
         found = self._found(records, columns, targets, counts, weights, deviations)
         values = named_estimates(options, found[:, None], supply, deviations)
-        return {name: array[:, 0] for name, array in values.items()}
+        is_prior = values["leakage_error"] > 0.9 * options.leakage_deviation
+        return {name: np.where(is_prior, np.nan, array)[:, 0] for name, array in values.items()}
 
     def _found(
         self, records: RecordBatch, columns: Array, targets: Array, counts: Array, weights: Array,
@@ -334,12 +340,12 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         """Estimates (n_record, N_ESTIMATE) from weighted equations."""
         options, n_record = self.options, records.n_record
         roots, half_time = np.sqrt(weights), options.half_window / records.sampling_frequency
-        found = np.zeros((n_record, 1, 1, weak_rls.N_ESTIMATE))
+        found = np.full((n_record, 1, 1, weak_rls.N_ESTIMATE), np.nan)
         weak_rls.follow_windows(
             columns * roots[..., None], targets * roots, counts, np.array([columns.shape[1]]),
             np.zeros((n_record, 1, N_UNKNOWN)), deviations, options.error, np.ones(1),
             options.reference_pressure, half_time, np.zeros((n_record, 1)), options.bulk_modulus,
-            weak_rls.new_state(n_record, 1), weak_rls.new_scratch(), found,
+            weak_rls.new_state(n_record, 1, targets.shape[2]), weak_rls.new_scratch(), found,
         )  # fmt: skip
         return found[:, 0, 0]
 

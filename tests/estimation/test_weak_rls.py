@@ -47,7 +47,7 @@ def followed(
     out = np.zeros((1, 1, len(due), N_ESTIMATE))
     follow_windows(
         columns, targets, counts, np.array(due), np.zeros((1, len(due), N_UNKNOWN)), deviations, ERROR,
-        np.array([np.exp(-1.0 / memory)]), np.zeros(N_UNKNOWN), np.full((1, len(due)), noise), modulus,
+        np.array([np.exp(-1.0 / memory)]), 1.0, 0.032, np.full((1, len(due)), noise), modulus,
         state, new_scratch(), out,
     )  # fmt: skip
     return out[0, 0]

@@ -8,16 +8,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.indicators import load_indicators, make_indicators
-from indicators.signals import P1, P2, XV, U, X, assert_streams_alike, batch, measured, noisy, simulated
+from indicators.signals import (
+    KNOWN,
+    P1,
+    P2,
+    XV,
+    U,
+    X,
+    assert_streams_alike,
+    batch,
+    measured,
+    noisy,
+    simulated,
+)
 
 LEAKS = np.array([0.0, 0.0, 1e-9, 5e-9])
 MODULI = np.array([551e6, 827e6, 551e6, 689e6])
-KNOWN = {
-    "flow_gain_deviation": 0.0, "supply_deviation": 0.0, "offset_deviation": 0.0, "lap_deviation": 0.0,
-    "clearance_deviation": 0.0, "pressure_bias": 0.0, "supply": "nominal",
-    "chamber_volume_deviation": 0.0,
-}  # fmt: skip
-"""All but K_i and β."""
 BLIND = {"spool": "command", "supply": "sum"}
 N_TIME = 3000
 PRESSURE, REST = np.full((1, N_TIME), 8.6e6), np.zeros((1, N_TIME))

@@ -28,7 +28,7 @@ class PressureBalanceOptions(BalanceOptions):
     settling: Annotated[float, SI("s", least=0)] = 0.1
     """Time excluded after a jump of the spool [s]: the pressures ring, but the position does not."""
 
-    error: Annotated[float, SI("m^3", above=0)] = 30e-9
+    error: Annotated[float, SI("m^3", above=0)] = 10e-9
     """Standard deviation of the residual of a window's balance [m³]."""
 
     robust: bool = True

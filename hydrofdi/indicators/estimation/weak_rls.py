@@ -39,7 +39,7 @@ _LEAKIER = 10.0
 class RlsState(NamedTuple):
     """State between windows.
 
-    `moments` (n_record, n_memory, _WIDTH, _WIDTH): lower triangles of sums of products; `counts` (n_record,
+    `moments` (n_record, n_memory, n_chamber, _WIDTH, _WIDTH): lower triangles of sums of products; `counts` (n_record,
     n_memory): valid windows, with forgetting; `pressures` (n_record, n_memory, 3): integrals over all windows,
     with forgetting, of 1, √|ΔP| and |ΔP|.
     """
@@ -50,9 +50,11 @@ class RlsState(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch memory of one estimate: arrays of N_UNKNOWN, the matrices square, and `row` (_WIDTH,)."""
+    """Scratch memory of one estimate: `row` (_WIDTH,), `moments` square, and arrays and square matrices
+    of N_UNKNOWN."""
 
     row: Array
+    moments: Array
     normal: Array
     factor: Array
     inverse: Array
@@ -60,18 +62,19 @@ class Scratch(NamedTuple):
     values: Array
 
 
-COMBINED, CONDITION, MISFIT, MEAN, MEAN_ERROR = range(2 * N_UNKNOWN, 2 * N_UNKNOWN + 5)
-"""Indices after values and standard deviations: standard deviation of the combination, condition number,
-misfit, and the mean leakage for any law [m³/s] with its standard deviation."""
+COMBINED, CONDITION, MISFIT, MEAN, MEAN_ERROR, DISAGREEMENT = range(2 * N_UNKNOWN, 2 * N_UNKNOWN + 6)
+"""Indices after values and standard deviations: standard deviation of the flow for any law, condition number,
+misfit, mean leakage for any law [m³/s] and its standard deviation, and the difference between the K_i of each
+chamber alone over its standard deviation."""
 
-N_ESTIMATE = 2 * N_UNKNOWN + 5
+N_ESTIMATE = 2 * N_UNKNOWN + 6
 """Number of values of an estimate."""
 
 
-def new_state(n_record: int, n_memory: int) -> RlsState:
+def new_state(n_record: int, n_memory: int, n_chamber: int) -> RlsState:
     """The state before the first window."""
     return RlsState(
-        np.zeros((n_record, n_memory, _WIDTH, _WIDTH)),
+        np.zeros((n_record, n_memory, n_chamber, _WIDTH, _WIDTH)),
         np.zeros((n_record, n_memory)),
         np.zeros((n_record, n_memory, 3)),
     )
@@ -81,8 +84,9 @@ def new_scratch() -> Scratch:
     """Scratch memory for `follow_windows`."""
     square, row = (N_UNKNOWN, N_UNKNOWN), N_UNKNOWN
     return Scratch(
-        np.zeros(_WIDTH), np.zeros(square), np.zeros(square), np.zeros(square), np.zeros(row), np.zeros(row)
-    )
+        np.zeros(_WIDTH), np.zeros((_WIDTH, _WIDTH)), np.zeros(square), np.zeros(square), np.zeros(square),
+        np.zeros(row), np.zeros(row),
+    )  # fmt: skip
 
 
 @equation
@@ -201,15 +205,20 @@ def solve(noise: float, modulus: float, deviations: Any, s: Scratch) -> None:
 
 @equation
 def fit(
-    moments: Any, count: float, n_chamber: int, prior: Any, noise: float, modulus: float, deviations: Any,
-    s: Scratch,
+    moments: Any, first: int, last: int, count: float, prior: Any, noise: float, modulus: float,
+    deviations: Any, s: Scratch,
 ) -> float:  # fmt: skip
-    """Fill the estimates with an error that agrees with the misfit, and return the misfit."""
+    """Fill the estimates from some chambers, with an error that agrees with the misfit, and return this."""
+    for i in range(_WIDTH):
+        for j in range(i + 1):
+            s.moments[i, j] = moments[first, i, j]
+            for chamber in range(first + 1, last):
+                s.moments[i, j] += moments[chamber, i, j]
     variance, square = 1.0, 0.0
     for _ in range(_N_FIT):
-        add_prior(moments, prior, variance, s)
+        add_prior(s.moments, prior, variance, s)
         solve(count * noise / variance, modulus, deviations, s)
-        square = residual_sum_of_squares(moments, s.values) / (n_chamber * max(count, 1.0))
+        square = residual_sum_of_squares(s.moments, s.values) / ((last - first) * max(count, 1.0))
         if not 1.0 + _CORRELATED * (square - 1.0) > variance:
             break
         variance = 1.0 + _CORRELATED * (square - 1.0)
@@ -256,9 +265,9 @@ def nan_unless_finite(out: Any) -> None:
     """Set all values of an estimate to NaN unless all are finite."""
     # 0 x is NaN if x is NaN or infinite: the sum spreads it without a branch.
     nothing = 0.0
-    for i in range(N_ESTIMATE):
+    for i in range(DISAGREEMENT):
         nothing += 0.0 * out[i]
-    for i in range(N_ESTIMATE):
+    for i in range(DISAGREEMENT):
         out[i] += nothing
 
 
@@ -272,21 +281,22 @@ def take_window(
     # The column of the clearance is ∫ φ ΔP, in the mean of both chambers.
     difference = 0.5 * (columns[0, _CLEARANCE] + columns[n_chamber - 1, _CLEARANCE])
     for memory in range(decays.shape[0]):
-        decay, moments, pressures = decays[memory], state.moments[r, memory], state.pressures[r, memory]
+        decay, pressures = decays[memory], state.pressures[r, memory]
         state.counts[r, memory] = decay * state.counts[r, memory] + counts
         pressures[0] = decay * pressures[0] + half_time
         pressures[1] = decay * pressures[1] + abs(columns[0, _LEAK])
         pressures[2] = decay * pressures[2] + abs(difference)
-        for i in range(_WIDTH):
-            for j in range(i + 1):
-                moments[i, j] *= decay
+        for chamber in range(n_chamber):
+            for i in range(_WIDTH):
+                for j in range(i + 1):
+                    state.moments[r, memory, chamber, i, j] *= decay
     if counts > 0.0:
         for chamber in range(n_chamber):
             for i in range(N_UNKNOWN):
                 row[i] = deviations[i] * columns[chamber, i] / error
             row[N_UNKNOWN] = targets[chamber] / error
             for memory in range(decays.shape[0]):
-                moments = state.moments[r, memory]
+                moments = state.moments[r, memory, chamber]
                 for i in range(_WIDTH):
                     for j in range(i + 1):
                         moments[i, j] += row[i] * row[j]
@@ -294,15 +304,32 @@ def take_window(
 
 @equation
 def estimate(
-    state: RlsState, r: int, memory: int, n_chamber: int, prior: Any, noise: float, modulus: float,
-    deviations: Any, reference: float, scratch: Scratch, out: Any,
+    state: RlsState, r: int, memory: int, prior: Any, noise: float, modulus: float, deviations: Any,
+    reference: float, s: Scratch, out: Any,
 ) -> None:  # fmt: skip
     """Write an estimate of a record; NaN if it is not finite."""
     moments, count = state.moments[r, memory], state.counts[r, memory]
-    misfit = fit(moments, count, n_chamber, prior, noise, modulus, deviations, scratch)
-    write_estimate(reference, state.pressures[r, memory], deviations, scratch, out)
-    out[MISFIT] = misfit
+    out[MISFIT] = fit(moments, 0, moments.shape[0], count, prior, noise, modulus, deviations, s)
+    write_estimate(reference, state.pressures[r, memory], deviations, s, out)
     nan_unless_finite(out)
+
+
+@equation
+def disagreement(
+    state: RlsState, r: int, memory: int, prior: Any, noise: float, modulus: float, deviations: Any,
+    s: Scratch,
+) -> float:  # fmt: skip
+    """Difference between the K_i of each chamber alone, over its standard deviation."""
+    moments, count = state.moments[r, memory], state.counts[r, memory]
+    difference, variance = 0.0, 0.0
+    for chamber in range(moments.shape[0]):
+        # Each chamber has its own share of the pressure noise, which is alike.
+        share = noise / moments.shape[0]
+        fit(moments, chamber, chamber + 1, count, prior, share, modulus, deviations, s)
+        difference = s.values[_LEAK] - difference
+        variance += s.inverse[_LEAK, _LEAK]
+    found: float = abs(difference) / np.sqrt(abs(variance))
+    return found
 
 
 @kernel
@@ -324,6 +351,8 @@ def follow_windows(
     estimates: Array,
 ) -> None:
     """Process windows of streams, and fill the estimates (n_record, n_memory, n_instant, N_ESTIMATE).
+
+    Only the first memory has estimates at all instants, the others at the last one.
 
     `columns` (n_record, n_window, n_chamber, N_UNKNOWN), `targets` [m³] and `counts` (n_record, n_window), 1
     if a window is valid, else 0; forgetting continues in both cases. `due` (n_instant,): number of these
@@ -347,8 +376,17 @@ def follow_windows(
                 )  # fmt: skip
                 n_taken += 1
             if instant < due.shape[0]:
+                is_last = instant == due.shape[0] - 1
                 for memory in range(decays.shape[0]):
-                    estimate(
-                        state, r, memory, columns.shape[2], priors[r, instant], noise[r, instant], modulus,
-                        deviations, reference, scratch, estimates[r, memory, instant],
-                    )  # fmt: skip
+                    # Values of the whole record are needed only at its end.
+                    if is_last or memory == 0:
+                        out = estimates[r, memory, instant]
+                        estimate(
+                            state, r, memory, priors[r, instant], noise[r, instant], modulus, deviations,
+                            reference, scratch, out,
+                        )  # fmt: skip
+                        if is_last and memory == decays.shape[0] - 1 and columns.shape[2] == 2:
+                            out[DISAGREEMENT] = disagreement(
+                                state, r, memory, priors[r, instant], noise[r, instant], modulus, deviations,
+                                scratch,
+                            )  # fmt: skip

@@ -85,7 +85,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     def begin(self, records: RecordBatch) -> State:
         """Initial state: only the priors."""
         n_record, n_chamber = records.n_record, 2 if self._both else 1
-        rls = weak_rls.new_state(n_record, len(self._decays(records)))
+        rls = weak_rls.new_state(n_record, len(self._decays(records)), n_chamber)
         return {
             "spool": np.full((n_record, 2), np.nan),
             "gate": valve_use.new_gate(n_record),
@@ -124,7 +124,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     def information(self, records: RecordBatch) -> Information:
         """Information of the whole first record about the unknowns, with the weights of the options."""
         state, _ = self.step(self.start(records), records)
-        moments = state["moments"][0, -1, :N_UNKNOWN, :N_UNKNOWN]
+        moments = state["moments"][0, -1].sum(axis=0)[:N_UNKNOWN, :N_UNKNOWN]
         deviations = self.options.deviations(records)
         (open_,) = np.nonzero(deviations)
         gramian = (np.tril(moments) + np.tril(moments, -1).T)[np.ix_(open_, open_)]
@@ -179,7 +179,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         priors = np.zeros((*supply.shape, N_UNKNOWN))
         if deviations[_SUPPLY] > 0.0:
             priors[:, :, _SUPPLY] = (supply / reference - 1.0) / deviations[_SUPPLY]
-        found = np.zeros((chunk.n_record, len(decays), len(due), weak_rls.N_ESTIMATE))
+        found = np.full((chunk.n_record, len(decays), len(due), weak_rls.N_ESTIMATE), np.nan)
         state = weak_rls.RlsState(*(after[name] for name in weak_rls.RlsState._fields))
         weak_rls.follow_windows(
             *windows, due, priors, deviations, options.error, decays, options.reference_pressure,

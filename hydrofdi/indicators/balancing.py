@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Annotated, Generic, Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
@@ -29,7 +28,6 @@ from hydrofdi.indicators.nominal_plant import UncertainActuator
 from hydrofdi.indicators.single_channel import alternating_side
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
-from hydrofdi.transforms.regression import robust_weights
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 
@@ -245,7 +243,7 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
             is_score=False, possible=(0.0, 3.0), is_fit=True,
         ),
         Output(
-            "disagreement", "1", "difference between the K_i of each chamber alone, over its standard deviation",
+            "disagreement", "1", "difference between the K_i of each chamber alone, over its deviation",
             is_score=False, possible=(0.0, 2.0), is_fit=True,
         ),
     )  # fmt: skip
@@ -327,7 +325,7 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         for _ in range(_REWEIGHTING if options.robust else 0):
             found = self._found(records, columns, targets, counts, weights, deviations)
             left = targets - np.sum(columns * found[:, None, None, :N_UNKNOWN], axis=3)
-            weights = robust_weights(left * counts[:, :, None])
+            weights = _robust_weights(left * counts[:, :, None])
         found = self._found(records, columns, targets, counts, weights, deviations)
         values = named_estimates(options, found[:, None], supply, deviations)
         is_prior = values["leakage_error"] > 0.9 * options.leakage_deviation
@@ -351,7 +349,7 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
 
 
 def _counting_windows(spool: Array, frequency: float, options: BalanceOptions) -> Array:
-    """1 for windows in which the valve is open to one side and does not jump, else 0; (n_record, n_window)."""
+    """1 for windows with the valve open to one side and without a jump, else 0; (n_record, n_window)."""
     jumps = np.abs(np.diff(spool, axis=1, prepend=spool[:, :1])) > 0.2 * np.ptp(spool, axis=1)[:, None]
     n_settling = round(options.settling * frequency)
     if n_settling:
@@ -366,3 +364,17 @@ def _counting_windows(spool: Array, frequency: float, options: BalanceOptions) -
     n_block = spool.shape[1] // half
     in_block = closed[:, : n_block * half].reshape(-1, n_block, half).any(axis=2)
     return np.asarray(~(in_block[:, :-1] | in_block[:, 1:]), dtype=float)
+
+
+def _robust_weights(left: Array) -> Array:
+    """Weight of each equation: 1/(1 + z²)², with z the residual over three robust standard deviations.
+
+    Geman and McClure, Bull. Int. Stat. Inst. 52 (1987) 5. Residuals of zero do not count in the median.
+    """
+    size = np.abs(left).reshape(len(left), -1)
+    with np.errstate(all="ignore"):
+        middle = np.array(
+            [np.median(np.extract(row > 0.0, row)) if np.any(row > 0.0) else 1.0 for row in size]
+        )
+        weights: Array = 1.0 / np.square(1.0 + np.square(left / (3.0 * 1.4826 * middle[:, None, None])))
+    return weights

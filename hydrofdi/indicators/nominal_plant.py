@@ -33,8 +33,8 @@ class UncertainActuator(NominalActuator):
     """Relative standard deviation of the flow through the open valve [-]."""
 
     supply_deviation: Share | None = None
-    """Relative standard deviation of the supply pressure [-]; by default 0.002 if measured, 0.03 if nominal,
-    0.001 if from the sum of pressures, and 0.01 if from one pressure."""
+    """Relative standard deviation of the supply pressure [-]; by default 0.002 if measured, 0.05 if nominal,
+    and 0.02 if from the pressures."""
 
     offset_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 0.5e-6
     """Standard deviation of the spool position at which the valve is closed, about zero [m]."""

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.transforms.regression import Array, times
+Array = NDArray[np.float64]
+
 
 _LONGEST_PENCIL = 24
 
@@ -134,8 +135,8 @@ def _improvement(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, 
     size = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
     sizes = size[:, :, None] * size[:, None, :]
     inverse = np.linalg.inv(normal / sizes + _RIDGE * np.eye(4)) / sizes
-    left = with_rest - times(products, motion)
-    change = times(inverse, times(slopes, left))
+    left = with_rest - _times(products, motion)
+    change = _times(inverse, _times(slopes, left))
     return change[:, 2:], -np.sum(motion * (with_rest + left), axis=1), inverse[:, 2:, 2:]
 
 
@@ -159,7 +160,7 @@ def _products(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Arr
     base[:, 1] = ((one - other) / (2.0 * root[:, None])).real
     base[:, 2:] = base[:, :2] * (np.arange(n_time) / n_time)
     along = base @ trend.T
-    return base @ base.transpose(0, 2, 1) - along @ along.transpose(0, 2, 1), times(base, rest)
+    return base @ base.transpose(0, 2, 1) - along @ along.transpose(0, 2, 1), _times(base, rest)
 
 
 def _slopes(a: Array, b: Array, products: Array, with_rest: Array) -> tuple[Array, Array]:
@@ -212,3 +213,9 @@ def _in_frequency(a: Array, b: Array, covariance: Array, explained: Array, windo
     return FreeMotion(
         frequency, np.sqrt(frequency_variance), damping_ratio, np.sqrt(damping_variance), explained
     )
+
+
+def _times(matrices: Array, vectors: Array) -> Array:
+    """Product of each matrix (n, k, l) and vector (n, l)."""
+    product: Array = np.matmul(matrices, vectors[:, :, None])[:, :, 0]
+    return product

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from estimation.filters import ExtendedFilter, KalmanFilter, UnscentedFilter
-from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN
+from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN, UNKNOWNS
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE
 from hydrofdi.indicators.estimation.valve_use import follow_noise, new_noise
 from hydrofdi.indicators.estimation.weak_rls import (
     CONDITION,
+    DISAGREEMENT,
     MISFIT,
     N_ESTIMATE,
     follow_windows,
@@ -23,30 +24,38 @@ from hydrofdi.indicators.models.volterra import (
     regressors,
     ridge_regression,
 )
-from hydrofdi.transforms.regression import regress
 
 ERROR = 4e-9
 
 
 def equations(seed, n_window, n_chamber=2):
-    """Columns, in units of the priors, with targets of known unknowns and errors."""
+    """Columns, in units of the priors, with targets of known unknowns and errors below the stated one."""
     draw = np.random.default_rng(seed)
     columns = draw.normal(size=(1, n_window, n_chamber, N_UNKNOWN)) * ERROR
-    truth = draw.normal(size=N_UNKNOWN)
-    targets = columns @ truth + ERROR * draw.normal(size=columns.shape[:3])
+    truth = np.abs(draw.normal(size=N_UNKNOWN))
+    targets = columns @ truth + 0.7 * ERROR * draw.normal(size=columns.shape[:3])
     return columns, targets, truth
 
 
 def followed(
-    columns, targets, due, memory=np.inf, deviations=None, counts=None, state=None, noise=0.0, modulus=1e-12
+    columns,
+    targets,
+    due,
+    memory=np.inf,
+    deviations=None,
+    counts=None,
+    state=None,
+    noise=0.0,
+    modulus=1e-12,
+    error=ERROR,
 ):
     """Estimates (n_instant, N_ESTIMATE) after so many windows."""
     deviations = np.ones(N_UNKNOWN) if deviations is None else deviations
     counts = np.ones(columns.shape[:2]) if counts is None else counts
     state = new_state(1, 1, columns.shape[2]) if state is None else state
-    out = np.zeros((1, 1, len(due), N_ESTIMATE))
+    out = np.full((1, 1, len(due), N_ESTIMATE), np.nan)
     follow_windows(
-        columns, targets, counts, np.array(due), np.zeros((1, len(due), N_UNKNOWN)), deviations, ERROR,
+        columns, targets, counts, np.array(due), np.zeros((1, len(due), N_UNKNOWN)), deviations, error,
         np.array([np.exp(-1.0 / memory)]), 1.0, 0.032, np.full((1, len(due)), noise), modulus,
         state, new_scratch(), out,
     )  # fmt: skip
@@ -55,16 +64,16 @@ def followed(
 
 @pytest.mark.parametrize("known", [[], [3, 7]])
 def test_with_all_in_memory_the_estimates_are_those_of_one_regression(known):
-    columns, targets, _ = equations(2, 400)
+    columns, targets, truth = equations(2, 400)
     deviations = np.ones(N_UNKNOWN)
     deviations[known] = 0.0
+    targets = targets - columns[..., known] @ truth[known]
     found = followed(columns, targets, [400], deviations=deviations)[0]
     assert (found[[*known, *(N_UNKNOWN + k for k in known)]] == 0.0).all()
     rest = np.delete(np.arange(N_UNKNOWN), known)
-    whole = regress(
-        columns.transpose(0, 3, 2, 1)[:, rest], targets.transpose(0, 2, 1), np.ones(len(rest)), ERROR
-    )
-    np.testing.assert_allclose(found[rest], whole.values[0], rtol=1e-9)
+    some = columns[0].reshape(800, -1)[:, rest] / ERROR
+    expected = np.linalg.solve(np.eye(len(rest)) + some.T @ some, some.T @ targets.reshape(800) / ERROR)
+    np.testing.assert_allclose(found[rest], expected, rtol=1e-9)
     rows, left = columns[0].reshape(800, -1) * deviations / ERROR, targets - columns @ found[:N_UNKNOWN]
     np.testing.assert_allclose(found[MISFIT], np.sqrt(np.mean(left**2)) / ERROR, rtol=1e-9)
     normal = np.eye(N_UNKNOWN) + rows.T @ rows
@@ -99,7 +108,7 @@ def test_a_gap_is_a_status_from_then_on():
     columns, targets, _ = equations(5, 60)
     targets[0, 30, 0] = np.nan
     found = followed(columns, targets, [30, 31, 60])
-    assert np.isfinite(found[0]).all()
+    assert np.isfinite(found[0, :DISAGREEMENT]).all()
     assert np.isnan(found[1:]).all()
 
 
@@ -111,22 +120,30 @@ def test_noise_in_the_column_of_the_bulk_modulus_is_taken_out():
     shown[..., COMPRESSIBILITY] += noise
     modulus = 0.1
     targets = targets - noise / modulus
-    of_window = 2.0 * (size / ERROR) ** 2
+    error = 20.0 * ERROR
+    of_window = 2.0 * (size / error) ** 2
     biased, found = (
-        followed(shown, targets, [40_000], noise=each, modulus=modulus)[0] for each in (0.0, of_window)
+        followed(shown, targets, [40_000], noise=each, modulus=modulus, error=error)[0]
+        for each in (0.0, of_window)
     )
     left = found[COMPRESSIBILITY] - truth[COMPRESSIBILITY]
     assert abs(left) < 0.1
     assert abs(biased[COMPRESSIBILITY] - truth[COMPRESSIBILITY]) > 1.0
-    overstated = followed(shown, targets, [40_000], noise=10.0 * of_window, modulus=modulus)[0]
+    overstated = followed(shown, targets, [40_000], noise=10.0 * of_window, modulus=modulus, error=error)[0]
     assert np.isfinite(overstated).all()
     assert overstated[N_UNKNOWN + COMPRESSIBILITY] > found[N_UNKNOWN + COMPRESSIBILITY]
-    few = followed(shown[:, :40], targets[:, :40], [40], noise=0.5, modulus=modulus)[0]
-    rows, right = shown[0, :40].reshape(80, -1) / ERROR, targets[0, :40].reshape(80) / ERROR
+    few = followed(shown[:, :40], targets[:, :40], [40], noise=1e-3, modulus=modulus, error=error)[0]
+    rows, right = shown[0, :40].reshape(80, -1) / error, targets[0, :40].reshape(80) / error
     place = np.eye(N_UNKNOWN)[COMPRESSIBILITY]
-    normal = np.eye(N_UNKNOWN) + rows.T @ rows - 40 * 0.5 * np.outer(place, place)
-    expected = np.linalg.solve(normal, rows.T @ right + 40 * 0.5 / modulus * place)
-    np.testing.assert_allclose(few[:N_UNKNOWN], expected, rtol=1e-7)
+    normal = np.eye(N_UNKNOWN) + rows.T @ rows - 40 * 1e-3 * np.outer(place, place)
+    expected = np.linalg.solve(normal, rows.T @ right + 40 * 1e-3 / modulus * place)
+    clearance = UNKNOWNS.index("clearance")
+    assert expected[clearance] < 0.0
+    # The clearance is not negative: the others are estimated without it.
+    rest = np.delete(np.arange(N_UNKNOWN), clearance)
+    right = rows.T @ right + 40 * 1e-3 / modulus * place
+    np.testing.assert_allclose(few[rest], np.linalg.solve(normal[np.ix_(rest, rest)], right[rest]), rtol=1e-7)
+    assert abs(few[clearance]) < 1e-12
 
 
 def test_covariances_stay_positive_and_numbers_exact_over_a_million_samples():
@@ -135,8 +152,8 @@ def test_covariances_stay_positive_and_numbers_exact_over_a_million_samples():
     long = followed(columns, targets, [62_500], memory=300.0, state=state)[0]
     fresh = followed(columns[:, -12_000:], targets[:, -12_000:], [12_000], memory=300.0)[0]
     np.testing.assert_allclose(long, fresh, rtol=1e-9)
-    for kind, which in np.ndindex(2, 2):
-        lower = np.tril(state.moments[0, 0, kind, which])
+    for moments in state.moments[0, 0]:
+        lower = np.tril(moments)
         assert np.linalg.eigvalsh(lower + np.tril(lower, -1).T).min() > 0.0
 
 

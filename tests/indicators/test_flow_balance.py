@@ -58,7 +58,7 @@ def test_a_valve_and_sensors_that_are_not_nominal_are_found_and_hide_no_leak():
     values, _ = measured(shown, "flow_balance")
     np.testing.assert_allclose(values["internal_coefficient"], leaks, atol=3e-11)
     np.testing.assert_allclose(values["supply_pressure"], 16.6e6, rtol=2e-3)
-    np.testing.assert_allclose(values["bulk_modulus"], 689e6, rtol=0.01)
+    np.testing.assert_allclose(values["bulk_modulus"], 689e6, rtol=0.02)
     alike, _ = measured(shown, "flow_balance", edge_gain_deviation=0.0, edge_lap_deviation=0.0)
     np.testing.assert_allclose(alike["offset"], -0.4e-6, rtol=0.1)
     plain, _ = measured(shown, "flow_balance", **KNOWN)

@@ -171,8 +171,8 @@ UNKNOWNS = (
 """Unknowns of the balance, in column order: K_i, 1/β and deviations from the nominal actuator.
 
 Gain and lap of the four metering edges are their means and contrasts: between the edges that are open at a
-positive and at a negative spool position (of the lap, this is the offset), between feeding and draining edges,
-and between the chambers.
+positive and at a negative spool position (of the lap, this is the offset), between feeding and draining
+edges, and between the chambers.
 """
 
 N_UNKNOWN = len(UNKNOWNS)
@@ -237,7 +237,7 @@ class ValveSignals(NamedTuple):
 
 @equation
 def released_gas(pressure: float) -> float:
-    """Volume of free air relative to that at atmospheric pressure, negative, for a polytropic exponent of 4/3."""
+    """Volume of free air over that at atmospheric pressure, negative; the polytropic exponent is 4/3."""
     # P^(-3/4) needs only square roots; the pressure is limited to the atmospheric one.
     root = np.sqrt(_ATMOSPHERE / (max(pressure, 0.0) + _ATMOSPHERE))
     gas: float = -root * np.sqrt(root)

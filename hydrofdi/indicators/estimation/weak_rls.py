@@ -39,9 +39,9 @@ _LEAKIER = 10.0
 class RlsState(NamedTuple):
     """State between windows.
 
-    `moments` (n_record, n_memory, n_chamber, _WIDTH, _WIDTH): lower triangles of sums of products; `counts` (n_record,
-    n_memory): valid windows, with forgetting; `pressures` (n_record, n_memory, 3): integrals over all windows,
-    with forgetting, of 1, √|ΔP| and |ΔP|.
+    `moments` (n_record, n_memory, n_chamber, _WIDTH, _WIDTH): lower triangles of sums of products; `counts`
+    (n_record, n_memory): valid windows, with forgetting; `pressures` (n_record, n_memory, 3): integrals over
+    all windows, with forgetting, of 1, √|ΔP| and |ΔP|.
     """
 
     moments: Array
@@ -238,7 +238,7 @@ def combined_variance(of_leak: float, of_clearance: float, inverse: Any) -> floa
     """Variance of a combination of the estimates of leak and clearance, with factors in prior deviations."""
     both = 2.0 * of_leak * of_clearance * variance_of(_LEAK, _CLEARANCE, inverse)
     alone = of_leak * of_leak * variance_of(_LEAK, _LEAK, inverse)
-    return alone + both + of_clearance * of_clearance * variance_of(_CLEARANCE, _CLEARANCE, inverse)  # type: ignore[no-any-return]
+    return alone + both + of_clearance * of_clearance * variance_of(_CLEARANCE, _CLEARANCE, inverse)
 
 
 @equation
@@ -283,9 +283,10 @@ def take_window(
     for memory in range(decays.shape[0]):
         decay, pressures = decays[memory], state.pressures[r, memory]
         state.counts[r, memory] = decay * state.counts[r, memory] + counts
-        pressures[0] = decay * pressures[0] + half_time
-        pressures[1] = decay * pressures[1] + abs(columns[0, _LEAK])
-        pressures[2] = decay * pressures[2] + abs(difference)
+        is_finite = abs(columns[0, _LEAK]) + abs(difference) < math.inf
+        pressures[0] = decay * pressures[0] + (half_time if is_finite else 0.0)
+        pressures[1] = decay * pressures[1] + (abs(columns[0, _LEAK]) if is_finite else 0.0)
+        pressures[2] = decay * pressures[2] + (abs(difference) if is_finite else 0.0)
         for chamber in range(n_chamber):
             for i in range(_WIDTH):
                 for j in range(i + 1):
@@ -359,8 +360,9 @@ def follow_windows(
     windows that are complete at each estimate. `priors` (n_record, n_instant, N_UNKNOWN): prior means over
     the prior `deviations` (N_UNKNOWN,), which are zero if known. `error`: standard deviation of a window's
     residual [m³]. `decays` (n_memory,): forgetting factor per window. `reference`: ΔP at which the flow
-    for any law is stated [Pa]. `half_time`: half the length of a window [s]. `noise` (n_record, n_instant): spurious information
-    on 1/β from pressure noise, per window, relative to that of the prior. `modulus`: nominal β [Pa].
+    for any law is stated [Pa]. `half_time`: half the length of a window [s]. `noise` (n_record, n_instant):
+    spurious information on 1/β from pressure noise, per window, relative to that of the prior. `modulus`:
+    nominal β [Pa].
 
     The state is updated in place. Estimates are NaN once a window was not finite; they are not fed back, so
     they cannot diverge.

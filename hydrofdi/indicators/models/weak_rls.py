@@ -9,7 +9,14 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.balancing import P1, P2, WindowOptions, balance_outputs, known_balance, named_estimates
+from hydrofdi.indicators.balancing import (
+    P1,
+    P2,
+    WindowOptions,
+    balance_outputs,
+    known_balance,
+    named_estimates,
+)
 from hydrofdi.indicators.contract import Information, Output
 from hydrofdi.indicators.estimation import valve_use, weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import (
@@ -45,21 +52,21 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     """
 
     name = "weak_rls"
-    version = 5
+    version = 6
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
         " Recursive Identification (1983), chapter 2; a prior that is not forgotten is specific to hydrofdi"
     )
     equation = (
-        "flow_balance's; θ = (Σ λ^(n−k) a_k a_kᵀ/e² + D⁻²)⁻¹ (Σ λ^(n−k) a_k y_k/e² + D⁻² θ_0), λ ="
-        " exp(−hop/memory); the column of 1/β is corrected for pressure noise"
+        "flow_balance's; θ = (Σ λ^(n−k) a_k a_kᵀ/s² + D⁻²)⁻¹ (Σ λ^(n−k) a_k y_k/s² + D⁻² θ_0), λ ="
+        " exp(−hop/memory), s as in flow_balance; the column of 1/β is corrected for pressure noise"
     )
     caution = (
-        "cross_port_leakage contains a leak proportional to ΔP and the valve clearance, which look alike."
-        " Pressure noise that is not white biases β; with one chamber, so does a leak, and the leakage is up"
-        " to 10 % too small, more than its stated deviation. β is missing if 1/β is not positive, e.g. after"
-        " the onset of a leak. A misfit above 1.1 or a departure above 2.5 means that the data sheet does not"
-        " fit; the flow gain absorbs a wrong piston area, so that the misfit alone does not show it."
+        "cross_port_leakage and mean_leakage contain a leak proportional to ΔP and the valve clearance,"
+        " which look alike. Pressure noise that is not white biases β; with one chamber, so does a leak. A"
+        " misfit above 1.1 or a departure above 3 means that the data sheet does not fit; the flow gain"
+        " absorbs a wrong piston area, so that the misfit alone does not show it. A disagreement above 2"
+        " means that the chambers state different leaks, as if one leaked to the outside."
     )
     absence = (
         "the record has samples that are not finite, does not determine the leakage, or is best explained by"
@@ -115,6 +122,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         values, whole = (
             named_estimates(self.options, found[:, place], reference, deviations) for place in (0, -1)
         )
+        values["disagreement"] = np.full(values["leakage"].shape, np.nan)
         return values | {f"whole_{name}": array for name, array in whole.items()}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:

@@ -57,7 +57,7 @@ class EkfInnovation(KalmanFilter[InnovationOptions]):
     )
     caution = (
         "Innovations respond to any deviation from the data sheet, such as friction, supply pressure and"
-        " flow gain, before they respond to a leak."
+        " flow gain, before they respond to a leak; so do lags between channels and a slower spool."
     )
     Options = InnovationOptions
 

@@ -42,7 +42,9 @@ class EkfJoint(KalmanFilter[JointOptions]):
     caution = (
         "β is biased by up to −1 %; of its stated deviation only chamber_volume_deviation covers this. The"
         " standard deviation of the leakage is too wide for the nominal plant and about right for machines"
-        " that differ from it."
+        " that differ from it by these parameters alone. Channels that are 2 ms apart, a spool of 80 Hz for"
+        " 175 Hz or its rate limit shift the leakage by 0.1 L/min: prefer weak_rls, whose windows integrate"
+        " over such lags."
     )
     absence = "the filter diverged, a sample is not a number, or the record does not determine the leakage"
     Options = JointOptions

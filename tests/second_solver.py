@@ -24,8 +24,8 @@ Solver = Literal["lsoda", "radau"]
 
 RELATIVE_TOLERANCE = 1e-8
 
-_SCALES = np.array([1e-2, 1e-1, 1e6, 1e6, 1e6, 1e-5, 1e-5, 1e-2])
-"""Scales of x_p [m], v_p [m/s], P_1, P_2, P_s [Pa], z [m], x_v [m], v_v [m/s], for the absolute tolerance."""
+_SCALES = np.array([1e-2, 1e-1, 1e6, 1e6, 1e6, 1e-5, 1e6, 1e-5, 1e-2])
+"""Scales of the hydraulic states [SI], and of x_v [m] and v_v [m/s], for the absolute tolerance."""
 
 _SPOOL = len(STATES)
 
@@ -64,6 +64,7 @@ def simulate_with_solver(
         chamber_2_pressure=states[3],
         valve_supply_pressure=states[4],
         bristle_deflection=states[5],
+        hidden_states=states[6:_SPOOL].transpose(1, 0, 2),
         leakage_coefficient=np.array(leakage_coefficients, dtype=float),
         internal_leakage_flow=leakage_signal(runs, leakage_coefficients, time, states[2] - states[3]),
         outcomes=tuple(
@@ -105,7 +106,7 @@ class _Record:
         self._acting = np.array(list(acting)[1:])
         self.states = np.full((_SPOOL + 2, record.n_sample), np.nan)
         rest = 0.5 * (supply.pressure + supply.return_pressure)
-        self._state = np.array([0.0, 0.0, rest, rest, supply.pressure, 0.0, 0.0, 0.0])
+        self._state = np.array([0.0, 0.0, rest, rest, supply.pressure, 0.0, supply.return_pressure, 0.0, 0.0])
         self._error = self._integral = self._voltage = self._acting_voltage = 0.0
 
     def solve(self) -> None:
@@ -137,8 +138,8 @@ class _Record:
         position = float(self._state[0])
         if self._options.measured_feedback:
             position = converted(
-                position + self._reading_errors[step], c["lowest_reading"][0], c["highest_reading"][0],
-                c["reading_resolution"][0],
+                c["reading_gain"][0] * position + self._reading_errors[step],
+                c["lowest_reading"][0], c["highest_reading"][0], c["reading_resolution"][0],
             )  # fmt: skip
         error = float(self.reference[step] - position)
         self._voltage, self._integral = pid_step(
@@ -194,18 +195,20 @@ def all_rates(
     parameters: NDArray[Any],
     options: ModelOptions,
 ) -> NDArray[np.float64]:
-    """Time derivatives of x_p, v_p, P_1, P_2, P_s, z, x_v, v_v."""
+    """Time derivatives of the hydraulic states, x_v and v_v."""
     place = min(max(time / step - 0.5, 0.0), voltage.size - 1.0)
     k = min(int(place), max(voltage.size - 2, 0))
     u = voltage[k] + (place - k) * (voltage[min(k + 1, voltage.size - 1)] - voltage[k])
     c = parameters[0]
     most, is_limited = c.spool_limit[0], options.limited_spool
-    p = lane_parameters(c, 0, time, options)
-    x = State(state[0], state[1], state[2], state[3], state[4], state[5])
-    r = hydraulic_rates(x, valve_opening(state[6], most, is_limited), load, p, options)
-    rates = np.array([r.position, r.velocity, r.pressure_1, r.pressure_2, r.supply, r.bristle, 0.0, 0.0])
-    rates[6], rates[7] = spool_rates(
-        state[6], state[7], u, c.spool_frequency[0], c.spool_damping_ratio[0], c.spool_gain[0], most,
+    p = lane_parameters(c, 0, time, time, options)
+    x = State(state[0], state[1], state[2], state[3], state[4], state[5], state[6])
+    r = hydraulic_rates(x, valve_opening(state[-2], most, is_limited), load, p, options)
+    rates = np.array([
+        r.position, r.velocity, r.pressure_1, r.pressure_2, r.supply, r.bristle, r.return_pressure, 0.0, 0.0,
+    ])  # fmt: skip
+    rates[-2], rates[-1] = spool_rates(
+        state[-2], state[-1], u, c.spool_frequency[0], c.spool_damping_ratio[0], c.spool_gain[0], most,
         c.spool_speed_limit[0], is_limited,
     )  # fmt: skip
     return rates

@@ -24,7 +24,7 @@ from tests.commands import run
         ("fluid.EBM", "'bulk_modulus'"), ("beta", "'bulk_modulus'"), ("bore", "'piston_area'"),
         ("load.mass", "'actuator.mass'"), ("supplly", "'supply'"),
         ("sweep.grid.fluid.EBM", "'fluid.bulk_modulus'"),
-        ("supply.freq", ""), ("a", ""), ("sweep.grid.fluid.a", ""),
+        ("supply.watt", ""), ("a", ""), ("sweep.grid.fluid.a", ""),
     ],
 )  # fmt: skip
 def test_unknown_key_gets_the_key_that_it_means(key, meant):

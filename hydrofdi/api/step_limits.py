@@ -68,17 +68,19 @@ def _chamber_limits(run: RunParameters) -> dict[str, float]:
 
 
 def _supply_limits(run: RunParameters) -> dict[str, float]:
-    """Rate [1/s] of the supply pressure, whose fall lessens the flow through open edges and clearances."""
+    """Rates [1/s] of supply and return pressure, which lessen the flow through open edges and clearances."""
     valve, supply, edges = run.valve, run.supply, run.edges
-    if supply.droop != "first_order":
-        return {}
     opening, gain = largest_opening(run), max(edge.flow_gain for edge in edges)
     drop = 0.5 * (supply.pressure - supply.return_pressure)
     edge = valve_flow_pressure_coefficient(opening, drop, gain, valve.area_gradient)
     clearances = edges.supply_1.lap_leakage + edges.supply_2.lap_leakage
-    return _decay_limit(
-        "supply", (1.0 + supply.droop_resistance * (clearances + edge)) / supply.droop_time_constant
-    )
+    drained = edges.return_1.lap_leakage + edges.return_2.lap_leakage
+    rate = (1.0 + supply.droop_resistance * (clearances + edge)) / supply.used_time_constant
+    limits = _decay_limit("supply", rate)
+    if supply.return_resistance:
+        rate = (1.0 + supply.return_resistance * (drained + edge)) / supply.return_time_constant
+        limits |= _decay_limit("return line", rate)
+    return limits
 
 
 def _decay_limit(part: str, rate: float) -> dict[str, float]:

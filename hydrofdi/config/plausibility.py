@@ -106,6 +106,8 @@ def _is(*values: Any) -> Callable[[Any], bool]:
 
 RULES: tuple[Rule, ...] = (
     ("actuator.end_stops", _is("elastic"), ("actuator.end_stop_position", "actuator.end_stop_stiffness")),
+    ("supply.ripple", bool, ("supply.ripple_frequency",)),
+    ("supply.return_resistance", bool, ("supply.return_time_constant",)),
     ("supply.droop", _is("first_order"), ("supply.droop_resistance", "supply.droop_time_constant")),
     (
         "fluid.law",
@@ -138,6 +140,7 @@ RULES: tuple[Rule, ...] = (
     *(("friction.law", _is(*laws_that_use(name)), (f"friction.{name}",)) for name in LIMITED_PARAMETERS),
     *((f"{name}.order", _is("second"), (f"{name}.damping_ratio",)) for name in SENSORS),
     *((f"{name}.noise", bool, (f"{name}.noise_bandwidth",)) for name in SENSORS),
+    *((f"{name}.hum", bool, (f"{name}.hum_frequency",)) for name in SENSORS),
 )
 """All of a parameter's rules have to be met for an effect; parameters without one always have an effect."""
 
@@ -172,7 +175,9 @@ _OF_RECORDS = ("measurement.seed", "input.seed", "load.seed")
 def seeds_of(experiment: ExperimentConfig) -> dict[str, int | list[int] | str]:
     """Dotted key of each seed that has an effect, those of records first → value, values, or its source."""
     idle, values = _idle_sentences(experiment, _OF_RECORDS).keys(), _values(experiment, with_study=True)
-    chances = {f"{section}.{field}" for section in SENSING for field in ("noise", "noise_density", "jitter")}
+    chances = {
+        f"{section}.{field}" for section in SENSING for field in ("noise", "noise_density", "hum", "jitter")
+    }
     has_chance = any(value for name in chances & values.keys() for value in values[name])
     seeds: dict[str, int | list[int] | str] = {
         name: _seeds(name, experiment)

@@ -122,6 +122,12 @@ class RunParameters(Section):
         return machine.Edges(*edges)
 
     @property
+    def largest_opening_at_rest(self) -> float:
+        """How far an edge stands open while the spool is at its zero, at most [m]."""
+        worn, null = 0.5 * self.valve.edge_rounding, self.valve.largest_null(self.record.duration)
+        return worn + null + self.edges.largest_underlap
+
+    @property
     def has_unequal_edges(self) -> bool:
         """Whether a metering edge differs from the others."""
         return not all(self.__dict__[name].is_default for name in EDGES)

@@ -40,6 +40,21 @@ def limited(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)
 
 
+@equation
+def sine(turns: Quantity) -> Quantity:
+    """sin(2πx) of a number of turns x, in operations that a compiler can vectorise.
+
+    The turns are folded into a quarter of one, where the Taylor polynomial of degree 13 has an error below
+    1e-9.
+    """
+    part = turns - np.floor(turns + 0.5)
+    folded = (0.25 - np.abs(np.abs(part) - 0.25)) * (2.0 * np.pi)
+    u = folded * folded
+    series = 1.0 / 362880.0 - u * (1.0 / 39916800.0 - u * (1.0 / 6227020800.0))
+    series = 1.0 - u * (1.0 / 6.0 - u * (1.0 / 120.0 - u * (1.0 / 5040.0 - u * series)))
+    return np.copysign(folded * series, part)
+
+
 NEGLIGIBLE = 1e-100
 """Absolute value below which a state counts as zero, in its SI unit.
 

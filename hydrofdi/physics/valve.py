@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrofdi.physics.equation import Quantity, equation, signed_root
+from hydrofdi.physics.equation import Quantity, equation, signed_root, sine
 
 
 @equation
@@ -32,6 +32,54 @@ def supply_pressure_rate(
         P_s' = (P_s0 − R_s q_s − P_s)/τ_s [Pa/s].
     """
     return (rated - resistance * flow - pressure) / time_constant
+
+
+@equation
+def return_pressure_rate(
+    pressure: Quantity, flow: Quantity, tank: Quantity, resistance: Quantity, time_constant: Quantity
+) -> Quantity:
+    """Rate of a return pressure that rises with the flow to the tank, with a first-order lag.
+
+    Parameters
+    ----------
+    pressure : float or array
+        P_r at the valve [Pa].
+    flow : float or array
+        Flow q_r from the valve into the return line [m³/s].
+    tank : float or array
+        Return pressure P_r0 at zero flow [Pa].
+    resistance : float or array
+        Resistance R_r of the line: pressure rise per flow in steady state [Pa·s/m³].
+    time_constant : float or array
+        τ_r [s].
+
+    Returns
+    -------
+    float or array
+        P_r' = (P_r0 + R_r q_r − P_r)/τ_r [Pa/s].
+    """
+    return (tank + resistance * flow - pressure) / time_constant
+
+
+@equation
+def ripple_rate(time: Quantity, amplitude: Quantity, frequency: Quantity) -> Quantity:
+    """Rate of a sine that a pump adds to the supply pressure.
+
+    Parameters
+    ----------
+    time : float or array
+        Time t since the start of the record [s].
+    amplitude : float or array
+        Amplitude p_w [Pa].
+    frequency : float or array
+        f_w [Hz].
+
+    Returns
+    -------
+    float or array
+        2π f_w p_w cos(2π f_w t) [Pa/s], added to P_s'.
+    """
+    return 2.0 * np.pi * frequency * amplitude * sine(frequency * time + 0.25)
 
 
 @equation
@@ -216,3 +264,26 @@ def edge_flow(
     opening = max(spool_position - lap, 0.0)
     flow: float = control_flow(opening, orifice_drop, flow_gain, area_gradient) + lap_leakage * orifice_drop
     return flow
+
+
+@equation
+def worn_opening(travel: Quantity, rounding: Quantity, slope: Quantity) -> Quantity:
+    """Opening of a rounded metering edge whose flow gain changes over the stroke.
+
+    Parameters
+    ----------
+    travel : float or array
+        Travel s = x_v − x_0 beyond the lap, positive in the opening direction of the edge [m].
+    rounding : float or array
+        Radius r of the edge [m].
+    slope : float or array
+        Relative change g of the flow gain per opening [1/m].
+
+    Returns
+    -------
+    float or array
+        y (1 + g y) with y = [s + √(s² + r²)]/2 [m]; it replaces max(x_v − x_0, 0). An open edge has y = s for
+        s ≫ r, a shut edge leaks through r²/(4 abs(s)), and both through r/2 at s = 0.
+    """
+    opening = 0.5 * (travel + np.sqrt(travel * travel + rounding * rounding))
+    return opening * (1.0 + slope * opening)

@@ -16,6 +16,7 @@ from hydrofdi.sensing.noise import (
     CLOCK,
     Channel,
     gaussian_noise,
+    hum_phase,
     noise_autocovariance,
     random_generator,
 )
@@ -29,8 +30,8 @@ Signal = NDArray[np.float64]
 class Measurement:
     """The sensors of a batch of runs.
 
-    As a tap it evaluates lags at every step of the solver during simulation; `show` then applies all sensors
-    to the trajectory.
+    As a tap it evaluates lags and delays at every step of the solver during simulation; `show` then applies
+    all sensors to the trajectory.
 
     Parameters
     ----------
@@ -43,8 +44,8 @@ class Measurement:
         self._lagged: dict[int, tuple[LaggedRuns, int]] = {}
 
     def wants(self, position: int) -> bool:
-        """Whether any channel of the run has a lag."""
-        return any(channel.lags(self.runs[position]) for channel in CHANNELS)
+        """Whether any channel of the run has a lag or a delay."""
+        return any(channel.needs_steps(self.runs[position]) for channel in CHANNELS)
 
     def feedback_noise(self, position: int) -> Signal | None:
         """Noise of the position that the controller of a run reads, at each of its samples [m], or None."""
@@ -72,7 +73,7 @@ class Measurement:
         Raises
         ------
         KeyError
-            A run has lags but was simulated without this object as the tap.
+            A run has lags or delays but was simulated without this object as the tap.
         """
         changes: dict[str, Any] = {
             channel.signal: self._rows(channel, trajectory)
@@ -85,7 +86,7 @@ class Measurement:
         signals: Signal = np.array(getattr(trajectory, channel.signal))
         for row, run in enumerate(self.runs):
             if trajectory.outcomes[row].is_ok and not run.is_shown_exactly(channel.section):
-                if channel.lags(run):
+                if channel.needs_steps(run):
                     lagged, lane = self._lagged[row]
                     samples = lagged.samples[channel][lane]
                 else:
@@ -108,7 +109,10 @@ def sensor_reading(channel: Channel, run: RunParameters, samples: Signal, time: 
     `samples` (n_time,) are true values after all lags, `time` the nominal sampling instants [s].
     """
     sensor = channel.sensor(run)
-    reading = np.asarray(samples + systematic_error(time, sensor.bias, sensor.drift))
+    reading = np.asarray(sensor.gain * samples + systematic_error(time, sensor.bias, sensor.drift))
+    if sensor.hum:
+        phase = hum_phase(run, channel.section)
+        reading = reading + hum(time, sensor.hum, sensor.hum_frequency, phase)
     noise = noise_autocovariance(sensor, run.measurement, run.record)
     if noise[0] > 0.0:
         reading = reading + gaussian_noise(noise, time.size, random_generator(run, channel.section))
@@ -125,6 +129,11 @@ Value = Any
 def systematic_error(time: Value, bias: float, drift: float) -> Value:
     """Error from bias and drift [per s] of a sensor at a time [s], in the unit of the signal."""
     return bias + drift * np.asarray(time)
+
+
+def hum(time: Value, amplitude: float, frequency: float, phase: float) -> Value:
+    """Sine that the mains adds at a time [s]: frequency in Hz, phase in rad, in the unit of the amplitude."""
+    return amplitude * np.sin(2.0 * math.pi * frequency * np.asarray(time) + phase)
 
 
 def saturated(signal: Value, lowest: float | None, highest: float | None) -> Value:
@@ -156,30 +165,32 @@ def quantisation_noise(resolution: float) -> float:
 class LaggedRuns:
     """Lags of runs with the same ``run`` section: reads their signals at every solver step and samples.
 
-    `samples`: channel that has a lag in any run → (n_run, n_time).
+    `samples`: channel that has a lag or a delay in any run → (n_run, n_time).
     """
 
     def __init__(self, runs: Sequence[RunParameters]) -> None:
-        lags = {channel: [channel.lags(run) for run in runs] for channel in CHANNELS}
-        self._lanes = {channel: LagLanes(of_runs) for channel, of_runs in lags.items() if any(of_runs)}
-        self._clocks = _clocks(runs)
-        self.samples = {channel: np.zeros((len(runs), runs[0].record.n_sample)) for channel in self._lanes}
+        read = [channel for channel in CHANNELS if any(map(channel.needs_steps, runs))]
+        self._lanes = {channel: LagLanes([channel.lags(run) for run in runs]) for channel in read}
+        self._clocks = {channel: _clocks(runs, channel) for channel in read}
+        self.samples = {channel: np.zeros((len(runs), runs[0].record.n_sample)) for channel in read}
 
     def __call__(self, first_step: int, signal: SignalByName) -> None:
         """Process the signals of consecutive steps, starting at step `first_step`."""
         for channel, samples in self.samples.items():
             values = np.array(signal(channel.signal)[:, : len(samples)], order="C")
             self._lanes[channel].advance(values)
-            self._clocks.sample(values, first_step, samples)
+            self._clocks[channel].sample(values, first_step, samples)
 
 
-def _clocks(runs: Sequence[RunParameters]) -> Clocks:
+def _clocks(runs: Sequence[RunParameters], channel: Channel) -> Clocks:
     record = runs[0].record
     time = np.arange(record.n_sample) / record.sampling_frequency
     deviations = np.zeros((len(runs), record.n_sample))
     for lane, parameters in enumerate(runs):
         if jitter := parameters.measurement.jitter:
             deviations[lane] = sampling_instants(time, jitter, random_generator(parameters, CLOCK)) - time
+        if delay := channel.sensor(parameters).delay:
+            deviations[lane] = np.maximum(deviations[lane] - delay, -time)
     return Clocks(record, deviations)
 
 
@@ -188,17 +199,17 @@ LOOP = "position_feedback"
 
 
 def feedback_noise(run: RunParameters) -> NDArray[np.float64] | None:
-    """White noise of the position [m] at the samples of the controller of a run (n_control,), or None.
+    """Noise and hum of the position [m] at the samples of the controller of a run (n_control,), or None.
 
-    Its variance is that of a record sampled at the rate of the controller, without the anti-alias filter. At
-    instants that the record samples too, both have the same noise, if the noise of the record is white with
-    the same variance and there is no jitter.
+    The variance of the noise is that of a record sampled at the rate of the controller, without the
+    anti-alias filter. At instants that the record samples too, both have the same noise, if the noise of the
+    record is white with the same variance and there is no jitter.
     """
     sensor, record, shared = run.position_sensor, run.record, run.measurement
     own_rate = record.model_copy(update={"sampling_frequency": 1.0 / run.control.sample_time})
     unfiltered = shared.model_copy(update={"anti_alias": None})
     (variance,) = noise_autocovariance(sensor, unfiltered, own_rate)
-    if not run.control.is_measured or variance == 0.0:
+    if not run.control.is_measured or not (variance or sensor.hum):
         return None
     steps = np.arange(0, record.n_step, steps_per_control(run))
     noise = gaussian_noise((variance,), steps.size, random_generator(run, LOOP))
@@ -207,4 +218,6 @@ def feedback_noise(run: RunParameters) -> NDArray[np.float64] | None:
         sampled = steps % record.steps_per_sample == 0
         samples = gaussian_noise(recorded, record.n_sample, random_generator(run, "position_sensor"))
         noise[sampled] = samples[steps[sampled] // record.steps_per_sample]
+    if sensor.hum:
+        noise += hum(record.step * steps, sensor.hum, sensor.hum_frequency, hum_phase(run, "position_sensor"))
     return noise

@@ -28,6 +28,10 @@ class Channel:
         sensor: SensorConfig = getattr(run, self.section)
         return sensor
 
+    def needs_steps(self, run: RunParameters) -> bool:
+        """Whether a reading depends on the signal between the samples."""
+        return self.sensor(run).delay > 0.0 or bool(self.lags(run))
+
     def lags(self, run: RunParameters) -> tuple[Lag, ...]:
         """Lags that the signal passes before sampling; empty if there are none."""
         sensor, shared, turn = self.sensor(run), run.measurement, 2.0 * math.pi * run.record.step
@@ -72,6 +76,11 @@ def random_generator(run: RunParameters, source: str) -> np.random.Generator:
     text = f"{run.measurement.seed}\n{source}\n{record}"
     seed = int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed)))
+
+
+def hum_phase(run: RunParameters, section: str) -> float:
+    """Phase of the hum of a sensor at the start of a record, uniform over a turn [rad]."""
+    return 2.0 * math.pi * random_generator(run, f"{section}.hum").random()
 
 
 _NEGLIGIBLE = 40.0

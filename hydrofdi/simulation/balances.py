@@ -65,6 +65,8 @@ class Trajectory:
         P_s at the valve [Pa].
     bristle_deflection : ndarray
         z of the LuGre law; zero for the other laws [m].
+    hidden_states : ndarray, shape (n_run, n_state, n_time)
+        The states of ``lanes.HIDDEN``; none if no run has any.
     leakage_coefficient : ndarray, shape (n_run,)
         K_i [m^3.5/kg^0.5].
     internal_leakage_flow : ndarray
@@ -84,6 +86,7 @@ class Trajectory:
     chamber_2_pressure: Signal
     valve_supply_pressure: Signal
     bristle_deflection: Signal
+    hidden_states: Signal
     leakage_coefficient: Signal
     internal_leakage_flow: Signal
     outcomes: tuple[Outcome, ...]
@@ -124,7 +127,7 @@ class BalanceResiduals:
 
 _ACCOUNTED = (
     "spool_position", "load_force", "piston_position", "piston_velocity", "chamber_1_pressure",
-    "chamber_2_pressure", "valve_supply_pressure", "bristle_deflection",
+    "chamber_2_pressure", "valve_supply_pressure", "bristle_deflection", "hidden_states",
 )  # fmt: skip
 
 
@@ -135,11 +138,11 @@ def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> 
     for options, members in positions_by(map(ModelOptions.of, runs)).items():
         rows = slice(None) if len(members) == len(runs) else members  # no copies
         part = np.zeros((len(members), 4))
-        spool, load, position, velocity, pressure_1, pressure_2, supply, bristle = (
+        spool, load, position, velocity, pressure_1, pressure_2, supply, bristle, hidden = (
             np.ascontiguousarray(getattr(trajectory, name)[rows]) for name in _ACCOUNTED
         )
         integrate_balances(
-            singles[rows], spool, load, position, velocity, pressure_1, pressure_2, supply, bristle,
+            singles[rows], spool, load, position, velocity, pressure_1, pressure_2, supply, bristle, hidden,
             1.0 / runs[0].record.sampling_frequency, options, part,
         )  # fmt: skip
         totals[members] = part
@@ -184,8 +187,8 @@ def account_rates(
         + p2 * flows.external_2
         + state.velocity * friction
     )
-    returned = through.supply - through.control_1 + through.control_2
-    supplied = state.supply * through.supply - p.ret * returned
+    ret = p.ret if options.return_line is None else state.return_pressure
+    supplied = state.supply * through.supply - ret * through.returned
     return AccountRates(
         through.control_1 - flows.internal - flows.external_1,
         abs(through.control_1),
@@ -218,6 +221,7 @@ def integrate_balances(
     pressure_2: NDArray[np.float64],
     supply: NDArray[np.float64],
     bristle: NDArray[np.float64],
+    hidden: NDArray[np.float64],
     interval: float,
     options: ModelOptions,
     totals: NDArray[np.float64],
@@ -229,6 +233,8 @@ def integrate_balances(
     parameters : ndarray of SINGLE, shape (n_run,)
     spool_position, load, position, velocity, pressure_1, pressure_2, supply, bristle : ndarray
         The samples, in SI, shape (n_run, n_time).
+    hidden : ndarray, shape (n_run, n_state, n_time)
+        Those of the hidden states that the options need.
     interval : float
         Sampling interval [s].
     options : ModelOptions
@@ -240,13 +246,13 @@ def integrate_balances(
     half = 0.5 * interval
     for run in range(position.shape[0]):
         total = totals[run]
-        y = State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        y = State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         before, held = AccountRates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0
         for k in range(position.shape[1]):
-            p = lane_parameters(parameters[run], 0, k * interval, options)
+            p = lane_parameters(parameters[run], 0, k * interval, k * interval, options)
             z = State(
                 position[run, k], velocity[run, k], pressure_1[run, k], pressure_2[run, k], supply[run, k],
-                bristle[run, k],
+                bristle[run, k], 0.0 if options.return_line is None else hidden[run, 0, k],
             )  # fmt: skip
             after = account_rates(z, spool_position[run, k], p, options)
             holds = held_energy(z, p, options)

@@ -15,6 +15,7 @@ from hydrofdi.simulation.inputs import Chunk, Inputs, Reader, Tap, steps_per_con
 from hydrofdi.simulation.kernels.hydraulics import lane_parameters, leakage_of
 from hydrofdi.simulation.kernels.kernel import advance_lanes
 from hydrofdi.simulation.kernels.lanes import (
+    HIDDEN,
     N_PAPER_SAMPLED,
     SAMPLED,
     WIDTH,
@@ -174,7 +175,7 @@ class _Block:
             return chunk.voltage[:, self._column_of_lane]
         if self.options.closed_loop is None and name == "spool_position":
             return chunk.stages[:, 0, self._column_of_lane]
-        if self.options.supply_droop is None and name == "valve_supply_pressure":
+        if self.options.moving_supply is None and name == "valve_supply_pressure":
             return np.broadcast_to(self._rated_supply, (len(states), WIDTH))
         return states[:, SAMPLED.index(ROWS[name])]
 
@@ -189,8 +190,10 @@ class _Signals:
         self._states = np.empty((N_PAPER_SAMPLED, *shape))
         self._voltage, self._spool = np.empty((2, *shape))
         supply = np.array([run.supply.pressure for run in runs])
-        self._supply = _held(supply, any(o.supply_droop for o in options), shape)
+        self._supply = _held(supply, any(o.moving_supply for o in options), shape)
         self._bristle = _held(np.zeros(len(runs)), any(o.bristles for o in options), shape)
+        hides = any(getattr(o, option) for o in options for option in HIDDEN.values())
+        self._hidden = np.zeros((shape[0], hides * len(HIDDEN), shape[1]))
         self._load = _held(np.zeros(len(runs)), any(o.load_force for o in options), shape)
         self._reference = _held(np.full(len(runs), np.nan), bool(inputs.is_closed.any()), shape)
 
@@ -200,10 +203,13 @@ class _Signals:
         rows = samples[:, :, : len(members)].transpose(1, 2, 0)
         every = slice(None, None, self._runs[0].record.steps_per_sample)
         self._states[:, members, window] = rows[:N_PAPER_SAMPLED]
-        if options.supply_droop:
+        if options.moving_supply:
             self._supply[members, window] = rows[SAMPLED.index("supply")]
         if options.bristles:
             self._bristle[members, window] = rows[SAMPLED.index("bristle")]
+        for place, (name, option) in enumerate(HIDDEN.items()):
+            if getattr(options, option):
+                self._hidden[members, place, window] = rows[SAMPLED.index(name)]
         if options.load_force:
             self._load[members, window] = chunk.loads[every, block.loads].T
         if options.closed_loop:
@@ -231,6 +237,7 @@ class _Signals:
             chamber_2_pressure=pressure_2,
             valve_supply_pressure=self._supply,
             bristle_deflection=self._bristle,
+            hidden_states=self._hidden,
             leakage_coefficient=np.array(leakage_coefficients, dtype=float),
             internal_leakage_flow=leakage_signal(
                 self._runs, leakage_coefficients, time, pressure_1 - pressure_2
@@ -297,6 +304,6 @@ def leakage_signal(
     for options, members in positions_by(map(ModelOptions.of, runs)).items():
         rows = slice(None) if len(members) == len(runs) else members  # no copies
         columns = singles[rows].view(np.recarray)
-        parameters = lane_parameters(columns, ..., time, options)
+        parameters = lane_parameters(columns, ..., time, time, options)
         flow[rows] = leakage_of(pressure_difference[rows], parameters, options)
     return flow

@@ -219,6 +219,7 @@ def no_load_flow(parameters: RunParameters, opening: float | None = None) -> flo
     gain = max(edge.flow_gain for edge in parameters.edges)
     drop = 0.5 * (supply.pressure - supply.return_pressure)
     most = largest_opening(parameters) if opening is None else opening
+    gain *= 1.0 + max(valve.gain_slope, 0.0) * most
     return float(control_flow(most, drop, gain, valve.area_gradient))
 
 
@@ -230,8 +231,7 @@ def largest_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory)
     openings = np.mean(np.abs(trajectory.spool_position), axis=1)
     speeds = np.mean(np.abs(trajectory.piston_velocity), axis=1)
     return np.array([
-        no_load_flow(run, opening + run.valve.largest_null(run.record.duration) + run.edges.largest_underlap)
-        + run.actuator.piston_area * speed
+        no_load_flow(run, opening + run.largest_opening_at_rest) + run.actuator.piston_area * speed
         for run, opening, speed in zip(runs, openings, speeds, strict=True)
     ])  # fmt: skip
 
@@ -248,4 +248,4 @@ def largest_opening(parameters: RunParameters) -> float:
     if not control.is_closed:
         voltage = largest_voltage(parameters.input, parameters.record)
     travel = min(valve.spool_gain * voltage, valve.position_limit)
-    return travel + valve.largest_null(parameters.record.duration) + parameters.edges.largest_underlap
+    return travel + parameters.largest_opening_at_rest

@@ -139,3 +139,30 @@ def test_open_underlapped_valve_draws_its_centre_flow_from_the_supply() -> None:
     gain = NOMINAL.valve.flow_gain * NOMINAL.valve.area_gradient
     flow = 2.0 * gain * lap * math.sqrt(0.5 * supply)
     np.testing.assert_allclose(17.2e6 - supply, RESISTANCE * flow, rtol=1e-6)
+
+
+@pytest.mark.parametrize("droop", [{}, {"supply.droop": "first_order", "supply.droop_resistance": 0.0}])
+def test_pump_adds_a_sine_to_the_supply(droop) -> None:
+    values = droop | {"supply.ripple": 0.01, "supply.ripple_frequency": 100.0}
+    motion = free_motion([values], [{}], [44e-6], 0.5, 2e-5)
+    time = 2e-5 * np.arange(motion["supply"].shape[1])
+    settled = time > (0.3 if droop else 0.0)
+    sine = 17.2e6 * (1.0 + 0.01 * np.sin(2.0 * np.pi * 100.0 * time))
+    atol = 0.04 * 0.172e6 if droop else 1e-4 * 0.172e6  # the droop lets 1/(ωτ) of it decay
+    np.testing.assert_allclose(motion["supply"][0, settled], sine[settled], rtol=0.0, atol=atol)
+
+
+def test_return_pressure_rises_by_resistance_times_flow_with_its_time_constant() -> None:
+    line = {
+        "supply.return_pressure": 0.4e6, "supply.return_resistance": 2e9,
+        "supply.return_time_constant": 0.02,
+    }  # fmt: skip
+    held = line | {"actuator.load_stiffness": 0.0, "leakage.internal_coefficient": 5e-9}
+    motion = free_motion([held, held], [{}, {}], [OPENING, -OPENING], 0.5, 1e-4)
+    pressure, drained = motion["return_pressure"][0, -1000:].mean(), motion["pressure_2"][0, -1000:].mean()
+    flow = control_flow(OPENING, drained - pressure, NOMINAL.valve.flow_gain, NOMINAL.valve.area_gradient)
+    np.testing.assert_allclose(pressure - 0.4e6, 2e9 * flow, rtol=2e-3)
+    np.testing.assert_allclose(*motion["return_pressure"], rtol=1e-9)
+    falling = free_motion([line], [{"return_pressure": 1.4e6}], [0.0], 0.1, 1e-4)["return_pressure"][0]
+    expected = 0.4e6 + 1e6 * np.exp(-1e-4 * np.arange(falling.size) / 0.02)
+    np.testing.assert_allclose(falling, expected, rtol=1e-8)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import PAPER
+from hydrofdi.physics.equation import sine
 from hydrofdi.physics.fluid import (
     LEAST_ABSOLUTE_PRESSURE,
     binary_exponential,
@@ -105,6 +106,11 @@ def test_logarithm_and_power_have_the_stated_error_and_whole_powers_are_exact(
     assert binary_logarithm(2.0**whole) == whole
 
 
+@given(st.floats(min_value=-1e6, max_value=1e6))
+def test_sine_of_turns_has_the_stated_error(turns: float) -> None:
+    assert sine(turns) == pytest.approx(math.sin(2.0 * math.pi * math.fmod(turns, 1.0)), abs=1e-9)
+
+
 @given(
     pressure=st.floats(min_value=-1e6, max_value=200e6),
     liquid=st.floats(min_value=10e6, max_value=10e9),
@@ -146,10 +152,13 @@ CHOICES: dict[str, dict[str, Any]] = {
     "edges": {
         "supply_1_edge.lap": 1e-6, "return_2_edge.lap_leakage": 2e-14, "supply_2_edge.flow_gain_ratio": 0.9,
     },
+    "worn": {"valve.edge_rounding": 1e-6, "valve.gain_slope": 1e3},
     "null": {"valve.null_offset": 1e-6, "valve.null_drift": -5e-7},
     "stops": {"actuator.end_stops": "elastic", "actuator.end_stop_position": 0.02},
     "load": {"load.constant_force": 500.0, "load.random_force": 1000.0, "load.random_period": 0.1},
     "droop": {"supply.droop": "first_order"},
+    "ripple": {"supply.ripple": 0.01},
+    "return": {"supply.return_pressure": 0.4e6, "supply.return_resistance": 2e9},
     "pid": {"control.law": "pid", "control.amplitude": 5e-3},
     "lugre": {"friction.law": "lugre"},
 }  # fmt: skip
@@ -162,7 +171,7 @@ OTHERS: dict[str, dict[str, Any]] = {
 OPTIONS = [
     {key: value for name in names.split() for key, value in (CHOICES | OTHERS)[name].items()}
     for names in (
-        "laminar ramp smooth air droop", "blended lugre overlap edges null load",
+        "laminar ramp smooth air droop ripple", "blended lugre overlap edges worn null load return",
         "pid measured saturated hysteresis slow external", "intermittent stops cavitating multisine",
     )
 ]  # fmt: skip

@@ -11,7 +11,13 @@ from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import EDGES
 from hydrofdi.physics.hydraulic_mode import valve_flow_pressure_coefficient
-from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow, edge_flow
+from hydrofdi.physics.valve import (
+    chamber_1_orifice_drop,
+    chamber_2_orifice_drop,
+    control_flow,
+    edge_flow,
+    worn_opening,
+)
 from hydrofdi.quality.measures import hydraulic_mode
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.drive import Drive, Spools, largest_opening
@@ -170,6 +176,34 @@ def test_edges_leave_the_identity_of_other_runs_alone() -> None:
     equal: dict[str, Any] = _of_every_edge(lap=0.0, lap_leakage=0.0, flow_gain_ratio=1.0)
     assert SHORT.with_values(equal).text() == SHORT.text()
     assert SHORT.with_values({"supply_1_edge.lap": 1e-6}).text() != SHORT.text()
+
+
+@pytest.mark.parametrize("travel", [-20e-6, -1e-7, 0.0, 1e-6, 44e-6])
+def test_rounded_edge_is_a_hyperbola_between_shut_and_open(travel: float) -> None:
+    """y (y − s) = r²/4 with y > 0: y = s far open, 0 far shut."""
+    opening = worn_opening(travel, 2e-6, 0.0)
+    assert opening > max(travel, 0.0)
+    assert opening * (opening - travel) == pytest.approx(1e-12, rel=1e-6)
+    assert worn_opening(travel, 0.0, 0.0) == max(travel, 0.0)
+
+
+def test_rounded_valve_at_its_null_is_one_with_an_underlap_of_half_the_radius() -> None:
+    values = {"supply.droop": "first_order", "supply.droop_resistance": 4e10, "actuator.mass": 1e12}
+    own = [{"valve.edge_rounding": 4e-6}, {"valve.lap": -2e-6, "valve.gain_slope": 1e-9}]
+    motion = free_motion([values | each for each in own], [{}, {}], [0.0, 0.0], 1.0, 1e-4)
+    rounded, lapped = motion["supply"][:, -1]
+    assert rounded == pytest.approx(lapped, rel=1e-9)
+    assert rounded < 17.1e6
+
+
+def test_bowed_valve_moves_a_free_piston_faster_in_proportion_to_its_opening() -> None:
+    slope = 2e3
+    values = {**FRICTIONLESS, **FREE, "leakage.internal_coefficient": 5e-9, "valve.edge_rounding": 1e-12}
+    for opening in (20e-6, 40e-6):
+        own = [values | {"valve.gain_slope": slope}, values]
+        motion = free_motion(own, [{}, {}], [opening] * 2, 0.4, 1e-4)
+        bowed, straight = motion["velocity"][:, -200:].mean(axis=1)
+        assert bowed / straight == pytest.approx(1.0 + slope * opening, rel=1e-3)
 
 
 NULL = 0.8e-6

@@ -151,6 +151,7 @@ LOOP = RunParameters().with_values(
 )  # fmt: skip
 NOISY = {
     "position_sensor.noise": 20e-6, "position_sensor.bias": 1e-4, "position_sensor.drift": 1e-5,
+    "position_sensor.gain_error": 0.01, "position_sensor.hum": 50e-6,
     "position_sensor.lowest": -0.05, "position_sensor.highest": 0.05, "position_sensor.bits": 12,
 }  # fmt: skip
 
@@ -197,7 +198,8 @@ def test_controller_reads_what_the_record_shows_at_the_same_instants(sample_time
 
 
 def test_noise_between_the_samples_is_as_strong_and_its_own_and_density_that_of_the_rate_of_the_controller():
-    noise = feedback_noise(LOOP.with_values(NOISY | {"control.sample_time": 0.2e-3}))
+    quiet = NOISY | {"position_sensor.hum": 0.0, "control.sample_time": 0.2e-3}
+    noise = feedback_noise(LOOP.with_values(quiet))
     assert noise is not None
     assert noise.size == 10_000
     assert np.std(noise) == pytest.approx(20e-6, rel=0.05)
@@ -234,3 +236,21 @@ def test_solver_reads_the_same_as_the_kernel():
     theirs = simulate_with_solver([run], [2e-9], "lsoda", tap=sensors)
     np.testing.assert_allclose(ours.piston_position, theirs.piston_position, atol=5e-6)
     assert np.mean(np.isclose(ours.input_voltage, theirs.input_voltage, rtol=0.0, atol=1e-9)) > 0.9
+
+
+def test_gain_error_is_relative_and_hum_a_sine_of_the_mains_with_a_phase_of_its_own():
+    values = {
+        "pressure_1_sensor.gain_error": 0.005, "pressure_2_sensor.hum": 25e3, "supply_sensor.hum": 25e3,
+        "supply_sensor.hum_frequency": 60.0,
+    }  # fmt: skip
+    truth, shown = measured(LOOP.with_values(values), LOOP.with_values(values | {"measurement.seed": 1}))
+    np.testing.assert_allclose(shown.chamber_1_pressure, 1.005 * truth.chamber_1_pressure, rtol=1e-15)
+    phases = set()
+    for signal, frequency in (("chamber_2_pressure", 50.0), ("valve_supply_pressure", 60.0)):
+        for hum in getattr(shown, signal) - getattr(truth, signal):
+            turning = np.exp(-2j * np.pi * frequency * truth.time)
+            part = 2.0 * np.mean(hum * turning)  # both frequencies have whole periods in the record
+            np.testing.assert_allclose(hum, np.real(part * np.conj(turning)), atol=1e-3)
+            assert abs(part) == pytest.approx(25e3, rel=1e-9)
+            phases.add(round(float(np.angle(part)), 6))
+    assert len(phases) == 4

@@ -164,3 +164,19 @@ def test_sensor_and_filter_act_one_after_the_other():
     other = run_with(LONG).with_values(swapped | filter_ | {"measurement.anti_alias": 80.0})
     shown = columns_of(one, other)["chamber_1_pressure"]
     np.testing.assert_allclose(shown[0], shown[1], rtol=1e-9)
+
+
+def test_delayed_channel_is_that_much_older_than_the_others():
+    """By a whole sample it is shifted; in between it shows the signal of the solver."""
+    sine = "input={shape: sine, period: 10 ms}"
+    late = run_with(LONG, sine, "pressure_1_sensor.delay=2 ms", "voltage_sensor.delay=0.73 ms")
+    columns, plain = columns_of(late), columns_of(run_with(LONG, sine))
+    np.testing.assert_allclose(
+        columns["chamber_1_pressure"][0, 1:], plain["chamber_1_pressure"][0, :-1], rtol=1e-12
+    )
+    np.testing.assert_array_equal(columns["chamber_2_pressure"], plain["chamber_2_pressure"])
+    voltage = late.input.amplitude * np.sin(2.0 * np.pi * 100.0 * (columns["time"] - 0.73e-3))
+    held = late.record.step  # the voltage is held over a step
+    slope = 2.0 * np.pi * 100.0 * late.input.amplitude
+    np.testing.assert_allclose(columns["input_voltage"][0, 1:], voltage[1:], atol=slope * held)
+    assert columns["input_voltage"][0, 0] == pytest.approx(plain["input_voltage"][0, 0], abs=1e-12)

@@ -22,6 +22,7 @@ from hydrofdi.simulation.kernels.kernel import keep_state, state_of, take_sample
 from hydrofdi.simulation.kernels.lanes import (
     LANES,
     LEAKAGE,
+    OPTIONAL,
     PARAMETERS,
     SAMPLED,
     STATES,
@@ -171,7 +172,10 @@ def test_a_lane_field_holds_the_parameter_that_it_names():
 
 
 def test_states_are_read_kept_and_sampled_under_their_names():
-    names, everything = LANES["left"].names, ModelOptions(supply_droop=True, bristles=True, closed_loop=True)
+    names, everything = (
+        LANES["left"].names,
+        ModelOptions(closed_loop=True, **dict.fromkeys(OPTIONAL.values(), True)),
+    )
     numbers, half = {name: number for number, name in enumerate(names, 1)}, np.zeros(1, LANES)["left"][0]
     for name, number in numbers.items():
         half[name] = number

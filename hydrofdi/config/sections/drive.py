@@ -79,10 +79,10 @@ class ControlConfig(Section):
 
     feedback: Literal["ideal", "measured"] = "ideal"
     """Position used by the controller. ``ideal``: the true position. ``measured``: what ``position_sensor``
-    shows, with bias, drift, white noise, range and resolution. Lags, filter and jitter belong to the record
-    and stay out of the loop. Where controller and record sample at the same instant, they read the same
-    position if the sensor has no lag and ``measurement`` neither filter nor jitter, and its noise is not a
-    density or the controller samples as often as the record."""
+    shows, with gain error, bias, drift, white noise, hum, range and resolution. Lags, delay, filter and
+    jitter belong to the record and stay out of the loop. Where controller and record sample at the same
+    instant, they read the same position if the sensor has neither lag nor delay and ``measurement`` neither
+    filter nor jitter, and its noise is not a density or the controller samples as often as the record."""
 
     amplitude: Annotated[float, SI("m", usual=usual.POSITION)] = 20e-3
     """Amplitude of the position reference [m]; its shape and period are those of the input. A choice."""

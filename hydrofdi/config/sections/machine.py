@@ -262,6 +262,30 @@ class SupplyConfig(Section):
     droop_time_constant: Annotated[float, SI("s", above=0, usual=("0.1 ms", "100 s"))] = 0.05
     """Time constant τ_s with which the supply pressure responds to flow [s]. A choice."""
 
+    ripple: Annotated[float, SI("1", least=0, most=1, usual=("1e-5", "0.2"))] = 0.0
+    """Amplitude of the pump's ripple at the valve over ``pressure`` [-]: a sine of ``ripple_frequency``."""
+
+    ripple_frequency: Annotated[float, SI("Hz", above=0, usual=("1 Hz", "10 kHz"))] = 225.0
+    """Frequency of the ripple [Hz]. A choice: nine pistons at 1500 rpm."""
+
+    return_resistance: Annotated[float, SI("Pa*s/m^3", least=0, usual=("1e6 Pa*s/m^3", "1e12 Pa*s/m^3"))] = (
+        0.0
+    )
+    """Rise of the return pressure per unit of flow to the tank [Pa·s/m³]."""
+
+    return_time_constant: Annotated[float, SI("s", above=0, usual=("0.1 ms", "100 s"))] = 0.01
+    """Time constant with which the return pressure responds to flow [s]. A choice."""
+
+    @property
+    def ripple_amplitude(self) -> float:
+        """Amplitude of the ripple [Pa]."""
+        return self.ripple * self.pressure
+
+    @property
+    def used_time_constant(self) -> float:
+        """τ_s, infinite if the supply pressure does not respond to flow [s]."""
+        return self.droop_time_constant if self.droop == "first_order" else math.inf
+
     @model_validator(mode="after")
     def _supply_exceeds_return(self) -> Self:
         if self.pressure <= self.return_pressure:
@@ -349,6 +373,14 @@ class ValveConfig(Section):
     lap_leakage: Conductance = 0.0
     """Conductance of the clearance over each of the four edges [m³/(s·Pa)]. None in the paper."""
 
+    edge_rounding: Annotated[float, SI("m", least=0, usual=("10 nm", "1 mm"))] = 0.0
+    """Radius of the four edges [m]: an edge opens and shuts over about that travel instead of at a point, and
+    at its lap it is open by half of it. Sharp in the paper."""
+
+    gain_slope: Annotated[float, SI("1/m", usual=("0.1 1/m", "100000 1/m"))] = 0.0
+    """Relative change of the flow gain per opening of an edge [1/m]: a bowed flow curve. ``0.03 %/µm`` makes
+    3 % over 100 µm. None in the paper."""
+
     null_offset: Annotated[float, SI("m", usual=("1 nm", "1 mm"))] = 0.0
     """Spool position at which the valve is centred on its ports, at the start of the record [m]. The edges
     measure the spool from there; its position and sensor reading count from its own zero. Zero in the
@@ -371,6 +403,11 @@ class ValveConfig(Section):
     def speed_limit(self) -> float:
         """Largest size of the spool's speed [m/s]."""
         return math.inf if self.largest_speed is None else self.largest_speed
+
+    @property
+    def is_worn(self) -> bool:
+        """Whether the edges are rounded, or their gain changes over the stroke."""
+        return self.edge_rounding != 0.0 or self.gain_slope != 0.0
 
     @property
     def is_shifted(self) -> bool:

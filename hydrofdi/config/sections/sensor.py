@@ -46,6 +46,20 @@ class SensorConfig(Section):
     drift: float = 0.0
     """Error that grows from the record's start on, in the unit of the signal per second."""
 
+    gain_error: Annotated[float, SI("1", above=-1, usual=("1e-6", "0.2"))] = 0.0
+    """Relative error of the gain [-]: 0.005 shows 100.5 for 100."""
+
+    hum: float = 0.0
+    """Amplitude of a sine of ``hum_frequency`` that the mains adds, in the unit of the signal; its phase is
+    drawn for each record, as the noise is."""
+
+    hum_frequency: Annotated[float, SI("Hz", above=0, usual=("1 Hz", "1 kHz"))] = 50.0
+    """Frequency of the hum [Hz]: that of the mains."""
+
+    delay: Annotated[float, SI("s", least=0, usual=("1 µs", "1 s"))] = 0.0
+    """Age of each sample [s]: the channel is that much behind the time of the record, such as those late in
+    the sequence of a multiplexer."""
+
     lowest: float | None = None
     """Lower end of the range, in the unit of the signal; lower values are clipped to it."""
 
@@ -75,8 +89,15 @@ class SensorConfig(Section):
     @cached_property
     def is_ideal(self) -> bool:
         """Whether it shows the signal as it is."""
-        errors = (self.noise, self.noise_density, self.bias, self.drift)
+        errors = (
+            self.noise, self.noise_density, self.bias, self.drift, self.gain_error, self.hum, self.delay,
+        )  # fmt: skip
         return self.order == "ideal" and not any(errors) and self.lowest is None and self.highest is None
+
+    @property
+    def gain(self) -> float:
+        """Reading over signal, without the other errors [-]."""
+        return 1.0 + self.gain_error
 
     @property
     def density(self) -> float:
@@ -110,6 +131,7 @@ class PressureSensorConfig(SensorConfig):
 
     noise: Annotated[float, SI("Pa", least=0, usual=("10 Pa", "10 MPa"))] = 0.0
     noise_density: Annotated[float, SI("Pa/Hz^0.5", least=0, usual=("0.01 Pa/√Hz", "1 MPa/√Hz"))] = 0.0
+    hum: Annotated[float, SI("Pa", least=0, usual=("1 Pa", "10 MPa"))] = 0.0
     bias: Annotated[float, SI("Pa", usual=("100 Pa", "1 GPa"))] = 0.0
     drift: Annotated[float, SI("Pa/s", usual=("0.01 Pa/s", "10 MPa/s"))] = 0.0
     lowest: Annotated[float, SI("Pa", usual=("100 Pa", "1 GPa"))] | None = None
@@ -121,6 +143,7 @@ class LengthSensorConfig(SensorConfig):
 
     noise: Annotated[float, SI("m", least=0, usual=("1 nm", "10 mm"))] = 0.0
     noise_density: Annotated[float, SI("m/Hz^0.5", least=0, usual=("0.001 nm/√Hz", "1 mm/√Hz"))] = 0.0
+    hum: Annotated[float, SI("m", least=0, usual=("0.1 nm", "10 mm"))] = 0.0
     bias: Annotated[float, SI("m", usual=("10 nm", "10 m"))] = 0.0
     drift: Annotated[float, SI("m/s", usual=("0.1 nm/s", "1 m/s"))] = 0.0
     lowest: Annotated[float, SI("m", usual=("10 nm", "10 m"))] | None = None
@@ -132,6 +155,7 @@ class VelocitySensorConfig(SensorConfig):
 
     noise: Annotated[float, SI("m/s", least=0, usual=("0.1 µm/s", "1 m/s"))] = 0.0
     noise_density: Annotated[float, SI("m/s/Hz^0.5", least=0, usual=("0.1 nm/s/√Hz", "0.1 m/s/√Hz"))] = 0.0
+    hum: Annotated[float, SI("m/s", least=0, usual=("0.1 µm/s", "1 m/s"))] = 0.0
     bias: Annotated[float, SI("m/s", usual=("1 µm/s", "100 m/s"))] = 0.0
     drift: Annotated[float, SI("m/s^2", usual=("0.01 µm/s^2", "10 m/s^2"))] = 0.0
     lowest: Annotated[float, SI("m/s", usual=("1 µm/s", "100 m/s"))] | None = None
@@ -143,6 +167,7 @@ class VoltageSensorConfig(SensorConfig):
 
     noise: Annotated[float, SI("V", least=0, usual=("1 µV", "10 V"))] = 0.0
     noise_density: Annotated[float, SI("V/Hz^0.5", least=0, usual=("1 nV/√Hz", "1 V/√Hz"))] = 0.0
+    hum: Annotated[float, SI("V", least=0, usual=("1 µV", "10 V"))] = 0.0
     bias: Annotated[float, SI("V", usual=("10 µV", "1 kV"))] = 0.0
     drift: Annotated[float, SI("V/s", usual=("0.1 µV/s", "100 V/s"))] = 0.0
     lowest: Annotated[float, SI("V", usual=("10 µV", "1 kV"))] | None = None

@@ -28,13 +28,16 @@ from hydrofdi.physics.valve import (
     control_flow,
     edge_flow,
     null_position,
+    return_pressure_rate,
+    ripple_rate,
     supply_pressure_rate,
+    worn_opening,
 )
 from hydrofdi.simulation.kernels.lanes import LEAKAGE, PARAMETERS, ModelOptions
 
 
 class State(NamedTuple):
-    """x_p [m], v_p [m/s], P_1, P_2 and P_s [Pa], z [m]; the last two are constant without their options."""
+    """x_p [m], v_p [m/s], P_1, P_2, P_s [Pa], z [m], P_r [Pa]; from P_s on constant without their options."""
 
     position: float
     velocity: float
@@ -42,6 +45,7 @@ class State(NamedTuple):
     pressure_2: float
     supply: float
     bristle: float
+    return_pressure: float
 
 
 if TYPE_CHECKING:
@@ -52,14 +56,17 @@ else:
 
 _AT_AN_INSTANT = {
     "null_offset": "null_of(time, lanes.null_offset[k], lanes.null_drift[k], options)",
+    "ripple": "ripple_of(middle, lanes.ripple[k], lanes.ripple_frequency[k], options)",
     LEAKAGE: "open_leakage(time, lanes.internal_leakage[k], lanes.onset_time[k],"
     " lanes.onset_duration[k], lanes.onset_duty[k], options)",
 }
 """Lane field → its value where that changes over time."""
 
 _FIELDS = (_AT_AN_INSTANT.get(name, f"lanes.{name}[k]") for name in (*PARAMETERS, LEAKAGE))
-lane_parameters = equation(eval(f"lambda lanes, k, time, options: LaneParameters({', '.join(_FIELDS)})"))
-"""Record of lanes, lane, time [s] and options → `LaneParameters`."""
+lane_parameters = equation(
+    eval(f"lambda lanes, k, time, middle, options: LaneParameters({', '.join(_FIELDS)})")
+)
+"""Record of lanes, lane, start and middle of a step [s] and options → `LaneParameters`."""
 
 
 class ValveFlows(NamedTuple):
@@ -67,8 +74,8 @@ class ValveFlows(NamedTuple):
 
     Attributes
     ----------
-    control_1, control_2, supply : float
-        q_1 into chamber 1, q_2 out of chamber 2, and q_s from the supply [m³/s].
+    control_1, control_2, supply, returned : float
+        q_1 into chamber 1, q_2 out of chamber 2, q_s from the supply and q_r to the return [m³/s].
     throttling : float
         Power dissipated at the edges [W].
     """
@@ -76,6 +83,7 @@ class ValveFlows(NamedTuple):
     control_1: float
     control_2: float
     supply: float
+    returned: float
     throttling: float
 
 
@@ -118,6 +126,13 @@ def null_of(time: Quantity, offset: Quantity, drift: Quantity, options: ModelOpt
 
 
 @equation
+def ripple_of(time: Quantity, amplitude: Quantity, frequency: Quantity, options: ModelOptions) -> Quantity:
+    """Rate of the supply pressure by the pump's ripple at an instant [Pa/s]: over a step, that of its
+    middle."""
+    return amplitude if options.supply_ripple is None else ripple_rate(time, amplitude, frequency)
+
+
+@equation
 def leakage_of(pressure_difference: Quantity, p: LaneParameters, options: ModelOptions) -> Quantity:
     """Internal leakage flow by the chosen law [m³/s]."""
     if options.laminar_leakage is not None:
@@ -133,32 +148,45 @@ def valve_flows(state: State, spool_position: float, p: LaneParameters, options:
 
     With critical lap, only two of the four edges are open at a time, so two orifices suffice.
     """
+    ret = p.ret if options.return_line is None else state.return_pressure
     if options.shifted_null is not None:
         spool_position = spool_position - p.null_offset
     if options.lapped_valve is not None:
-        to_1, from_1 = state.supply - state.pressure_1, state.pressure_1 - p.ret
-        to_2, from_2 = state.supply - state.pressure_2, state.pressure_2 - p.ret
-        feed_1 = _edge(spool_position, to_1, p.supply_1_lap, p.supply_1_leakage, p.supply_1_gain, p)
-        drain_1 = _edge(-spool_position, from_1, p.return_1_lap, p.return_1_leakage, p.return_1_gain, p)
-        feed_2 = _edge(-spool_position, to_2, p.supply_2_lap, p.supply_2_leakage, p.supply_2_gain, p)
-        drain_2 = _edge(spool_position, from_2, p.return_2_lap, p.return_2_leakage, p.return_2_gain, p)
+        to_1, from_1 = state.supply - state.pressure_1, state.pressure_1 - ret
+        to_2, from_2 = state.supply - state.pressure_2, state.pressure_2 - ret
+        x, y = spool_position, -spool_position
+        feed_1 = _edge(x, to_1, p.supply_1_lap, p.supply_1_leakage, p.supply_1_gain, p, options)
+        drain_1 = _edge(y, from_1, p.return_1_lap, p.return_1_leakage, p.return_1_gain, p, options)
+        feed_2 = _edge(y, to_2, p.supply_2_lap, p.supply_2_leakage, p.supply_2_gain, p, options)
+        drain_2 = _edge(x, from_2, p.return_2_lap, p.return_2_leakage, p.return_2_gain, p, options)
         throttling = to_1 * feed_1 + from_1 * drain_1 + to_2 * feed_2 + from_2 * drain_2
-        return ValveFlows(feed_1 - drain_1, drain_2 - feed_2, feed_1 + feed_2, throttling)
-    drop_1 = chamber_1_orifice_drop(spool_position, state.pressure_1, state.supply, p.ret)
-    drop_2 = chamber_2_orifice_drop(spool_position, state.pressure_2, state.supply, p.ret)
+        return ValveFlows(feed_1 - drain_1, drain_2 - feed_2, feed_1 + feed_2, drain_1 + drain_2, throttling)
+    drop_1 = chamber_1_orifice_drop(spool_position, state.pressure_1, state.supply, ret)
+    drop_2 = chamber_2_orifice_drop(spool_position, state.pressure_2, state.supply, ret)
     flow_1 = control_flow(spool_position, drop_1, p.flow_gain, p.area_gradient)
     flow_2 = control_flow(spool_position, drop_2, p.flow_gain, p.area_gradient)
     throttling = abs(drop_1 * flow_1) + abs(drop_2 * flow_2)
-    return ValveFlows(flow_1, flow_2, flow_1 if spool_position >= 0.0 else -flow_2, throttling)
+    opens_1 = spool_position >= 0.0
+    return ValveFlows(
+        flow_1, flow_2, flow_1 if opens_1 else -flow_2, flow_2 if opens_1 else -flow_1, throttling
+    )
 
 
 @equation
 def _edge(
-    spool_position: float, drop: float, lap: float, leakage: float, gain: float, p: LaneParameters
+    spool_position: float,
+    drop: float,
+    lap: float,
+    leakage: float,
+    gain: float,
+    p: LaneParameters,
+    options: ModelOptions,
 ) -> float:
-    flow: float = edge_flow(
-        spool_position, drop, gain * p.flow_gain, p.area_gradient, p.lap + lap, p.lap_leakage + leakage
-    )
+    lap, leakage, gain = p.lap + lap, p.lap_leakage + leakage, gain * p.flow_gain
+    if options.worn_edges is not None:
+        opening = worn_opening(spool_position - lap, p.edge_rounding, p.gain_slope)
+        spool_position, lap = opening, 0.0
+    flow: float = edge_flow(spool_position, drop, gain, p.area_gradient, lap, leakage)
     return flow
 
 
@@ -217,9 +245,15 @@ def hydraulic_rates(
     acceleration = piston_acceleration(
         state.position, state.pressure_1, state.pressure_2, resistance, p.mass, p.area, p.stiffness
     )
-    supply = 0.0
-    if options.supply_droop is not None:
+    supply, return_pressure = 0.0, 0.0
+    if options.moving_supply is not None:
         supply = supply_pressure_rate(
             state.supply, flows.valve.supply, p.rated_supply, p.droop_resistance, p.droop_time
         )
-    return State(state.velocity, acceleration, rate_1, rate_2, supply, bristle)
+    if options.supply_ripple is not None:
+        supply += p.ripple
+    if options.return_line is not None:
+        return_pressure = return_pressure_rate(
+            state.return_pressure, flows.valve.returned, p.ret, p.return_resistance, p.return_time
+        )
+    return State(state.velocity, acceleration, rate_1, rate_2, supply, bristle, return_pressure)

@@ -17,7 +17,7 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.equation import equation, settled
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
-from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, ModelOptions
+from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, OPTIONAL, SAMPLED, STATES, ModelOptions
 from hydrofdi.simulation.kernels.spool import move_spool
 
 
@@ -27,8 +27,8 @@ def control(half: Any, k: int, references: NDArray[np.float64], column: int, opt
     position = half.position[k]
     if options.measured_feedback is not None:
         position = converted(
-            position + references[1, column], half.lowest_reading[k], half.highest_reading[k],
-            half.reading_resolution[k],
+            half.reading_gain[k] * position + references[1, column],
+            half.lowest_reading[k], half.highest_reading[k], half.reading_resolution[k],
         )  # fmt: skip
     error = references[0, column] - position
     voltage, integral = pid_step(
@@ -72,47 +72,31 @@ def steer(
 
 
 @equation
-def moved(state: State, time: float, rates: State, p: LaneParameters, options: ModelOptions) -> State:
-    """State after moving with constant `rates` for a time [s]."""
-    pressure_1 = state.pressure_1 + time * rates.pressure_1
-    pressure_2 = state.pressure_2 + time * rates.pressure_2
-    if options.clamped_cavitation is not None:
-        pressure_1, pressure_2 = max(pressure_1, p.vapour_pressure), max(pressure_2, p.vapour_pressure)
-    supply, bristle = state.supply, state.bristle
-    if options.supply_droop is not None:
-        supply = supply + time * rates.supply
-    if options.bristles is not None:
-        bristle = bristle + time * rates.bristle
-    return State(
-        state.position + time * rates.position,
-        state.velocity + time * rates.velocity,
-        pressure_1,
-        pressure_2,
-        supply,
-        bristle,
-    )
+def supported(pressure: float, p: LaneParameters, options: ModelOptions) -> float:
+    """Chamber pressure, or the vapour pressure if it is lower and the fluid boils [Pa]."""
+    return pressure if options.clamped_cavitation is None else max(pressure, p.vapour_pressure)
 
 
-@equation
-def weighted(first: State, second: State, third: State, fourth: State) -> State:
-    """Six times the mean rates of classic Runge-Kutta: k1 + 2 k2 + 2 k3 + k4."""
-    return State(
-        first.position + 2.0 * (second.position + third.position) + fourth.position,
-        first.velocity + 2.0 * (second.velocity + third.velocity) + fourth.velocity,
-        first.pressure_1 + 2.0 * (second.pressure_1 + third.pressure_1) + fourth.pressure_1,
-        first.pressure_2 + 2.0 * (second.pressure_2 + third.pressure_2) + fourth.pressure_2,
-        first.supply + 2.0 * (second.supply + third.supply) + fourth.supply,
-        first.bristle + 2.0 * (second.bristle + third.bristle) + fourth.bristle,
-    )
+def _moved(name: str) -> str:
+    """Expression of a state after moving with constant rates for a time."""
+    value = f"state.{name} + time * rates.{name}"
+    if name in OPTIONAL:
+        return f"state.{name} if options.{OPTIONAL[name]} is None else {value}"
+    return f"supported({value}, p, options)" if name.startswith("pressure") else value
 
 
-@equation
-def state_of(half: Any, k: int) -> State:
-    """State of a lane."""
-    return State(
-        half.position[k], half.velocity[k], half.pressure_1[k], half.pressure_2[k], half.supply[k],
-        half.bristle[k],
-    )  # fmt: skip
+_MOVED = ", ".join(map(_moved, STATES))
+_WEIGHTED = ", ".join(f"a.{name} + 2.0 * (b.{name} + c.{name}) + d.{name}" for name in STATES)
+_OF_LANE = ", ".join(f"half.{name}[k]" for name in STATES)
+
+moved = equation(eval(f"lambda state, time, rates, p, options: State({_MOVED})"))
+"""State after moving with constant rates for a time [s]."""
+
+weighted = equation(eval(f"lambda a, b, c, d: State({_WEIGHTED})"))
+"""Six times the mean rates of classic Runge-Kutta: k1 + 2 k2 + 2 k3 + k4."""
+
+state_of = equation(eval(f"lambda half, k: State({_OF_LANE})"))
+"""State of a lane."""
 
 
 @equation
@@ -120,10 +104,17 @@ def keep_state(half: Any, k: int, state: State, options: ModelOptions) -> None:
     """Write back the state of a lane, with negligible values set to zero."""
     half.position[k], half.velocity[k] = settled(state.position), settled(state.velocity)
     half.pressure_1[k], half.pressure_2[k] = settled(state.pressure_1), settled(state.pressure_2)
-    if options.supply_droop is not None:
+    if options.moving_supply is not None:
         half.supply[k] = settled(state.supply)
     if options.bristles is not None:
         half.bristle[k] = settled(state.bristle)
+    if options.return_line is not None:
+        half.return_pressure[k] = settled(state.return_pressure)
+
+
+_SUPPLY, _BRISTLE, _RETURN, _VOLTAGE, _SPOOL = map(
+    SAMPLED.index, ("supply", "bristle", "return_pressure", "voltage", "spool_position")
+)
 
 
 @equation
@@ -134,16 +125,22 @@ def take_sample(half: Any, sample: NDArray[np.float64], first: int, options: Mod
         sample[1, first + k] = half.velocity[k]
         sample[2, first + k] = half.pressure_1[k]
         sample[3, first + k] = half.pressure_2[k]
-    if options.supply_droop is not None:
-        for k in range(HALF_WIDTH):
-            sample[4, first + k] = half.supply[k]
+    if options.moving_supply is not None:
+        take(half.supply, sample[_SUPPLY], first)
     if options.bristles is not None:
-        for k in range(HALF_WIDTH):
-            sample[5, first + k] = half.bristle[k]
+        take(half.bristle, sample[_BRISTLE], first)
+    if options.return_line is not None:
+        take(half.return_pressure, sample[_RETURN], first)
     if options.closed_loop is not None:
-        for k in range(HALF_WIDTH):
-            sample[6, first + k] = half.voltage[k]
-            sample[7, first + k] = half.spool_1[k]
+        take(half.voltage, sample[_VOLTAGE], first)
+        take(half.spool_1, sample[_SPOOL], first)
+
+
+@equation
+def take(values: NDArray[np.float64], row: NDArray[np.float64], first: int) -> None:
+    """Copy the values of a half into the columns of a row."""
+    for k in range(HALF_WIDTH):
+        row[first + k] = values[k]
 
 
 @equation
@@ -237,8 +234,8 @@ def advance_lanes(
             take_sample(right, sample, HALF_WIDTH, options)
         # Two independent lanes in one loop body hide each other's latencies.
         for k in range(HALF_WIDTH):
-            p = lane_parameters(left, k, time, options)
-            q = lane_parameters(right, k, time, options)
+            p = lane_parameters(left, k, time, time + half_step, options)
+            q = lane_parameters(right, k, time, time + half_step, options)
             f, g = left.load[k], right.load[k]
             y, z = state_of(left, k), state_of(right, k)
             y1 = hydraulic_rates(y, left.spool_1[k], f, p, options)

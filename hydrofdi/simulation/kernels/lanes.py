@@ -43,7 +43,11 @@ PARAMETERS = {
     "rated_supply": "supply.pressure",
     "ret": "supply.return_pressure",
     "droop_resistance": "supply.droop_resistance",
-    "droop_time": "supply.droop_time_constant",
+    "droop_time": "supply.used_time_constant",
+    "ripple": "supply.ripple_amplitude",
+    "ripple_frequency": "supply.ripple_frequency",
+    "return_resistance": "supply.return_resistance",
+    "return_time": "supply.return_time_constant",
     "bulk_modulus": "fluid.bulk_modulus",
     "free_air": "fluid.free_air",
     "air_exponent": "fluid.polytropic_exponent",
@@ -53,6 +57,8 @@ PARAMETERS = {
     "area_gradient": "valve.area_gradient",
     "lap": "valve.lap",
     "lap_leakage": "valve.lap_leakage",
+    "edge_rounding": "valve.edge_rounding",
+    "gain_slope": "valve.gain_slope",
     "null_offset": "valve.null_offset",
     "null_drift": "valve.null_drift",
     "external_leakage_1": "leakage.chamber_1_coefficient",
@@ -67,6 +73,7 @@ PARAMETERS = {
     "derivative_gain": "control.used_derivative_gain",
     "sample_time": "control.sample_time",
     "voltage_limit": "control.voltage_limit",
+    "reading_gain": "position_sensor.gain",
     "lowest_reading": "position_sensor.lower_end",
     "highest_reading": "position_sensor.upper_end",
     "reading_resolution": "position_sensor.resolution",
@@ -87,8 +94,14 @@ PARAMETERS = {
 LEAKAGE = "internal_leakage"
 """Lane field of K_i, which is calibrated and therefore not one of the parameters."""
 
-STATES = ("position", "velocity", "pressure_1", "pressure_2", "supply", "bristle")
-"""Integrated states of a lane: x_p, v_p, P_1, P_2, and, with the corresponding options, P_s and z."""
+HIDDEN = {"return_pressure": "return_line"}
+"""Integrated states that no sensor shows and results do not store, and the options that they need: P_r."""
+
+OPTIONAL = {"supply": "moving_supply", "bristle": "bristles", **HIDDEN}
+"""States that are constant without an option: P_s, z and the hidden ones."""
+
+STATES = ("position", "velocity", "pressure_1", "pressure_2", *OPTIONAL)
+"""Integrated states of a lane: x_p, v_p, P_1, P_2, and the optional ones."""
 
 _LOOP = ("spool_position", "spool_velocity", "voltage", "acting_voltage", "error", "integral")
 """State of spool and controller of a lane in closed loop."""
@@ -140,7 +153,7 @@ def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequen
     halves[:, : values.shape[1]] = of_lane.reshape(2, HALF_WIDTH, -1).transpose(0, 2, 1)
     for half in ("left", "right"):
         state = lanes[half]
-        state["supply"] = state["rated_supply"]
+        state["supply"], state["return_pressure"] = state["rated_supply"], state["ret"]
         state["pressure_1"] = state["pressure_2"] = 0.5 * (state["supply"] + state["ret"])
     return lanes
 
@@ -168,10 +181,13 @@ class ModelOptions(NamedTuple):
     limited_spool: Chosen = None
     hysteresis: Chosen = None
     lapped_valve: Chosen = None
+    worn_edges: Chosen = None
     shifted_null: Chosen = None
     end_stops: Chosen = None
     load_force: Chosen = None
-    supply_droop: Chosen = None
+    moving_supply: Chosen = None
+    supply_ripple: Chosen = None
+    return_line: Chosen = None
     closed_loop: Chosen = None
     measured_feedback: Chosen = None
     friction_law: Choice = PAPER_FRICTION
@@ -179,12 +195,13 @@ class ModelOptions(NamedTuple):
     @property
     def samples_more(self) -> bool:
         """Whether a lane has more samples than the paper's model."""
-        return any((self.supply_droop, self.bristles, self.closed_loop))
+        return any((self.closed_loop, *(getattr(self, option) for option in OPTIONAL.values())))
 
     @classmethod
     def of(cls, run: RunParameters) -> ModelOptions:
         """Options of a run."""
-        leakage, valve = run.leakage, run.valve
+        leakage, valve, supply = run.leakage, run.valve, run.supply
+        laps = valve.lap != 0.0 or valve.lap_leakage != 0.0 or run.has_unequal_edges
         return cls(
             laminar_leakage=leakage.law == "laminar" or None,
             blended_leakage=leakage.law == "blended" or None,
@@ -195,11 +212,14 @@ class ModelOptions(NamedTuple):
             clamped_cavitation=run.fluid.cavitation == "clamped" or None,
             limited_spool=valve.is_limited or None,
             hysteresis=valve.hysteresis > 0.0 or None,
-            lapped_valve=valve.lap != 0.0 or valve.lap_leakage != 0.0 or run.has_unequal_edges or None,
+            lapped_valve=laps or valve.is_worn or None,
+            worn_edges=valve.is_worn or None,
             shifted_null=valve.is_shifted or None,
             end_stops=run.actuator.end_stops == "elastic" or None,
             load_force=run.load.is_present or None,
-            supply_droop=run.supply.droop == "first_order" or None,
+            moving_supply=supply.droop == "first_order" or supply.ripple > 0.0 or None,
+            supply_ripple=supply.ripple > 0.0 or None,
+            return_line=supply.return_resistance > 0.0 or None,
             closed_loop=run.control.is_closed or None,
             measured_feedback=run.control.is_measured or None,
             friction_law=choice_of_law(run.friction.law),

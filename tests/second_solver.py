@@ -66,7 +66,9 @@ def simulate_with_solver(
         bristle_deflection=states[5],
         hidden_states=states[6:_SPOOL].transpose(1, 0, 2),
         leakage_coefficient=np.array(leakage_coefficients, dtype=float),
-        internal_leakage_flow=leakage_signal(runs, leakage_coefficients, time, states[2] - states[3]),
+        internal_leakage_flow=leakage_signal(
+            runs, leakage_coefficients, time, states[2] - states[3], states[0], states[1]
+        ),
         outcomes=tuple(
             outcome_of(parameters, states[:N_PAPER_SAMPLED, k]) for k, parameters in enumerate(runs)
         ),

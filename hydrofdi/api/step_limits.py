@@ -55,7 +55,8 @@ def _mode_limits(run: RunParameters) -> dict[str, float]:
 
 def _friction_limits(run: RunParameters) -> dict[str, float]:
     law = FRICTION_LAWS[run.friction.law]
-    eigenvalues = law.eigenvalues(run.friction.applied, run.actuator.mass, no_load_speed(run))
+    largest = run.friction.largest(run.supply.pressure)
+    eigenvalues = law.eigenvalues(largest, run.actuator.mass, no_load_speed(run))
     return {law.zone: min(map(largest_stable_step, eigenvalues))} if eigenvalues else {}
 
 

@@ -114,6 +114,8 @@ RULES: tuple[Rule, ...] = (
         _is("free_air"),
         ("fluid.free_air", "fluid.polytropic_exponent", "fluid.atmospheric_pressure"),
     ),
+    ("friction.position_share", bool, ("friction.position_period",)),
+    ("leakage.scored_width", bool, ("leakage.scored_centre",)),
     ("leakage.law", _is("laminar"), ("leakage.laminar_reference",)),
     ("leakage.law", _is("blended"), ("leakage.blending_pressure",)),
     ("leakage.onset", _is("step", "ramp", "intermittent"), ("leakage.onset_time",)),

@@ -69,7 +69,7 @@ def effective_bulk_modulus(
 ) -> Quantity:
     """Effective bulk modulus of a liquid that contains free air.
 
-    Liquid and gas have the same pressure. No gas dissolves or is released, and the temperature is constant.
+    Liquid and gas have the same pressure. No gas dissolves or is released.
 
     Parameters
     ----------
@@ -96,3 +96,26 @@ def effective_bulk_modulus(
     binary = (strain - atmosphere / liquid) / LN_2 - binary_logarithm(absolute / atmosphere) / exponent
     gas = free_air * binary_exponential(np.minimum(binary, 64.0))
     return absolute * (1.0 + gas) / (strain + gas / exponent)
+
+
+@equation
+def temperature_factor(time: Quantity, rise: Quantity, drift: Quantity, slope: Quantity) -> Quantity:
+    """Factor on a property of oil at its temperature.
+
+    Parameters
+    ----------
+    time : float or array
+        Time t since the start of the record [s].
+    rise : float or array
+        Temperature θ_0 at t = 0 above that for which the property is given [K].
+    drift : float or array
+        Drift rate r_θ of the temperature [K/s].
+    slope : float or array
+        Relative change k of the property per temperature [1/K].
+
+    Returns
+    -------
+    float or array
+        e^(k (θ_0 + r_θ t)) [-].
+    """
+    return binary_exponential(slope * (rise + drift * time) / LN_2)

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from hydrofdi.physics.equation import equation
+from hydrofdi.physics.equation import equation, sine
 from hydrofdi.physics.hydraulic_mode import second_order_eigenvalues
 
 FrictionParameters: TypeAlias = Any
@@ -86,6 +86,34 @@ def stribeck_force(speed: float, p: FrictionParameters) -> float:
     """Dry friction at a speed [m/s]: F_c + (F_brk − F_c) e^(−c_v·speed) [N]."""
     force: float = p.coulomb + (p.breakaway - p.coulomb) * decaying_exponential(p.transition * speed)
     return force
+
+
+@equation
+def dry_friction_factor(
+    pressure_difference: float, position: float, pressure_slope: float, share: float, period: float
+) -> float:
+    """Factor on the dry friction by pressure on the seals and by place in the cylinder.
+
+    Parameters
+    ----------
+    pressure_difference : float
+        P_1 − P_2 [Pa].
+    position : float
+        x_p [m].
+    pressure_slope : float
+        Relative rise c_P per pressure difference [1/Pa].
+    share : float
+        Relative amplitude c_x over the stroke [-].
+    period : float
+        Length λ of a period of the stroke [m].
+
+    Returns
+    -------
+    float
+        (1 + c_P abs(P_1 − P_2)) (1 + c_x sin(2π x_p/λ)) [-], on F_c and F_brk.
+    """
+    place: float = 1.0 + share * sine(position / period)
+    return (1.0 + pressure_slope * abs(pressure_difference)) * place
 
 
 @equation

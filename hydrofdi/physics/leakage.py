@@ -80,6 +80,51 @@ def blended_leakage_flow(
 
 
 @equation
+def dragged_pressure_difference(
+    pressure_difference: Quantity, velocity: Quantity, drag: Quantity
+) -> Quantity:
+    """Pressure difference that drives the flow through the gap of a moving piston.
+
+    Parameters
+    ----------
+    pressure_difference : float or array
+        P_1 − P_2 [Pa].
+    velocity : float or array
+        v_p [m/s].
+    drag : float or array
+        d = 6 μ L/h² of a gap of height h and length L [Pa·s/m].
+
+    Returns
+    -------
+    float or array
+        P_1 − P_2 + d v_p [Pa]: the sum of Poiseuille and Couette flow in a plane gap.
+    """
+    return pressure_difference + drag * velocity
+
+
+@equation
+def scored_share(position: Quantity, centre: Quantity, width: Quantity) -> Quantity:
+    """Share of a leak that is open where the bore is scored.
+
+    Parameters
+    ----------
+    position : float or array
+        x_p [m].
+    centre, width : float or array
+        Middle and length of the scored part of the stroke [m]; an infinite length is the whole stroke.
+
+    Returns
+    -------
+    float or array
+        1/(1 + (2 (x_p − x_c)/l)^8) [-]: near 1 within, ½ at the ends, near 0 outside.
+    """
+    u = 2.0 * (position - centre) / width
+    u = u * u
+    u = u * u
+    return 1.0 / (1.0 + u * u)
+
+
+@equation
 def onset_ramp(time: Quantity, start: Quantity, duration: Quantity) -> Quantity:
     """Open fraction of the leak: rises from 0 at `start` to 1 within `duration` [-]; times in s."""
     return np.minimum(np.maximum((time - start) / duration, 0.0), 1.0)

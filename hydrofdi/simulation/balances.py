@@ -17,11 +17,11 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.cylinder import end_stop_force
 from hydrofdi.physics.equation import equation
-from hydrofdi.physics.friction import chosen_friction
 from hydrofdi.simulation.kernels.hydraulics import (
     LaneParameters,
     State,
     bulk_modulus_at,
+    friction_of,
     lane_parameters,
     port_flows,
 )
@@ -178,7 +178,7 @@ def account_rates(
     """Integrands of the balances at an instant."""
     p1, p2 = state.pressure_1, state.pressure_2
     flows = port_flows(state, spool_position, p, options)
-    friction, _ = chosen_friction(state.velocity, state.bristle, p, options.friction_law)
+    friction, _ = friction_of(state, p, options)
     through = flows.valve
     lost = (
         through.throttling

@@ -240,7 +240,7 @@ class _Signals:
             hidden_states=self._hidden,
             leakage_coefficient=np.array(leakage_coefficients, dtype=float),
             internal_leakage_flow=leakage_signal(
-                self._runs, leakage_coefficients, time, pressure_1 - pressure_2
+                self._runs, leakage_coefficients, time, pressure_1 - pressure_2, position, velocity
             ),
             outcomes=tuple(outcome_of(run, self._states[:, k]) for k, run in enumerate(self._runs)),
         )
@@ -282,6 +282,8 @@ def leakage_signal(
     leakage_coefficients: Sequence[float],
     time: NDArray[np.float64],
     pressure_difference: NDArray[np.float64],
+    position: NDArray[np.float64],
+    velocity: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Internal leakage flow of runs, each with its own law and onset.
 
@@ -291,8 +293,8 @@ def leakage_signal(
         K_i of each run [m^3.5/kg^0.5].
     time : ndarray, shape (n_time,)
         Sampling instants [s].
-    pressure_difference : ndarray, shape (n_run, n_time)
-        P_1 − P_2 [Pa].
+    pressure_difference, position, velocity : ndarray, shape (n_run, n_time)
+        P_1 − P_2 [Pa], x_p [m] and v_p [m/s].
 
     Returns
     -------
@@ -305,5 +307,7 @@ def leakage_signal(
         rows = slice(None) if len(members) == len(runs) else members  # no copies
         columns = singles[rows].view(np.recarray)
         parameters = lane_parameters(columns, ..., time, time, options)
-        flow[rows] = leakage_of(pressure_difference[rows], parameters, options)
+        flow[rows] = leakage_of(
+            pressure_difference[rows], position[rows], velocity[rows], parameters, options
+        )
     return flow

@@ -16,6 +16,8 @@ from hydrofdi.quality.doubts import how_records_settle
 from hydrofdi.quality.measures import assess_runs, hydraulic_mode
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.kernels.hydraulics import lane_parameters
+from hydrofdi.simulation.kernels.lanes import ModelOptions, pack_singles
 
 LIQUID, AIR, EXPONENT, ATMOSPHERE = 1.4e9, 0.01, 1.4, 101325.0
 pressures = st.floats(min_value=-0.9e5, max_value=40e6)
@@ -166,3 +168,33 @@ def test_return_pressure_rises_by_resistance_times_flow_with_its_time_constant()
     falling = free_motion([line], [{"return_pressure": 1.4e6}], [0.0], 0.1, 1e-4)["return_pressure"][0]
     expected = 0.4e6 + 1e6 * np.exp(-1e-4 * np.arange(falling.size) / 0.02)
     np.testing.assert_allclose(falling, expected, rtol=1e-8)
+
+
+WARM = {"fluid.temperature_rise": 10.0, "fluid.temperature_drift": 2.0}
+
+
+def test_warm_oil_is_a_run_with_a_lower_modulus_and_thinner_oil() -> None:
+    """A constant rise changes β by e^(k θ), viscous friction by e^(k θ), laminar flows by its inverse."""
+    own = {"fluid.bulk_modulus": 551e6, "friction.viscous": 50.0}
+    laminar = {
+        "valve.lap_leakage": 4e-14, "supply_1_edge.lap_leakage": 2e-14, "leakage.external_coefficient": 1e-13,
+    }  # fmt: skip
+    thin, soft = math.exp(-0.03 * 10.0), math.exp(-0.005 * 10.0)
+    base = NOMINAL.with_values({"record.duration": 1.0, "input.period": 0.5, "leakage.law": "laminar"})
+    warm = base.with_values(own | laminar | {"fluid.temperature_rise": 10.0})
+    same = base.with_values(
+        {name: value / thin for name, value in laminar.items()}
+        | {"fluid.bulk_modulus": 551e6 * soft, "friction.viscous": 50.0 * thin}
+    )
+    pressure = simulate_batch([warm, same], [2e-9, 2e-9 / thin]).chamber_1_pressure
+    np.testing.assert_allclose(pressure[0], pressure[1], rtol=1e-7)
+
+
+def test_orifice_leak_does_not_depend_on_temperature_and_a_drift_begins_at_the_rise() -> None:
+    run = NOMINAL.with_values({**WARM, "record.duration": 1.0, "input.period": 0.5})
+    singles, options = pack_singles([run], [3e-9]), ModelOptions.of(run)
+    for time in (0.0, 5.0):
+        p = lane_parameters(singles.view(np.recarray)[0], 0, time, time, options)
+        assert p.internal_leakage == 3e-9
+        assert p.viscous == pytest.approx(50.0 * math.exp(-0.03 * (10.0 + 2.0 * time)), rel=1e-11)
+        assert p.bulk_modulus == pytest.approx(551e6 * math.exp(-0.005 * (10.0 + 2.0 * time)), rel=1e-11)

@@ -133,3 +133,26 @@ def test_a_choice_runs_its_law_alone() -> None:
         chosen = chosen_friction(1e-4, 1e-5, friction, choice_of_law(law.name))
         assert chosen == law.friction(1e-4, 1e-5, friction)
         assert sum(chosen == other.friction(1e-4, 1e-5, friction) for other in LAWS) == 1
+
+
+def test_pressure_on_the_seals_and_place_in_the_cylinder_scale_dry_friction_alone() -> None:
+    """A coasting piston decelerates by (F_c factor + f v)/m, where pressures are equal and held."""
+    values = {
+        "friction.coulomb": 200.0, "friction.breakaway": 200.0, "friction.viscous": 50.0,
+        "actuator.load_stiffness": 0.0, "fluid.bulk_modulus": 1.0,
+    }  # fmt: skip
+    uneven = {
+        "friction.pressure_slope": 1e-7,
+        "friction.position_share": 0.3,
+        "friction.position_period": 0.1,
+    }
+    difference, speed = 1e6, 0.2
+    start = [
+        {"velocity": speed, "position": x, "pressure_1": 8e6 + side * difference, "pressure_2": 8e6}
+        for x, side in ((0.0, 0.0), (0.025, 0.0), (0.0, 1.0), (0.0, -1.0), (0.075, 1.0))
+    ]
+    motion = free_motion([values | uneven] * len(start), start, [0.0] * len(start), 2e-4, 1e-5)
+    force = -12.3 * np.diff(motion["velocity"][:, :2])[:, 0] / 1e-5
+    force += 633e-6 * (motion["pressure_1"] - motion["pressure_2"])[:, 0]
+    expected = 200.0 * np.array([1.0, 1.3, 1.1, 1.1, 1.1 * 0.7]) + 50.0 * speed
+    np.testing.assert_allclose(force, expected, rtol=1e-3)

@@ -14,7 +14,8 @@ from hydrofdi.physics.leakage import (
     internal_leakage_flow,
     laminar_leakage_flow,
 )
-from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.batch import leakage_signal, simulate_batch
+from hydrofdi.simulation.calibration import solve_leakage_coefficients
 
 HELD = {"actuator.mass": 1e18}
 """A piston so heavy that it does not move."""
@@ -127,3 +128,36 @@ def test_leakage_flow_is_solved_under_the_law_that_was_chosen(law: str) -> None:
     (target,) = calibrate(experiment, flows=[1e-5])
     trajectory = simulate_batch([SHORT.with_values({"leakage.law": law})], [target["coefficient"]])
     assert trajectory.mean_internal_leakage_flow[0] == pytest.approx(1e-5, rel=1e-6)
+
+
+MOVING = {"actuator.load_stiffness": 0.0, "leakage.internal_coefficient": 2e-9}
+
+
+@pytest.mark.parametrize("law", ["orifice", "laminar", "blended"])
+def test_piston_that_drags_oil_leaks_as_at_a_larger_pressure_difference(law: str) -> None:
+    values = {**MOVING, "leakage.law": law, "leakage.drag": 4e6}
+    run, plain = (SHORT.with_values({**values, "leakage.drag": drag}) for drag in (4e6, 0.0))
+    batch = simulate_batch([run], [2e-9])
+    difference = batch.chamber_1_pressure - batch.chamber_2_pressure + 4e6 * batch.piston_velocity
+    none = np.zeros_like(difference)
+    expected = leakage_signal([plain], [2e-9], batch.time, difference, none, none)
+    np.testing.assert_allclose(batch.internal_leakage_flow, expected, rtol=1e-9, atol=1e-15)
+    assert np.abs(4e6 * batch.piston_velocity).max() > 1e5
+
+
+def test_scored_bore_leaks_over_its_part_of_the_stroke_alone() -> None:
+    run = SHORT.with_values({"leakage.scored_centre": 4e-3, "leakage.scored_width": 4e-3})
+    batch = simulate_batch([run], [2e-9])
+    position, flow = batch.piston_position, batch.internal_leakage_flow
+    whole = internal_leakage_flow(batch.chamber_1_pressure - batch.chamber_2_pressure, 2e-9)
+    middle, far = np.abs(position - 4e-3) < 1e-3, np.abs(position - 4e-3) > 5e-3
+    assert middle.any()
+    assert far.any()
+    np.testing.assert_allclose(flow[middle], whole[middle], rtol=0.01)
+    assert np.abs(flow[far]).max() < 1e-3 * np.abs(whole).max()
+
+
+def test_scored_bore_is_calibrated_to_its_mean_flow() -> None:
+    run = SHORT.with_values({"leakage.scored_width": 8e-3, "leakage.internal_flow": 2e-6})
+    (found,) = solve_leakage_coefficients([run])
+    assert simulate_batch([run], [found.coefficient]).mean_internal_leakage_flow[0] == pytest.approx(2e-6)

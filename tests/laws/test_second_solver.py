@@ -159,6 +159,10 @@ CHOICES: dict[str, dict[str, Any]] = {
     "droop": {"supply.droop": "first_order"},
     "ripple": {"supply.ripple": 0.01},
     "return": {"supply.return_pressure": 0.4e6, "supply.return_resistance": 2e9},
+    "uneven": {"friction.pressure_slope": 5e-8, "friction.position_share": 0.2},
+    "drag": {"leakage.drag": 5e6},
+    "scored": {"leakage.scored_centre": 2e-3, "leakage.scored_width": 10e-3},
+    "warm": {"fluid.temperature_rise": 12.0, "fluid.temperature_drift": 3.0},
     "pid": {"control.law": "pid", "control.amplitude": 5e-3},
     "lugre": {"friction.law": "lugre"},
 }  # fmt: skip
@@ -171,8 +175,10 @@ OTHERS: dict[str, dict[str, Any]] = {
 OPTIONS = [
     {key: value for name in names.split() for key, value in (CHOICES | OTHERS)[name].items()}
     for names in (
-        "laminar ramp smooth air droop ripple", "blended lugre overlap edges worn null load return",
-        "pid measured saturated hysteresis slow external", "intermittent stops cavitating multisine",
+        "laminar ramp smooth air droop ripple warm",
+        "blended lugre overlap edges worn null load return uneven",
+        "pid measured saturated hysteresis slow external",
+        "intermittent stops cavitating multisine drag scored",
     )
 ]  # fmt: skip
 """Every option of the model is on in a quarter of the actuators."""

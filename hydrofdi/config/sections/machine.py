@@ -77,7 +77,7 @@ class FluidConfig(Section):
 
     law: Literal["constant", "free_air"] = "constant"
     """Bulk modulus over pressure. ``constant``: β (paper). ``free_air``: β is that of the liquid, and free
-    air softens it at low pressure. Temperature is not modelled."""
+    air softens it at low pressure."""
 
     free_air: Annotated[float, SI("1", least=0, usual=("1e-6", "0.5"))] = 0.005
     """Volume of free air over that of the liquid at atmospheric pressure, X [-]. A choice; tanks have 0.001
@@ -88,6 +88,26 @@ class FluidConfig(Section):
 
     atmospheric_pressure: Annotated[float, SI("Pa", above=0, usual=("10 kPa", "1 MPa"))] = 101325.0
     """Absolute pressure at which the pressures of the model are zero [Pa]."""
+
+    temperature_rise: Annotated[float, SI("K", usual=("0.01 K", "100 K"))] = 0.0
+    """Temperature of the oil at the start of the record above that for which the other parameters are given
+    [K]. It changes β, viscous friction, and all laminar leakage: clearances of the valve, external leakage,
+    and internal leakage of the law ``laminar``."""
+
+    temperature_drift: Annotated[float, SI("K/s", usual=("1e-6 K/s", "10 K/s"))] = 0.0
+    """Rate at which it rises over the record [K/s]."""
+
+    bulk_modulus_slope: Annotated[float, SI("1/K", usual=("1e-5 1/K", "0.1 1/K"))] = -0.005
+    """Relative change of β per temperature [1/K]. A choice of the order of mineral oil."""
+
+    viscosity_slope: Annotated[float, SI("1/K", usual=("1e-4 1/K", "0.2 1/K"))] = -0.03
+    """Relative change of the viscosity per temperature [1/K]. A choice of the order of mineral oil near its
+    working temperature."""
+
+    @property
+    def is_warm(self) -> bool:
+        """Whether the temperature ever differs from that for which the parameters are given."""
+        return self.temperature_rise != 0.0 or self.temperature_drift != 0.0
 
 
 class FrictionConfig(Section):
@@ -122,6 +142,28 @@ class FrictionConfig(Section):
 
     bristle_damping: Annotated[float, SI("N*s/m", least=0, usual=("0.01 N*s/m", "10 MN*s/m"))] = 1e3
     """Damping σ_1 of the bristles of the LuGre law [N·s/m]. A choice."""
+
+    pressure_slope: Annotated[float, SI("1/Pa", least=0, usual=("1e-10 1/Pa", "1e-5 1/Pa"))] = 0.0
+    """Relative rise of the dry friction per pressure difference of the chambers, which presses on the seals
+    [1/Pa]; ``5 %/MPa`` makes 40 % at 8 MPa. None in the paper."""
+
+    position_share: Annotated[float, SI("1", least=0, most=0.95, usual=("0.001", "0.9"))] = 0.0
+    """Relative amplitude of the dry friction along the stroke [-]: a sine of ``position_period``."""
+
+    position_period: Annotated[float, SI("m", above=0, usual=("1 mm", "10 m"))] = 0.05
+    """Length of a period of the dry friction along the stroke [m]. A choice."""
+
+    @property
+    def is_uneven(self) -> bool:
+        """Whether dry friction depends on pressure or position."""
+        return self.pressure_slope != 0.0 or self.position_share != 0.0
+
+    def largest(self, pressure: float) -> FrictionConfig:
+        """What acts at most up to a pressure difference [Pa]."""
+        factor = (1.0 + self.pressure_slope * pressure) * (1.0 + self.position_share)
+        return self.applied.model_copy(
+            update={"coulomb": factor * self.applied.coulomb, "breakaway": factor * self.applied.breakaway}
+        )
 
     @cached_property
     def applied(self) -> FrictionConfig:
@@ -173,6 +215,18 @@ class LeakageConfig(Section):
     """Pressure difference Δp_small below which the blended law is linear [Pa]. A choice, far below any
     difference that matters."""
 
+    drag: Annotated[float, SI("Pa*s/m", least=0, usual=("1 kPa*s/m", "1 GPa*s/m"))] = 0.0
+    """Pressure difference that a moving piston adds per speed by dragging oil through the gap [Pa·s/m]:
+    6 µL/h² of a laminar gap of length L and height h, 1.4 MPa·s/m with 20 mm, 50 µm and 30 mPa·s. None in the
+    paper."""
+
+    scored_centre: Annotated[float, SI("m", usual=("0.1 mm", "10 m"))] = 0.0
+    """Piston position in the middle of a scored part of the bore [m]."""
+
+    scored_width: Annotated[float, SI("m", above=0, usual=("1 mm", "10 m"))] | None = None
+    """Length of the scored part, over which alone the internal leak is open [m]; its ends are smooth. By
+    default the leak is open over the whole stroke (paper)."""
+
     onset: Literal["constant", "step", "ramp", "intermittent"] = "constant"
     """K_i over time. ``constant``: from the start (paper). ``step``: from ``onset_time`` on. ``ramp``: rising
     over ``onset_duration``. ``intermittent``: open for a share ``onset_duty`` of every ``onset_duration``."""
@@ -203,6 +257,11 @@ class LeakageConfig(Section):
         """K_e of chamber 2 [m³/(s·Pa)]."""
         own = self.external_coefficient_2
         return self.external_coefficient if own is None else own
+
+    @property
+    def leaking_width(self) -> float:
+        """Length of the part of the stroke over which the internal leak is open [m]."""
+        return math.inf if self.scored_width is None else self.scored_width
 
     @property
     def rise_start(self) -> float:

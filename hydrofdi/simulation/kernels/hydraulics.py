@@ -12,15 +12,17 @@ from hydrofdi.physics.cylinder import (
     supported_pressure_rate,
 )
 from hydrofdi.physics.equation import Quantity, equation
-from hydrofdi.physics.fluid import effective_bulk_modulus
-from hydrofdi.physics.friction import chosen_friction
+from hydrofdi.physics.fluid import effective_bulk_modulus, temperature_factor
+from hydrofdi.physics.friction import chosen_friction, dry_friction_factor
 from hydrofdi.physics.leakage import (
     blended_leakage_flow,
+    dragged_pressure_difference,
     external_leakage_flow,
     intermittent_onset,
     internal_leakage_flow,
     laminar_leakage_flow,
     onset_ramp,
+    scored_share,
 )
 from hydrofdi.physics.valve import (
     chamber_1_orifice_drop,
@@ -33,7 +35,7 @@ from hydrofdi.physics.valve import (
     supply_pressure_rate,
     worn_opening,
 )
-from hydrofdi.simulation.kernels.lanes import LEAKAGE, PARAMETERS, ModelOptions
+from hydrofdi.simulation.kernels.lanes import FRICTION_PARAMETERS, LEAKAGE, PARAMETERS, ModelOptions
 
 
 class State(NamedTuple):
@@ -50,14 +52,35 @@ class State(NamedTuple):
 
 if TYPE_CHECKING:
     LaneParameters = Any
+    LaneFriction = Any
 else:
+    LaneFriction = namedtuple("LaneFriction", FRICTION_PARAMETERS)
     LaneParameters = namedtuple("LaneParameters", (*PARAMETERS, LEAKAGE))
     """Parameters of one run at an instant, in SI: the lane fields of the same names."""
 
-_AT_AN_INSTANT = {
+_DRY = ("coulomb", "breakaway")
+_SCALED = ", ".join(f"p.{name} * factor" if name in _DRY else f"p.{name}" for name in FRICTION_PARAMETERS)
+scaled_friction = equation(eval(f"lambda p, factor: LaneFriction({_SCALED})"))
+"""Parameters and factor on the dry friction → friction parameters."""
+
+_WARMED = {
+    "bulk_modulus": "lanes.bulk_modulus_slope[k]",
+    **dict.fromkeys((name for name in PARAMETERS if "leakage" in name), "-lanes.viscosity_slope[k]"),
+    **dict.fromkeys(("viscous", "leakage_drag"), "lanes.viscosity_slope[k]"),
+}
+"""Lane field → relative change per temperature [1/K]."""
+
+
+def _warmed(name: str) -> str:
+    """Expression of a lane field at the temperature of an instant."""
+    temperature = "lanes.temperature_rise[k], lanes.temperature_drift[k]"
+    return f"warmed(time, lanes.{name}[k], {temperature}, {_WARMED[name]}, options)"
+
+
+_AT_AN_INSTANT = {name: _warmed(name) for name in _WARMED} | {
     "null_offset": "null_of(time, lanes.null_offset[k], lanes.null_drift[k], options)",
     "ripple": "ripple_of(middle, lanes.ripple[k], lanes.ripple_frequency[k], options)",
-    LEAKAGE: "open_leakage(time, lanes.internal_leakage[k], lanes.onset_time[k],"
+    LEAKAGE: "open_leakage(time, warmed_gap(time, lanes, k, options), lanes.onset_time[k],"
     " lanes.onset_duration[k], lanes.onset_duty[k], options)",
 }
 """Lane field → its value where that changes over time."""
@@ -120,6 +143,37 @@ def open_leakage(
 
 
 @equation
+def warmed(
+    time: Quantity, value: Quantity, rise: Quantity, drift: Quantity, slope: Quantity, options: ModelOptions
+) -> Quantity:
+    """A property of the oil at the temperature of an instant; it is constant over a step."""
+    return value if options.warm_oil is None else value * temperature_factor(time, rise, drift, slope)
+
+
+@equation
+def warmed_gap(time: Quantity, lanes: Any, k: Any, options: ModelOptions) -> Quantity:
+    """K_i of the open leak at the temperature of an instant [m^3.5/kg^0.5]; only a laminar gap changes."""
+    coefficient = lanes.internal_leakage[k]
+    if options.laminar_leakage is None:
+        return coefficient
+    rise, drift = lanes.temperature_rise[k], lanes.temperature_drift[k]
+    return warmed(time, coefficient, rise, drift, -lanes.viscosity_slope[k], options)
+
+
+@equation
+def friction_of(state: State, p: LaneParameters, options: ModelOptions) -> tuple[float, float]:
+    """Friction force [N] and bristle rate [m/s] by the chosen law."""
+    if options.uneven_friction is None:
+        return chosen_friction(state.velocity, state.bristle, p, options.friction_law)  # type: ignore[no-any-return]
+    difference = state.pressure_1 - state.pressure_2
+    factor = dry_friction_factor(
+        difference, state.position, p.pressure_slope, p.position_share, p.position_period
+    )
+    now = scaled_friction(p, factor)
+    return chosen_friction(state.velocity, state.bristle, now, options.friction_law)  # type: ignore[no-any-return]
+
+
+@equation
 def null_of(time: Quantity, offset: Quantity, drift: Quantity, options: ModelOptions) -> Quantity:
     """Null position of the valve at an instant [m]; it is constant over a step."""
     return offset if options.shifted_null is None else null_position(time, offset, drift)
@@ -133,13 +187,24 @@ def ripple_of(time: Quantity, amplitude: Quantity, frequency: Quantity, options:
 
 
 @equation
-def leakage_of(pressure_difference: Quantity, p: LaneParameters, options: ModelOptions) -> Quantity:
+def leakage_of(
+    pressure_difference: Quantity,
+    position: Quantity,
+    velocity: Quantity,
+    p: LaneParameters,
+    options: ModelOptions,
+) -> Quantity:
     """Internal leakage flow by the chosen law [m³/s]."""
+    coefficient = p.internal_leakage
+    if options.dragged_leakage is not None:
+        pressure_difference = dragged_pressure_difference(pressure_difference, velocity, p.leakage_drag)
+    if options.scored_bore is not None:
+        coefficient = coefficient * scored_share(position, p.scored_centre, p.scored_width)
     if options.laminar_leakage is not None:
-        return laminar_leakage_flow(pressure_difference, p.internal_leakage, p.laminar_reference)
+        return laminar_leakage_flow(pressure_difference, coefficient, p.laminar_reference)
     if options.blended_leakage is not None:
-        return blended_leakage_flow(pressure_difference, p.internal_leakage, p.blending_pressure)
-    return internal_leakage_flow(pressure_difference, p.internal_leakage)
+        return blended_leakage_flow(pressure_difference, coefficient, p.blending_pressure)
+    return internal_leakage_flow(pressure_difference, coefficient)
 
 
 @equation
@@ -195,7 +260,7 @@ def port_flows(state: State, spool_position: float, p: LaneParameters, options: 
     """All flows into and out of the chambers."""
     return PortFlows(
         valve_flows(state, spool_position, p, options),
-        leakage_of(state.pressure_1 - state.pressure_2, p, options),
+        leakage_of(state.pressure_1 - state.pressure_2, state.position, state.velocity, p, options),
         external_leakage_flow(state.pressure_1, p.external_leakage_1),
         external_leakage_flow(state.pressure_2, p.external_leakage_2),
     )
@@ -232,7 +297,7 @@ def hydraulic_rates(
     state: State, spool_position: float, load: float, p: LaneParameters, options: ModelOptions
 ) -> State:
     """Time derivatives of the state, at a spool position [m] and a load force [N]."""
-    resistance, bristle = chosen_friction(state.velocity, state.bristle, p, options.friction_law)
+    resistance, bristle = friction_of(state, p, options)
     if options.load_force is not None:
         resistance += load
     if options.end_stops is not None:

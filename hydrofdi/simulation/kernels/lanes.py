@@ -31,6 +31,7 @@ SPOOL_PARAMETERS = {
     "spool_speed_limit": "valve.speed_limit",
     "hysteresis": "valve.hysteresis",
 }
+FRICTION_PARAMETERS = tuple(name for name in FrictionConfig.model_fields if name not in ("law", "scale"))
 _OF_EDGES = {"lap": "lap", "leakage": "lap_leakage", "gain": "flow_gain_ratio"}
 
 PARAMETERS = {
@@ -53,6 +54,10 @@ PARAMETERS = {
     "air_exponent": "fluid.polytropic_exponent",
     "atmosphere": "fluid.atmospheric_pressure",
     "vapour_pressure": "fluid.vapour_pressure",
+    "temperature_rise": "fluid.temperature_rise",
+    "temperature_drift": "fluid.temperature_drift",
+    "bulk_modulus_slope": "fluid.bulk_modulus_slope",
+    "viscosity_slope": "fluid.viscosity_slope",
     "flow_gain": "valve.flow_gain",
     "area_gradient": "valve.area_gradient",
     "lap": "valve.lap",
@@ -65,6 +70,9 @@ PARAMETERS = {
     "external_leakage_2": "leakage.chamber_2_coefficient",
     "laminar_reference": "leakage.laminar_reference",
     "blending_pressure": "leakage.blending_pressure",
+    "leakage_drag": "leakage.drag",
+    "scored_centre": "leakage.scored_centre",
+    "scored_width": "leakage.leaking_width",
     "onset_time": "leakage.rise_start",
     "onset_duration": "leakage.rise_duration",
     "onset_duty": "leakage.onset_duty",
@@ -83,11 +91,7 @@ PARAMETERS = {
         for edge in EDGES
         for name, field in _OF_EDGES.items()
     },
-    **{
-        name: f"friction.applied.{name}"
-        for name in FrictionConfig.model_fields
-        if name not in ("law", "scale")
-    },
+    **{name: f"friction.applied.{name}" for name in FRICTION_PARAMETERS},
 }
 """Lane field → the parameter that fills it, in SI."""
 
@@ -173,9 +177,13 @@ class ModelOptions(NamedTuple):
 
     laminar_leakage: Chosen = None
     blended_leakage: Chosen = None
+    dragged_leakage: Chosen = None
+    scored_bore: Chosen = None
     ramped_leakage: Chosen = None
     intermittent_leakage: Chosen = None
     bristles: Chosen = None
+    uneven_friction: Chosen = None
+    warm_oil: Chosen = None
     free_air: Chosen = None
     clamped_cavitation: Chosen = None
     limited_spool: Chosen = None
@@ -205,9 +213,13 @@ class ModelOptions(NamedTuple):
         return cls(
             laminar_leakage=leakage.law == "laminar" or None,
             blended_leakage=leakage.law == "blended" or None,
+            dragged_leakage=leakage.drag > 0.0 or None,
+            scored_bore=leakage.scored_width is not None or None,
             ramped_leakage=leakage.onset in {"step", "ramp"} or None,
             intermittent_leakage=leakage.onset == "intermittent" or None,
             bristles=FRICTION_LAWS[run.friction.law].has_bristles or None,
+            uneven_friction=run.friction.is_uneven or None,
+            warm_oil=run.fluid.is_warm or None,
             free_air=run.fluid.law == "free_air" or None,
             clamped_cavitation=run.fluid.cavitation == "clamped" or None,
             limited_spool=valve.is_limited or None,

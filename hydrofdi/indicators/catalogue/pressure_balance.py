@@ -47,8 +47,8 @@ class PressureBalance(BalanceIndicator[PressureBalanceOptions]):
     )
     caution = (
         "Only for spring loads: other slowly varying forces appear as leakage; abrupt ones are"
-        " down-weighted, and friction that rises with pressure shifts the leakage by 0.1 L/min: use it with the"
-        " machine's own history. β is hardly distinguishable from the spring stiffness and stays near"
+        " down-weighted, and friction that rises with pressure shifts the leakage by 0.1 L/min: use it with"
+        " the machine's own history. β is hardly distinguishable from the spring stiffness and stays near"
         " nominal."
     )
     by_spring = True

@@ -50,7 +50,12 @@ def sentences(file: DetectorFile, left_out: LeftOut, *, is_unlabelled: bool) -> 
         if constants:
             yield f"It takes the actuator as {constants}."
     if file.assumed:
-        yield f"Warning: {assumption_text(', '.join(feature.indicators), file.assumed)}."
+        assuming = (
+            label
+            for label, each in feature.indicators.items()
+            if not type(each.options).model_fields.keys().isdisjoint(file.assumed)
+        )
+        yield f"Warning: {assumption_text(', '.join(assuming), file.assumed)}."
     if " at " in (meaning := feature.meaning):
         yield f"The score is the {meaning}; studies state mean flows, which are smaller."
     if file.chart is None:

@@ -86,7 +86,9 @@ def coverage(covered: Ranges) -> str:
     text = f"It covers {', '.join(known)}" if known else "The conditions that it covers are not known"
     if not missing:
         return f"{text}."
-    return f"{text}; {', '.join(missing)}: other conditions are not covered, so record warm and cold."
+    is_warm_and_cold = TEMPERATURE in covered and _said(TEMPERATURE) not in narrow
+    advice = "" if is_warm_and_cold else ", so record warm and cold"
+    return f"{text}; {', '.join(missing)}: other conditions are not covered{advice}."
 
 
 def _narrow(name: str, low: float, high: float) -> float:

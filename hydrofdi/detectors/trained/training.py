@@ -289,6 +289,10 @@ def _learn(
     is_faulty = np.arange(len(values)) >= n_healthy
     score = make_score(config.score.kind, config.score.options)
     kept = known_numbers(values[is_fit & (score.needs_faulty | ~is_faulty)])
+    if config.score.kind == "compensated":
+        kept = sorted({0, *kept})  # the number itself may be missing more often
+        if not np.isfinite(values[:n_healthy, 0]).any():
+            raise _no_score(found, next(iter(feature.numbers)))
     first, groups = 0, list[str]()
     for each in both:
         groups += [each.own_groups[record] or f"record {first + record:09d}" for record in each.record]
@@ -378,15 +382,19 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
+def _no_score(found: HealthyScores, label: str) -> NotStatedError:
+    longest = time_text(max(found.durations))
+    absent = f"no window or estimate ends within its records, of which the longest lasts {longest}"
+    reason = next((text for text, _ in found.reasons.most_common(1)), absent)
+    return NotStatedError(f"no healthy record has {label}: {reason}")
+
+
 def _require_scores(
     found: HealthyScores, feature: Feature, config: DetectorConfig, healthy: RecordSource
 ) -> None:
     """Check that there are scores, and that estimates are possible in at least half of the windows."""
     if not found.scores.size:
-        longest = time_text(max(found.durations))
-        absent = f"no window or estimate ends within its records, of which the longest lasts {longest}"
-        reason = next((text for text, _ in found.reasons.most_common(1)), absent)
-        raise NotStatedError(f"no healthy record has {feature.label}: {reason}")
+        raise _no_score(found, feature.label)
     for name, count in () if config.accept else found.n_impossible.items():
         if 2 * count > found.scores.size and not feature.outputs[name].is_fit:
             raise DataError(

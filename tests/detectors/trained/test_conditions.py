@@ -8,6 +8,7 @@ import pytest
 import hydrofdi
 from hydrofdi.detectors.trained.conditions import coverage, outside
 from hydrofdi.detectors.trained.measuring import verdict_of
+from hydrofdi.errors import NotStatedError
 from tests.commands import run_hydrofdi
 from tests.detectors.trained.test_training import trained
 
@@ -53,7 +54,10 @@ def test_an_unknown_temperature_asks_for_warm_and_cold_records():
 @pytest.mark.parametrize(("span", "is_narrow"), [(0.08, True), (0.12, False)])
 def test_a_bulk_modulus_that_hardly_varies_is_narrow(span, is_narrow):
     covered = {"oil_temperature": (300.0, 320.0), "balance.bulk_modulus": (500e6, 500e6 * (1.0 + span))}
-    assert ("balance.bulk_modulus hardly varies" in coverage(covered)) is is_narrow
+    assert ("balance.bulk_modulus hardly varies: other conditions" in coverage(covered)) is is_narrow
+    assert "record warm" not in coverage(covered)
+    del covered["oil_temperature"]
+    assert "record warm" in coverage(covered)
 
 
 def test_a_window_outside_of_the_covered_temperatures_is_novel_and_names_them():
@@ -118,7 +122,7 @@ def test_columns_in_degrees_celsius_are_read_by_files_and_streams(tmp_path):
 
 
 def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
-    run_hydrofdi("simulate", "--out", "sound.h5", "--set", "record.duration=12 s",
+    run_hydrofdi("simulate", "--out", "sound.h5", "--set", "record.duration=24 s",
                  "--set", "pressure_1_sensor.noise=20 kPa", cwd=tmp_path)  # fmt: skip
     table = run_hydrofdi("replay", "sound.h5", "--rate", "max", cwd=tmp_path).stdout.splitlines()
     columns = np.array([line.split(",") for line in table[1:]], dtype=float).T
@@ -140,6 +144,11 @@ def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
     assert allowing.file.limits.allowance == pytest.approx(0.6 * allowing.file.healthy.centre)
     assert allowing.limits[1] == pytest.approx(exact.limits[1] + allowing.file.limits.allowance)
     assert exact.file.limits.allowance == 0.0
+    by_time = config | {"window": {"duration": 2.5}, "false_alarm_rate": 0.2}
+    with pytest.raises(NotStatedError, match=r"no healthy record has weak_rls\.leakage"):
+        hydrofdi.train(channels, config=by_time | {"window": {"duration": 0.2}}, sampling_frequency=frequency)
+    summary = hydrofdi.train(channels, config=by_time, sampling_frequency=frequency).summary
+    assert "Warning: weak_rls: not given" in summary  # the temperature assumes no actuator
     channels["oil_temperature"] = np.full(columns.shape[1], 350.0)
     told = detector.judge(channels, sampling_frequency=frequency)
     assert set(told["fault"]) == {"novel"}

@@ -288,7 +288,8 @@ def _learn(
     is_fit = np.array([is_apart for each in both for is_apart in each.is_apart])
     is_faulty = np.arange(len(values)) >= n_healthy
     score = make_score(config.score.kind, config.score.options)
-    kept = known_numbers(values[is_fit & (score.needs_faulty | ~is_faulty)])
+    has_some = np.isfinite(values).any(axis=1)
+    kept = known_numbers(values[is_fit & has_some & (score.needs_faulty | ~is_faulty)])
     if config.score.kind == "compensated":
         kept = sorted({0, *kept})  # the number itself may be missing more often
         if not np.isfinite(values[:n_healthy, 0]).any():

@@ -200,3 +200,12 @@ def test_of_a_temperature_that_is_always_the_same_nothing_is_taken_out():
     assert one.limits[1] - one.file.healthy.centre == pytest.approx(
         plain.limits[1] - plain.file.healthy.centre, rel=0.2
     )
+
+
+def test_windows_without_a_number_are_no_obstacle_to_compensation():
+    healthy = warming(100, 0)
+    healthy["chamber_1_pressure"][:30, 5] = np.nan
+    stated = {"window": "0.5 s", "sampling_frequency": 100}
+    detector = hydrofdi.train(healthy, **stated, **MEAN)
+    assert detector.file.basis.n_window == 170
+    assert detector.file.basis.not_judged == {"missing": 30}

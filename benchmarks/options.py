@@ -38,6 +38,15 @@ CHOICES: dict[str, dict[str, Any]] = {
     "load force": {"load.constant_force": 100.0},
     "supply droop": {"supply.droop": "first_order"},
     "closed loop": {"control.law": "pid"},
+    "worn edges": {"valve.edge_rounding": 1e-6},
+    "supply ripple": {"supply.ripple": 0.01},
+    "return line": {"supply.return_resistance": 2e9},
+    "uneven friction": {"friction.pressure_slope": 5e-8},
+    "warm oil": {"fluid.temperature_rise": 10.0},
+    "dragged leakage": {"leakage.drag": 2e6},
+    "scored bore": {"leakage.scored_width": 10e-3},
+    "hoses": {"actuator.hose_volume": 50e-6},
+    "foundation": {"actuator.foundation_stiffness": 20e6},
     "measured feedback": {"control.law": "pid", "control.feedback": "measured"},
 }
 CHOICES["all compatible options"] = {

@@ -24,7 +24,7 @@ Solver = Literal["lsoda", "radau"]
 
 RELATIVE_TOLERANCE = 1e-8
 
-_SCALES = np.array([1e-2, 1e-1, 1e6, 1e6, 1e6, 1e-5, 1e6, 1e-5, 1e-2])
+_SCALES = np.array([1e-2, 1e-1, 1e6, 1e6, 1e6, 1e-5, 1e6, 1e-4, 1e6, 1e-5, 1e6, 1e-5, 1e-5, 1e-2])
 """Scales of the hydraulic states [SI], and of x_v [m] and v_v [m/s], for the absolute tolerance."""
 
 _SPOOL = len(STATES)
@@ -108,7 +108,10 @@ class _Record:
         self._acting = np.array(list(acting)[1:])
         self.states = np.full((_SPOOL + 2, record.n_sample), np.nan)
         rest = 0.5 * (supply.pressure + supply.return_pressure)
-        self._state = np.array([0.0, 0.0, rest, rest, supply.pressure, 0.0, supply.return_pressure, 0.0, 0.0])
+        of_hoses = [rest, 0.0, rest, 0.0]
+        self._state = np.array(
+            [0.0, 0.0, rest, rest, supply.pressure, 0.0, supply.return_pressure, 0.0, *of_hoses, 0.0, 0.0]
+        )
         self._error = self._integral = self._voltage = self._acting_voltage = 0.0
 
     def solve(self) -> None:
@@ -204,10 +207,24 @@ def all_rates(
     c = parameters[0]
     most, is_limited = c.spool_limit[0], options.limited_spool
     p = lane_parameters(c, 0, time, time, options)
-    x = State(state[0], state[1], state[2], state[3], state[4], state[5], state[6])
+    x = State(
+        state[0],
+        state[1],
+        state[2],
+        state[3],
+        state[4],
+        state[5],
+        state[6],
+        state[7],
+        state[8],
+        state[9],
+        state[10],
+        state[11],
+    )
     r = hydraulic_rates(x, valve_opening(state[-2], most, is_limited), load, p, options)
     rates = np.array([
-        r.position, r.velocity, r.pressure_1, r.pressure_2, r.supply, r.bristle, r.return_pressure, 0.0, 0.0,
+        r.position, r.velocity, r.pressure_1, r.pressure_2, r.supply, r.bristle, r.return_pressure,
+        r.support, r.line_pressure_1, r.line_flow_1, r.line_pressure_2, r.line_flow_2, 0.0, 0.0,
     ])  # fmt: skip
     rates[-2], rates[-1] = spool_rates(
         state[-2], state[-1], u, c.spool_frequency[0], c.spool_damping_ratio[0], c.spool_gain[0], most,

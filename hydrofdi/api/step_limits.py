@@ -47,6 +47,13 @@ def _valve_limits(run: RunParameters) -> dict[str, float]:
 def _mode_limits(run: RunParameters) -> dict[str, float]:
     actuator, omega = run.actuator, undamped_frequency(run)
     limits = {"hydraulic mode": lag_limit(omega, 0.0)}
+    hydraulic = run.fluid.bulk_modulus / actuator.chamber_volume
+    if actuator.hose_volume:
+        line = (actuator.hose_modulus / actuator.hose_volume + hydraulic) / actuator.hose_inertance
+        limits["hoses"] = lag_limit(math.sqrt(line), 0.0)
+    if actuator.foundation_stiffness is not None:
+        stiffness = actuator.foundation_stiffness + 2.0 * hydraulic * actuator.piston_area**2
+        limits |= _decay_limit("foundation", stiffness / actuator.foundation_damping)
     if actuator.end_stops == "elastic":
         stiffness = actuator.mass * omega**2 + actuator.end_stop_stiffness
         limits["end stops"] = CONTACT_SHARE * lag_limit(math.sqrt(stiffness / actuator.mass), 0.0)

@@ -106,6 +106,13 @@ def _is(*values: Any) -> Callable[[Any], bool]:
 
 RULES: tuple[Rule, ...] = (
     ("actuator.end_stops", _is("elastic"), ("actuator.end_stop_position", "actuator.end_stop_stiffness")),
+    (
+        "actuator.hose_volume",
+        bool,
+        [f"actuator.hose_{name}" for name in ("modulus", "resistance", "inertance")]
+        + ["measurement.pressures_at"],
+    ),
+    ("actuator.foundation_stiffness", bool, ("actuator.foundation_damping",)),
     ("supply.ripple", bool, ("supply.ripple_frequency",)),
     ("supply.return_resistance", bool, ("supply.return_time_constant",)),
     ("supply.droop", _is("first_order"), ("supply.droop_resistance", "supply.droop_time_constant")),

@@ -132,9 +132,16 @@ class RunParameters(Section):
         """Whether a metering edge differs from the others."""
         return not all(self.__dict__[name].is_default for name in EDGES)
 
+    @property
+    def reads_at_valve(self) -> bool:
+        """Whether the pressure sensors of the chambers are separated from these by hoses."""
+        return self.measurement.pressures_at == "valve" and self.actuator.hose_volume > 0.0
+
     def is_shown_exactly(self, sensor: str) -> bool:
         """Whether a sensor, named by its section, shows its signal as it is."""
         shared = self.measurement
+        if self.reads_at_valve and sensor in ("pressure_1_sensor", "pressure_2_sensor"):
+            return False
         return shared.jitter == 0.0 and shared.anti_alias is None and bool(getattr(self, sensor).is_ideal)
 
     def text(self) -> str:

@@ -91,6 +91,71 @@ def end_stop_force(position: float, limit: float, stiffness: float) -> float:
     return stiffness * (position - limited(position, limit))
 
 
+@equation
+def line_flow_rate(
+    pressure_drop: Quantity, flow: Quantity, resistance: Quantity, inertance: Quantity
+) -> Quantity:
+    """Rate of the flow through a hose.
+
+    Parameters
+    ----------
+    pressure_drop : float or array
+        Pressure at the inlet minus that at the outlet [Pa].
+    flow : float or array
+        q_h from the inlet to the outlet [m³/s].
+    resistance, inertance : float or array
+        R_h [Pa·s/m³] and I_h [kg/m⁴].
+
+    Returns
+    -------
+    float or array
+        q_h' = (Δp − R_h q_h)/I_h [m³/s²].
+    """
+    return (pressure_drop - resistance * flow) / inertance
+
+
+@equation
+def line_pressure_rate(net_flow: Quantity, bulk_modulus: Quantity, volume: Quantity) -> Quantity:
+    """Rate of the pressure of a hose at the valve.
+
+    Parameters
+    ----------
+    net_flow : float or array
+        Flow into the hose minus flow out of it [m³/s].
+    bulk_modulus, volume : float or array
+        Effective bulk modulus β_h of oil and wall [Pa], and volume V_h [m³].
+
+    Returns
+    -------
+    float or array
+        β_h Δq/V_h [Pa/s].
+    """
+    return bulk_modulus * net_flow / volume
+
+
+@equation
+def foundation_velocity(
+    displacement: Quantity, force: Quantity, stiffness: Quantity, damping: Quantity
+) -> Quantity:
+    """Velocity of a cylinder whose mass is negligible, on a spring and a damper.
+
+    Parameters
+    ----------
+    displacement : float or array
+        x_b of the cylinder [m].
+    force : float or array
+        Force on the cylinder: friction and end-stop force minus A (P_1 − P_2) [N].
+    stiffness, damping : float or array
+        K_b [N/m] and D_b [N·s/m].
+
+    Returns
+    -------
+    float or array
+        x_b' = (F − K_b x_b)/D_b [m/s].
+    """
+    return (force - stiffness * displacement) / damping
+
+
 BOILING_RANGE = 1e3
 """Range ε above the vapour pressure within which a pressure drop is slowed to a halt [Pa].
 

@@ -90,7 +90,8 @@ class Measurement:
                     lagged, lane = self._lagged[row]
                     samples = lagged.samples[channel][lane]
                 else:
-                    samples = sampled(run, signals[row], trajectory.time)
+                    shown = getattr(trajectory, channel.shown_signal(run))[row]
+                    samples = sampled(run, shown, trajectory.time)
                 signals[row] = sensor_reading(channel, run, samples, trajectory.time)
         return signals
 
@@ -169,6 +170,7 @@ class LaggedRuns:
     """
 
     def __init__(self, runs: Sequence[RunParameters]) -> None:
+        self._runs = runs
         read = [channel for channel in CHANNELS if any(map(channel.needs_steps, runs))]
         self._lanes = {channel: LagLanes([channel.lags(run) for run in runs]) for channel in read}
         self._clocks = {channel: _clocks(runs, channel) for channel in read}
@@ -178,6 +180,9 @@ class LaggedRuns:
         """Process the signals of consecutive steps, starting at step `first_step`."""
         for channel, samples in self.samples.items():
             values = np.array(signal(channel.signal)[:, : len(samples)], order="C")
+            for lane, run in enumerate(self._runs):
+                if (shown := channel.shown_signal(run)) != channel.signal:
+                    values[:, lane] = signal(shown)[:, lane]
             self._lanes[channel].advance(values)
             self._clocks[channel].sample(values, first_step, samples)
 

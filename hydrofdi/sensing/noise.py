@@ -28,6 +28,12 @@ class Channel:
         sensor: SensorConfig = getattr(run, self.section)
         return sensor
 
+    def shown_signal(self, run: RunParameters) -> str:
+        """Signal of a trajectory that the sensor of a run shows: that of the channel, or of a hose."""
+        if run.reads_at_valve and self.signal.startswith("chamber_"):
+            return self.signal.replace("chamber_", "line_")
+        return self.signal
+
     def needs_steps(self, run: RunParameters) -> bool:
         """Whether a reading depends on the signal between the samples."""
         return self.sensor(run).delay > 0.0 or bool(self.lags(run))

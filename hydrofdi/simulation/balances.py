@@ -24,8 +24,10 @@ from hydrofdi.simulation.kernels.hydraulics import (
     friction_of,
     lane_parameters,
     port_flows,
+    position_in_cylinder,
+    support_velocity,
 )
-from hydrofdi.simulation.kernels.lanes import ModelOptions, pack_singles, positions_by
+from hydrofdi.simulation.kernels.lanes import HIDDEN, ModelOptions, pack_singles, positions_by
 
 Signal = NDArray[np.float64]
 
@@ -100,6 +102,16 @@ class Trajectory:
             if field.name not in ("time", "outcomes")
         }
         return replace(self, **signals, outcomes=tuple(self.outcomes[k] for k in positions))
+
+    @property
+    def line_1_pressure(self) -> Signal:
+        """Pressure at the valve of the hose to chamber 1 [Pa]; only if a run has hoses."""
+        return self.hidden_states[:, list(HIDDEN).index("line_pressure_1")]
+
+    @property
+    def line_2_pressure(self) -> Signal:
+        """Pressure at the valve of the hose to chamber 2 [Pa]; only if a run has hoses."""
+        return self.hidden_states[:, list(HIDDEN).index("line_pressure_2")]
 
     @property
     def mean_internal_leakage_flow(self) -> Signal:
@@ -179,34 +191,50 @@ def account_rates(
     p1, p2 = state.pressure_1, state.pressure_2
     flows = port_flows(state, spool_position, p, options)
     friction, _ = friction_of(state, p, options)
-    through = flows.valve
+    through, position = flows.valve, position_in_cylinder(state, options)
+    if options.end_stops is not None:
+        stopped = end_stop_force(position, p.stop_position, p.stop_stiffness)
+    else:
+        stopped = 0.0
+    support = support_velocity(state, friction + stopped, p, options)
     lost = (
         through.throttling
         + (p1 - p2) * flows.internal
         + p1 * flows.external_1
         + p2 * flows.external_2
-        + state.velocity * friction
+        + (state.velocity - support) * friction
     )
+    if options.foundation is not None:
+        lost += p.support_damping * support * support
+    if options.hoses is not None:
+        squares = state.line_flow_1 * state.line_flow_1 + state.line_flow_2 * state.line_flow_2
+        lost += p.hose_resistance * squares
     ret = p.ret if options.return_line is None else state.return_pressure
     supplied = state.supply * through.supply - ret * through.returned
     return AccountRates(
-        through.control_1 - flows.internal - flows.external_1,
+        flows.into_1 - flows.internal - flows.external_1,
         abs(through.control_1),
         supplied - lost,
         abs(supplied),
-        (p.volume + p.area * state.position) / bulk_modulus_at(p1, p, options),
-        (p.volume - p.area * state.position) / bulk_modulus_at(p2, p, options),
+        (p.volume + p.area * position) / bulk_modulus_at(p1, p, options),
+        (p.volume - p.area * position) / bulk_modulus_at(p2, p, options),
     )
 
 
 @equation
 def held_energy(state: State, p: LaneParameters, options: ModelOptions) -> float:
-    """Energy stored in the moving mass, the spring and the end stops [J]."""
+    """Energy stored in the moving mass, the springs, the end stops and the hoses [J]."""
     x, v = state.position, state.velocity
     energy: float = 0.5 * (p.mass * v * v + p.stiffness * x * x)
     if options.end_stops is not None:
-        force = end_stop_force(x, p.stop_position, p.stop_stiffness)
+        force = end_stop_force(position_in_cylinder(state, options), p.stop_position, p.stop_stiffness)
         energy += 0.5 * force * force / p.stop_stiffness
+    if options.foundation is not None:
+        energy += 0.5 * p.support_stiffness * state.support * state.support
+    if options.hoses is not None:
+        p1, p2, q1, q2 = state.line_pressure_1, state.line_pressure_2, state.line_flow_1, state.line_flow_2
+        energy += 0.5 * p.hose_volume / p.hose_modulus * (p1 * p1 + p2 * p2)
+        energy += 0.5 * p.hose_inertance * (q1 * q1 + q2 * q2)
     return energy
 
 
@@ -246,13 +274,19 @@ def integrate_balances(
     half = 0.5 * interval
     for run in range(position.shape[0]):
         total = totals[run]
-        y = State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        y = State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         before, held = AccountRates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0
         for k in range(position.shape[1]):
             p = lane_parameters(parameters[run], 0, k * interval, k * interval, options)
             z = State(
                 position[run, k], velocity[run, k], pressure_1[run, k], pressure_2[run, k], supply[run, k],
-                bristle[run, k], 0.0 if options.return_line is None else hidden[run, 0, k],
+                bristle[run, k],
+                0.0 if options.return_line is None else hidden[run, 0, k],
+                0.0 if options.foundation is None else hidden[run, 1, k],
+                0.0 if options.hoses is None else hidden[run, 2, k],
+                0.0 if options.hoses is None else hidden[run, 3, k],
+                0.0 if options.hoses is None else hidden[run, 4, k],
+                0.0 if options.hoses is None else hidden[run, 5, k],
             )  # fmt: skip
             after = account_rates(z, spool_position[run, k], p, options)
             holds = held_energy(z, p, options)
@@ -268,7 +302,8 @@ def integrate_balances(
                 travel = z.position - y.position
                 work_on_load = load[run, k - 1] * travel
                 stored = half * (before.stored_volume + after.stored_volume)
-                total[0] += stored - p.area * travel - compressed
+                relative = position_in_cylinder(z, options) - position_in_cylinder(y, options)
+                total[0] += stored - p.area * relative - compressed
                 total[1] += half * (before.passed_volume + after.passed_volume)
                 total[2] += half * (before.stored_power + after.stored_power)
                 total[2] -= holds - held + work_1 + work_2 + work_on_load

@@ -45,6 +45,8 @@ ROWS = {
     "chamber_1_pressure": "pressure_1",
     "chamber_2_pressure": "pressure_2",
     "valve_supply_pressure": "supply",
+    "line_1_pressure": "line_pressure_1",
+    "line_2_pressure": "line_pressure_2",
     "input_voltage": "voltage",
     "spool_position": "spool_position",
 }
@@ -180,6 +182,9 @@ class _Block:
         return states[:, SAMPLED.index(ROWS[name])]
 
 
+_SUPPORT = list(HIDDEN).index("support")
+
+
 class _Signals:
     """The sampled signals of a batch, filled window by window."""
 
@@ -240,7 +245,12 @@ class _Signals:
             hidden_states=self._hidden,
             leakage_coefficient=np.array(leakage_coefficients, dtype=float),
             internal_leakage_flow=leakage_signal(
-                self._runs, leakage_coefficients, time, pressure_1 - pressure_2, position, velocity
+                self._runs,
+                leakage_coefficients,
+                time,
+                pressure_1 - pressure_2,
+                position - self._hidden[:, _SUPPORT] if self._hidden.size else position,
+                velocity,
             ),
             outcomes=tuple(outcome_of(run, self._states[:, k]) for k, run in enumerate(self._runs)),
         )

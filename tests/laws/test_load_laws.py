@@ -1,6 +1,7 @@
 """Laws of the load, of rest, and of the balances."""
 
 import ctypes
+import math
 import platform
 import sys
 from collections.abc import Callable
@@ -15,9 +16,11 @@ from test_second_solver import CHOICES
 
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.equation import NEGLIGIBLE, settled
+from hydrofdi.sensing import Measurement
 from hydrofdi.simulation import batch, drive
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.kernels.lanes import HIDDEN
 
 AREA = RunParameters().actuator.piston_area
 AT_REST = RunParameters().with_values(
@@ -191,3 +194,49 @@ def test_residuals_of_a_run_do_not_depend_on_the_others(trajectory: Trajectory) 
     together = balance_residuals(RUNS, trajectory)
     assert alone.volume[0] == together.volume[1]
     assert alone.energy[0] == together.energy[1]
+
+
+def test_hose_rings_at_its_own_frequency_and_carries_flow_against_its_resistance() -> None:
+    """Between a shut valve and a held piston: ω² = (β_h/V_h + β/V)/I_h, decay rate R_h/(2 I_h)."""
+    hose = {"actuator.hose_volume": 40e-6, "actuator.hose_inertance": 2e7, "actuator.hose_resistance": 1e9}
+    held = hose | {"actuator.mass": 1e18}
+    start = {"line_pressure_1": 9e6, "pressure_1": 8e6, "line_pressure_2": 8e6, "pressure_2": 8e6}
+    motion = free_motion([held], [start], [0.0], 0.05, 1e-5)
+    omega = math.sqrt((400e6 / 40e-6 + 551e6 / 280e-6) / 2e7)
+    rate, time = 1e9 / (2.0 * 2e7), 1e-5 * np.arange(motion["line_flow_1"].shape[1])
+    damped = math.sqrt(omega**2 - rate**2)
+    flow = 1e6 / (2e7 * damped) * np.exp(-rate * time) * np.sin(damped * time)
+    np.testing.assert_allclose(motion["line_flow_1"][0], flow, atol=1e-6 * flow.max())
+    assert np.ptp(motion["pressure_2"][0]) < 1.0
+    free = hose | {"actuator.load_stiffness": 0.0, "leakage.internal_coefficient": 5e-9}
+    motion = free_motion([free], [{}], [44e-6], 0.5, 1e-4)
+    drop = (motion["line_pressure_1"] - motion["pressure_1"])[0, -500:].mean()
+    assert drop == pytest.approx(1e9 * motion["line_flow_1"][0, -500:].mean(), rel=1e-3)
+    assert drop > 1e4
+
+
+def test_sensor_at_the_valve_shows_the_pressure_of_the_hose() -> None:
+    values = {"actuator.hose_volume": 40e-6, "record.duration": 1.0, "input.period": 0.5}
+    run = RunParameters().with_values(values | {"measurement.pressures_at": "valve"})
+    late = run.with_values({"pressure_1_sensor.delay": 2e-3})
+    sensors = Measurement([run, late])
+    truth = simulate_batch([run, late], [2e-9] * 2, sensors)
+    shown = sensors.show(truth)
+    np.testing.assert_array_equal(shown.chamber_1_pressure[0], truth.line_1_pressure[0])
+    np.testing.assert_array_equal(shown.chamber_2_pressure, truth.line_2_pressure)
+    np.testing.assert_allclose(shown.chamber_1_pressure[1, 1:], truth.line_1_pressure[1, :-1], rtol=1e-12)
+    assert np.abs(shown.chamber_1_pressure[0] - truth.chamber_1_pressure[0]).max() > 1e4
+
+
+def test_cylinder_on_a_foundation_gives_way_to_the_force_on_the_load() -> None:
+    """At rest: K_b x_b = −A (P_1 − P_2) without friction; the load's spring holds the other end."""
+    stiffness = 5e6
+    run = RunParameters().with_values({
+        **FRICTIONLESS, "friction.viscous": 2e3, "actuator.foundation_stiffness": stiffness,
+        "record.duration": 2.0, "input.period": 4.0,
+    })  # fmt: skip
+    batch = simulate_batch([run], [5e-9])
+    support = batch.hidden_states[0, list(HIDDEN).index("support"), -1]
+    force = 633e-6 * (batch.chamber_1_pressure - batch.chamber_2_pressure)[0, -1]
+    assert abs(force) > 500.0
+    assert stiffness * support == pytest.approx(-force, rel=1e-2)

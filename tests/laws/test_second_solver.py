@@ -163,6 +163,8 @@ CHOICES: dict[str, dict[str, Any]] = {
     "drag": {"leakage.drag": 5e6},
     "scored": {"leakage.scored_centre": 2e-3, "leakage.scored_width": 10e-3},
     "warm": {"fluid.temperature_rise": 12.0, "fluid.temperature_drift": 3.0},
+    "hoses": {"actuator.hose_volume": 50e-6},
+    "foundation": {"actuator.foundation_stiffness": 20e6},
     "pid": {"control.law": "pid", "control.amplitude": 5e-3},
     "lugre": {"friction.law": "lugre"},
 }  # fmt: skip
@@ -176,9 +178,9 @@ OPTIONS = [
     {key: value for name in names.split() for key, value in (CHOICES | OTHERS)[name].items()}
     for names in (
         "laminar ramp smooth air droop ripple warm",
-        "blended lugre overlap edges worn null load return uneven",
+        "blended lugre overlap edges worn null load return uneven hoses",
         "pid measured saturated hysteresis slow external",
-        "intermittent stops cavitating multisine drag scored",
+        "intermittent stops cavitating multisine drag scored foundation",
     )
 ]  # fmt: skip
 """Every option of the model is on in a quarter of the actuators."""

@@ -93,10 +93,13 @@ def _threshold(file: DetectorFile) -> str:
         "windows": "windows taken as independent",
         "fleet": f"{counted(file.basis.n_window, 'own window')} and the fleet {file.basis.fleet}",
     }.get(limits.interval_rests_on, f"leave-one-{limits.interval_rests_on[:-1]}-out")
+    warmer = f" The limit allows {file.score_text(limits.allowance)} for oil that is 15 K warmer than in the"
+    warmer += " records, which do not state its temperature."
     return (
         f"Designed for a false-alarm rate of {at_most}{percent(limits.false_alarm_rate)} per"
         f" {'window' if file.n_sample else 'estimate'}; {100.0 * limits.confidence:.4g} % confidence interval"
         f" {percent(low)} to {percent(high)} ({rests}){hourly}."
+        f"{warmer if limits.allowance else ''}"
     )
 
 

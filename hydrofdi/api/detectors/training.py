@@ -177,7 +177,8 @@ def train(
     made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
     faulty = replace(records, is_faulty=True)
     names, fleet_name = [source.name for source in sources], "" if fleet is None else path_of(fleet).name
-    file = train_on(records, stated, names, made, faulty, of_fleet, fleet_name)
+    is_measured = not any(isinstance(each, SimulatedRecords | StoredRecords) for each in sources)
+    file = train_on(records, stated, names, made, faulty, of_fleet, fleet_name, is_measured)
     records.left_out.n_leaking -= faulty.n_taken if file.score and file.score.n_faulty else 0
     options = (each.options for each in feature.indicators.values())
     assumed = tuple(dict.fromkeys(name for each in options for name in assumed_constants(sources, each)))

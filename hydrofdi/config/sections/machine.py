@@ -49,6 +49,32 @@ class ActuatorConfig(Section):
     end_stop_stiffness: Annotated[float, SI("N/m", above=0, usual=("1 kN/m", "100 GN/m"))] = 20e6
     """Stiffness of an end stop [N/m]. A choice, well above that of the fluid."""
 
+    hose_volume: Annotated[float, SI("m^3", least=0, usual=("0.01 cm^3", "0.1 m^3"))] = 0.0
+    """Volume of the hose between valve and each chamber [m³]; none with 0 (paper). The other settings of the
+    hoses act only with a volume."""
+
+    hose_modulus: Annotated[float, SI("Pa", above=0, usual=("1 MPa", "10 GPa"))] = 400e6
+    """Effective bulk modulus of oil and wall of a hose [Pa]. A choice."""
+
+    hose_resistance: Annotated[float, SI("Pa*s/m^3", least=0, usual=("1e6 Pa*s/m^3", "1e13 Pa*s/m^3"))] = 2e9
+    """Pressure drop per flow through a hose, R_h [Pa·s/m³]. A choice."""
+
+    hose_inertance: Annotated[float, SI("kg/m^4", above=0, usual=("1000 kg/m^4", "1e10 kg/m^4"))] = 1e7
+    """Inertance I_h of the oil in a hose [kg/m⁴]: density times length over cross-section. A choice: 1 m of
+    10 mm."""
+
+    foundation_stiffness: Annotated[float, SI("N/m", above=0, usual=("1 kN/m", "1000 GN/m"))] | None = None
+    """Stiffness of the support of the cylinder [N/m]; by default rigid (paper). Positions are measured to the
+    ground, so the chambers differ from what they show. The cylinder has no mass."""
+
+    foundation_damping: Annotated[float, SI("N*s/m", above=0, usual=("1 N*s/m", "1 GN*s/m"))] = 20e3
+    """Damping of this support [N·s/m]. A choice."""
+
+    @property
+    def support_stiffness(self) -> float:
+        """Stiffness of the support [N/m], 0 if it is rigid and does not move."""
+        return self.foundation_stiffness or 0.0
+
     @model_validator(mode="after")
     def _end_stops_lie_within_the_cylinder(self) -> Self:
         stroke = self.chamber_volume / self.piston_area

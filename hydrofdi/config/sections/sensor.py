@@ -189,6 +189,10 @@ class MeasurementConfig(Section):
     """Standard deviation of the sampling instants about their nominal ones [s]; one clock samples all
     signals. At most a quarter of the sampling interval."""
 
+    pressures_at: Literal["chambers", "valve"] = "chambers"
+    """Place of the sensors of the chamber pressures: at the ``chambers``, or at the ``valve``, which hoses
+    separate from the chambers."""
+
     anti_alias: Annotated[float, SI("Hz", above=0, usual=("0.1 Hz", "1 MHz"))] | None = None
     """Corner frequency of the Butterworth low-pass that every signal passes between its sensor and the
     converter, where its gain is −3 dB [Hz]; without it, sampling folds what is above half the sampling

@@ -137,6 +137,10 @@ class Limits(Part):
     method: str
     """Method that set the limits."""
 
+    allowance: float = Field(default=0.0, ge=0.0)
+    """Part of the upper limit that allows for warmer oil, if its temperature is not known; not part of the
+    interval."""
+
     interval_rests_on: Literal["windows", "records", "groups", "fleet"]
     """``windows``: windows are assumed independent. ``records``, ``groups``: cross-validation, in which each
     record or group is tested with the limits of the others. ``fleet``: normal scores of a machine like those

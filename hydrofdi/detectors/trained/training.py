@@ -57,6 +57,7 @@ def train(
     faulty: RecordSource | None = None,
     fleet: DetectorFile | None = None,
     fleet_name: str = "",
+    is_measured: bool = False,
 ) -> DetectorFile:
     """Train a detector on healthy records.
 
@@ -74,6 +75,10 @@ def train(
     fleet, fleet_name : DetectorFile and str, optional
         Detector of a fleet and its name. Its score is used as it is; with `config` of the same score, its
         summary makes up for healthy windows that are too few.
+
+    is_measured : bool
+        Whether a machine was measured: then the limit of a flow allows for warmer oil, if its temperature is
+        not known.
 
     Raises
     ------
@@ -112,6 +117,8 @@ def train(
     try:
         limits = limits_of(found, config, direction, has_chart=chart is not None)
         own = _scale(found.scores)
+        if is_measured and TEMPERATURE not in channels and config.compensate and config.score is None:
+            limits = _with_allowance(limits, own, feature.described.unit)
     except NotStatedError:
         if fleet is None or fleet.fleet is None or config.threshold != "quantile":
             raise
@@ -347,6 +354,18 @@ def _chart_limit(
         hours=alarms.duration / 3600.0,
         rests_on=rests_on,
     )
+
+
+_WARMER = 0.6
+"""Growth of the flow through clearances with oil that is 15 K warmer, at 3 % less viscosity per kelvin."""
+
+
+def _with_allowance(limits: Limits, healthy: Scale, unit: str) -> Limits:
+    """The limits of a flow, which contains that of the valve's clearances, with an allowance for warmer oil."""
+    if unit != "m^3/s" or limits.high is None or limits.low is not None or healthy.centre <= 0.0:
+        return limits
+    allowance = _WARMER * healthy.centre
+    return limits.model_copy(update={"high": limits.high + allowance, "allowance": allowance})
 
 
 def _scale(scores: Array) -> Scale:

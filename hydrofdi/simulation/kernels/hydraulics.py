@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from hydrofdi.physics.cylinder import (
     chamber_pressure_rates,
     end_stop_force,
+    foundation_velocity,
+    line_flow_rate,
+    line_pressure_rate,
     piston_acceleration,
     supported_pressure_rate,
 )
@@ -39,7 +42,9 @@ from hydrofdi.simulation.kernels.lanes import FRICTION_PARAMETERS, LEAKAGE, PARA
 
 
 class State(NamedTuple):
-    """x_p [m], v_p [m/s], P_1, P_2, P_s [Pa], z [m], P_r [Pa]; from P_s on constant without their options."""
+    """x_p [m], v_p [m/s], P_1, P_2, P_s [Pa], z [m], P_r [Pa], x_b [m], and of both hoses the pressure at the
+    valve [Pa] and the flow into chamber 1 or out of chamber 2 [m³/s]; from P_s on constant without options.
+    """
 
     position: float
     velocity: float
@@ -48,6 +53,11 @@ class State(NamedTuple):
     supply: float
     bristle: float
     return_pressure: float
+    support: float
+    line_pressure_1: float
+    line_flow_1: float
+    line_pressure_2: float
+    line_flow_2: float
 
 
 if TYPE_CHECKING:
@@ -115,11 +125,15 @@ class PortFlows(NamedTuple):
 
     Attributes
     ----------
+    into_1, from_2 : float
+        Flow through the port into chamber 1, and out of chamber 2 [m³/s].
     internal, external_1, external_2 : float
         q_il across the piston, q_el1 and q_el2 to the outside [m³/s].
     """
 
     valve: ValveFlows
+    into_1: float
+    from_2: float
     internal: float
     external_1: float
     external_2: float
@@ -161,14 +175,18 @@ def warmed_gap(time: Quantity, lanes: Any, k: Any, options: ModelOptions) -> Qua
 
 
 @equation
+def position_in_cylinder(state: State, options: ModelOptions) -> float:
+    """Position of the piston relative to the cylinder [m]."""
+    return state.position if options.foundation is None else state.position - state.support
+
+
+@equation
 def friction_of(state: State, p: LaneParameters, options: ModelOptions) -> tuple[float, float]:
     """Friction force [N] and bristle rate [m/s] by the chosen law."""
     if options.uneven_friction is None:
         return chosen_friction(state.velocity, state.bristle, p, options.friction_law)  # type: ignore[no-any-return]
-    difference = state.pressure_1 - state.pressure_2
-    factor = dry_friction_factor(
-        difference, state.position, p.pressure_slope, p.position_share, p.position_period
-    )
+    difference, position = state.pressure_1 - state.pressure_2, position_in_cylinder(state, options)
+    factor = dry_friction_factor(difference, position, p.pressure_slope, p.position_share, p.position_period)
     now = scaled_friction(p, factor)
     return chosen_friction(state.velocity, state.bristle, now, options.friction_law)  # type: ignore[no-any-return]
 
@@ -214,11 +232,13 @@ def valve_flows(state: State, spool_position: float, p: LaneParameters, options:
     With critical lap, only two of the four edges are open at a time, so two orifices suffice.
     """
     ret = p.ret if options.return_line is None else state.return_pressure
+    port_1 = state.pressure_1 if options.hoses is None else state.line_pressure_1
+    port_2 = state.pressure_2 if options.hoses is None else state.line_pressure_2
     if options.shifted_null is not None:
         spool_position = spool_position - p.null_offset
     if options.lapped_valve is not None:
-        to_1, from_1 = state.supply - state.pressure_1, state.pressure_1 - ret
-        to_2, from_2 = state.supply - state.pressure_2, state.pressure_2 - ret
+        to_1, from_1 = state.supply - port_1, port_1 - ret
+        to_2, from_2 = state.supply - port_2, port_2 - ret
         x, y = spool_position, -spool_position
         feed_1 = _edge(x, to_1, p.supply_1_lap, p.supply_1_leakage, p.supply_1_gain, p, options)
         drain_1 = _edge(y, from_1, p.return_1_lap, p.return_1_leakage, p.return_1_gain, p, options)
@@ -226,8 +246,8 @@ def valve_flows(state: State, spool_position: float, p: LaneParameters, options:
         drain_2 = _edge(x, from_2, p.return_2_lap, p.return_2_leakage, p.return_2_gain, p, options)
         throttling = to_1 * feed_1 + from_1 * drain_1 + to_2 * feed_2 + from_2 * drain_2
         return ValveFlows(feed_1 - drain_1, drain_2 - feed_2, feed_1 + feed_2, drain_1 + drain_2, throttling)
-    drop_1 = chamber_1_orifice_drop(spool_position, state.pressure_1, state.supply, ret)
-    drop_2 = chamber_2_orifice_drop(spool_position, state.pressure_2, state.supply, ret)
+    drop_1 = chamber_1_orifice_drop(spool_position, port_1, state.supply, ret)
+    drop_2 = chamber_2_orifice_drop(spool_position, port_2, state.supply, ret)
     flow_1 = control_flow(spool_position, drop_1, p.flow_gain, p.area_gradient)
     flow_2 = control_flow(spool_position, drop_2, p.flow_gain, p.area_gradient)
     throttling = abs(drop_1 * flow_1) + abs(drop_2 * flow_2)
@@ -258,9 +278,16 @@ def _edge(
 @equation
 def port_flows(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> PortFlows:
     """All flows into and out of the chambers."""
+    valve = valve_flows(state, spool_position, p, options)
+    into_1, from_2 = valve.control_1, valve.control_2
+    if options.hoses is not None:
+        into_1, from_2 = state.line_flow_1, state.line_flow_2
+    position = position_in_cylinder(state, options)
     return PortFlows(
-        valve_flows(state, spool_position, p, options),
-        leakage_of(state.pressure_1 - state.pressure_2, state.position, state.velocity, p, options),
+        valve,
+        into_1,
+        from_2,
+        leakage_of(state.pressure_1 - state.pressure_2, position, state.velocity, p, options),
         external_leakage_flow(state.pressure_1, p.external_leakage_1),
         external_leakage_flow(state.pressure_2, p.external_leakage_2),
     )
@@ -285,7 +312,8 @@ def pressure_rates(
         net_1 *= bulk_modulus_at(state.pressure_1, p, options)
         net_2 *= bulk_modulus_at(state.pressure_2, p, options)
         modulus = 1.0
-    rate_1, rate_2 = chamber_pressure_rates(state.position, net_1, net_2, modulus, p.volume, p.area)
+    position = position_in_cylinder(state, options)
+    rate_1, rate_2 = chamber_pressure_rates(position, net_1, net_2, modulus, p.volume, p.area)
     if options.clamped_cavitation is not None:
         rate_1 = supported_pressure_rate(state.pressure_1, rate_1, p.vapour_pressure)
         rate_2 = supported_pressure_rate(state.pressure_2, rate_2, p.vapour_pressure)
@@ -298,14 +326,18 @@ def hydraulic_rates(
 ) -> State:
     """Time derivatives of the state, at a spool position [m] and a load force [N]."""
     resistance, bristle = friction_of(state, p, options)
+    reaction = resistance
     if options.load_force is not None:
         resistance += load
     if options.end_stops is not None:
-        resistance += end_stop_force(state.position, p.stop_position, p.stop_stiffness)
+        stopping = end_stop_force(position_in_cylinder(state, options), p.stop_position, p.stop_stiffness)
+        resistance += stopping
+        reaction += stopping
+    support = support_velocity(state, reaction, p, options)
     flows = port_flows(state, spool_position, p, options)
-    swept = p.area * state.velocity
-    net_1 = flows.valve.control_1 - flows.internal - flows.external_1 - swept
-    net_2 = flows.internal - flows.valve.control_2 - flows.external_2 + swept
+    swept = p.area * (state.velocity - support)
+    net_1 = flows.into_1 - flows.internal - flows.external_1 - swept
+    net_2 = flows.internal - flows.from_2 - flows.external_2 + swept
     rate_1, rate_2 = pressure_rates(state, net_1, net_2, p, options)
     acceleration = piston_acceleration(
         state.position, state.pressure_1, state.pressure_2, resistance, p.mass, p.area, p.stiffness
@@ -321,4 +353,24 @@ def hydraulic_rates(
         return_pressure = return_pressure_rate(
             state.return_pressure, flows.valve.returned, p.ret, p.return_resistance, p.return_time
         )
-    return State(state.velocity, acceleration, rate_1, rate_2, supply, bristle, return_pressure)
+    line_1, line_2, flow_1, flow_2 = 0.0, 0.0, 0.0, 0.0
+    if options.hoses is not None:
+        line_1 = line_pressure_rate(flows.valve.control_1 - flows.into_1, p.hose_modulus, p.hose_volume)
+        line_2 = line_pressure_rate(flows.from_2 - flows.valve.control_2, p.hose_modulus, p.hose_volume)
+        drop_1, drop_2 = state.line_pressure_1 - state.pressure_1, state.pressure_2 - state.line_pressure_2
+        flow_1 = line_flow_rate(drop_1, state.line_flow_1, p.hose_resistance, p.hose_inertance)
+        flow_2 = line_flow_rate(drop_2, state.line_flow_2, p.hose_resistance, p.hose_inertance)
+    return State(
+        state.velocity, acceleration, rate_1, rate_2, supply, bristle, return_pressure, support,
+        line_1, flow_1, line_2, flow_2,
+    )  # fmt: skip
+
+
+@equation
+def support_velocity(state: State, resistance: float, p: LaneParameters, options: ModelOptions) -> float:
+    """Velocity of the cylinder [m/s] under the reaction to pressures, and to friction and end stops [N]."""
+    if options.foundation is None:
+        return 0.0
+    force = resistance - p.area * (state.pressure_1 - state.pressure_2)
+    velocity: float = foundation_velocity(state.support, force, p.support_stiffness, p.support_damping)
+    return velocity

@@ -17,7 +17,7 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.equation import equation, settled
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
-from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, OPTIONAL, SAMPLED, STATES, ModelOptions
+from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, LINES, OPTIONAL, SAMPLED, STATES, ModelOptions
 from hydrofdi.simulation.kernels.spool import move_spool
 
 
@@ -110,11 +110,18 @@ def keep_state(half: Any, k: int, state: State, options: ModelOptions) -> None:
         half.bristle[k] = settled(state.bristle)
     if options.return_line is not None:
         half.return_pressure[k] = settled(state.return_pressure)
+    if options.foundation is not None:
+        half.support[k] = settled(state.support)
+    if options.hoses is not None:
+        half.line_pressure_1[k] = settled(state.line_pressure_1)
+        half.line_pressure_2[k] = settled(state.line_pressure_2)
+        half.line_flow_1[k], half.line_flow_2[k] = settled(state.line_flow_1), settled(state.line_flow_2)
 
 
-_SUPPLY, _BRISTLE, _RETURN, _VOLTAGE, _SPOOL = map(
-    SAMPLED.index, ("supply", "bristle", "return_pressure", "voltage", "spool_position")
+_SUPPLY, _BRISTLE, _RETURN, _SUPPORT, _VOLTAGE, _SPOOL = map(
+    SAMPLED.index, ("supply", "bristle", "return_pressure", "support", "voltage", "spool_position")
 )
+_LINE_1, _FLOW_1, _LINE_2, _FLOW_2 = map(SAMPLED.index, LINES)
 
 
 @equation
@@ -131,6 +138,13 @@ def take_sample(half: Any, sample: NDArray[np.float64], first: int, options: Mod
         take(half.bristle, sample[_BRISTLE], first)
     if options.return_line is not None:
         take(half.return_pressure, sample[_RETURN], first)
+    if options.foundation is not None:
+        take(half.support, sample[_SUPPORT], first)
+    if options.hoses is not None:
+        take(half.line_pressure_1, sample[_LINE_1], first)
+        take(half.line_flow_1, sample[_FLOW_1], first)
+        take(half.line_pressure_2, sample[_LINE_2], first)
+        take(half.line_flow_2, sample[_FLOW_2], first)
     if options.closed_loop is not None:
         take(half.voltage, sample[_VOLTAGE], first)
         take(half.spool_1, sample[_SPOOL], first)

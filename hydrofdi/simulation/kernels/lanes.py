@@ -41,6 +41,12 @@ PARAMETERS = {
     "stiffness": "actuator.load_stiffness",
     "stop_position": "actuator.end_stop_position",
     "stop_stiffness": "actuator.end_stop_stiffness",
+    "hose_volume": "actuator.hose_volume",
+    "hose_modulus": "actuator.hose_modulus",
+    "hose_resistance": "actuator.hose_resistance",
+    "hose_inertance": "actuator.hose_inertance",
+    "support_stiffness": "actuator.support_stiffness",
+    "support_damping": "actuator.foundation_damping",
     "rated_supply": "supply.pressure",
     "ret": "supply.return_pressure",
     "droop_resistance": "supply.droop_resistance",
@@ -98,8 +104,11 @@ PARAMETERS = {
 LEAKAGE = "internal_leakage"
 """Lane field of K_i, which is calibrated and therefore not one of the parameters."""
 
-HIDDEN = {"return_pressure": "return_line"}
-"""Integrated states that no sensor shows and results do not store, and the options that they need: P_r."""
+LINES = ("line_pressure_1", "line_flow_1", "line_pressure_2", "line_flow_2")
+"""States of the hoses."""
+
+HIDDEN = {"return_pressure": "return_line", "support": "foundation", **dict.fromkeys(LINES, "hoses")}
+"""Integrated states that results do not store, and the options that they need: P_r, x_b and the hoses."""
 
 OPTIONAL = {"supply": "moving_supply", "bristle": "bristles", **HIDDEN}
 """States that are constant without an option: P_s, z and the hidden ones."""
@@ -158,7 +167,9 @@ def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequen
     for half in ("left", "right"):
         state = lanes[half]
         state["supply"], state["return_pressure"] = state["rated_supply"], state["ret"]
-        state["pressure_1"] = state["pressure_2"] = 0.5 * (state["supply"] + state["ret"])
+        rest = 0.5 * (state["supply"] + state["ret"])
+        for name in ("pressure_1", "pressure_2", "line_pressure_1", "line_pressure_2"):
+            state[name] = rest
     return lanes
 
 
@@ -192,6 +203,8 @@ class ModelOptions(NamedTuple):
     worn_edges: Chosen = None
     shifted_null: Chosen = None
     end_stops: Chosen = None
+    foundation: Chosen = None
+    hoses: Chosen = None
     load_force: Chosen = None
     moving_supply: Chosen = None
     supply_ripple: Chosen = None
@@ -228,6 +241,8 @@ class ModelOptions(NamedTuple):
             worn_edges=valve.is_worn or None,
             shifted_null=valve.is_shifted or None,
             end_stops=run.actuator.end_stops == "elastic" or None,
+            foundation=run.actuator.foundation_stiffness is not None or None,
+            hoses=run.actuator.hose_volume > 0.0 or None,
             load_force=run.load.is_present or None,
             moving_supply=supply.droop == "first_order" or supply.ripple > 0.0 or None,
             supply_ripple=supply.ripple > 0.0 or None,

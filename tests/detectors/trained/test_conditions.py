@@ -133,6 +133,13 @@ def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
         "oil_temperature", "weak_rls.bulk_modulus", "weak_rls.supply_pressure",
     }  # fmt: skip
     assert "fault" in detector.judge(channels, sampling_frequency=frequency).columns
+    assert detector.file.limits.allowance == 0.0
+    unknown = {name: samples for name, samples in channels.items() if name != "oil_temperature"}
+    allowing = hydrofdi.train(unknown, config=config, sampling_frequency=frequency)
+    exact = hydrofdi.train(unknown, config=config | {"compensate": False}, sampling_frequency=frequency)
+    assert allowing.file.limits.allowance == pytest.approx(0.6 * allowing.file.healthy.centre)
+    assert allowing.limits[1] == pytest.approx(exact.limits[1] + allowing.file.limits.allowance)
+    assert exact.file.limits.allowance == 0.0
     channels["oil_temperature"] = np.full(columns.shape[1], 350.0)
     told = detector.judge(channels, sampling_frequency=frequency)
     assert set(told["fault"]) == {"novel"}

@@ -113,8 +113,8 @@ class DetectorConfig(Promise):
 
     compensate: bool = True
     """Whether to take the effect of the oil temperature out of ``output`` if the records have it: the score
-    is then ``compensated`` by its mean in each window. With ``by: estimate`` it is not. If measured records do
-    not have it, the upper limit of a flow is raised by what oil that is 15 K warmer adds to a healthy one."""
+    is then ``compensated`` by its mean in each window. With ``by: estimate`` it is not. If measured records
+    lack it, the upper limit of a flow is raised by what oil that is 15 K warmer adds to a healthy one."""
 
     accept: bool = False
     """Whether to train although estimates are physically impossible in most healthy windows."""

@@ -366,7 +366,7 @@ _WARMER = 0.6
 
 
 def _with_allowance(limits: Limits, healthy: Scale, unit: str) -> Limits:
-    """The limits of a flow, which contains that of the valve's clearances, with an allowance for warmer oil."""
+    """The limits of a flow, which contains that of the valve clearances, with an allowance for warmer oil."""
     if unit != "m^3/s" or limits.high is None or limits.low is not None or healthy.centre <= 0.0:
         return limits
     allowance = _WARMER * healthy.centre

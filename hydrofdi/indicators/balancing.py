@@ -118,6 +118,9 @@ def _whole(signal: Array, records: RecordBatch) -> Array:
     return np.ascontiguousarray(np.broadcast_to(signal, (records.n_record, records.n_time)))
 
 
+_FITS = 1.1
+"""Largest misfit of a model that explains a record."""
+
 _REWEIGHTING = 4
 """Number of reweighting iterations if the estimate is robust."""
 
@@ -137,8 +140,8 @@ class WindowOptions(UncertainActuator):
     on lap and offset."""
 
     settling: Annotated[float, SI("s", least=0)] = 0.0
-    """Time excluded after a jump of the spool [s]; a jump is a change by a fifth of the spool's range between
-    two samples. The jump itself is always excluded, because samples do not resolve the flow during it."""
+    """Time excluded after a jump of the spool [s]: a sudden change by a twentieth of its range between two
+    samples. The jump itself is always excluded, because samples do not resolve the flow during it."""
 
     error: Annotated[float, SI("m^3", above=0)] = 4e-9
     """Standard deviation of the residual of a window's balance [m³]; it weights the record against the prior
@@ -236,7 +239,7 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
         Output.quality("clearance_error", "m^3/(s*Pa)", "standard deviation of the clearance"),
         Output(
             "misfit", "1", "RMS of the residuals of the balances, over the option 'error'",
-            is_score=False, possible=(0.0, 1.1), is_fit=True,
+            is_score=False, possible=(0.0, _FITS), is_fit=True,
         ),
         Output(
             "departure", "1", "largest deviation of an unknown from the data sheet, over its prior deviation",
@@ -252,7 +255,7 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
 def named_estimates(
     options: WindowOptions, found: Array, reference: Array, deviations: Array
 ) -> dict[str, Array]:
-    """`balance_outputs` from estimates (n_record, n_instant, N_ESTIMATE); NaN if no actuator is like that.
+    """`balance_outputs` from estimates (n_record, n_instant, N_ESTIMATE).
 
     `reference`: supply pressure that the estimates are relative to [Pa]; `deviations`: of the priors.
     """
@@ -285,8 +288,7 @@ def named_estimates(
     }
     for name in ("offset", "lap", "clearance"):
         values |= {name: of[name], f"{name}_error": error[name]}
-    is_actuator = (of["flow_gain"] > -1.0) & (of["supply"] > -1.0)
-    return {name: np.where(is_actuator, array, np.nan) for name, array in values.items()}
+    return values
 
 
 _FREE = ("internal_coefficient", "supply")
@@ -328,7 +330,8 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
             weights = _robust_weights(left * counts[:, :, None])
         found = self._found(records, columns, targets, counts, weights, deviations)
         values = named_estimates(options, found[:, None], supply, deviations)
-        is_prior = values["leakage_error"] > 0.9 * options.leakage_deviation
+        # A model that does not explain the record does not determine the leakage either: the misfit says so.
+        is_prior = (values["leakage_error"] > 0.9 * options.leakage_deviation) & (values["misfit"] < _FITS)
         return {name: np.where(is_prior, np.nan, array)[:, 0] for name, array in values.items()}
 
     def _found(
@@ -350,7 +353,13 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
 
 def _counting_windows(spool: Array, frequency: float, options: BalanceOptions) -> Array:
     """1 for windows with the valve open to one side and without a jump, else 0; (n_record, n_window)."""
-    jumps = np.abs(np.diff(spool, axis=1, prepend=spool[:, :1])) > 0.2 * np.ptp(spool, axis=1)[:, None]
+    # The trapezoidal rule fails at a jump and at a kink, such as that of a spool that lags a jump.
+    change = np.diff(spool, axis=1, prepend=spool[:, :1])
+    bend = np.diff(change, axis=1, prepend=change[:, :1])
+    sudden = np.minimum(np.abs(change), np.abs(bend))
+    # Noise bends the spool everywhere.
+    least = np.maximum(0.05 * np.ptp(spool, axis=1), 8.0 * np.median(sudden, axis=1))
+    jumps = sudden > least[:, None]
     n_settling = round(options.settling * frequency)
     if n_settling:
         so_far = np.cumsum(jumps, axis=1)

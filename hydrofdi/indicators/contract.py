@@ -175,6 +175,14 @@ NAMES_AND_UNITS = {
     "clearance": ("clearance", "m^3/(s*Pa)"),
     "bias_1": ("bias of P1", "Pa"),
     "bias_2": ("bias of P2", "Pa"),
+    "return_pressure": ("return pressure", "Pa"),
+    "free_air": ("free air", "1"),
+    "supply_resistance": ("supply resistance", "Pa*s/m^3"),
+    "gain_by_direction": ("gain by direction", "1"),
+    "gain_by_feeding": ("gain by feeding", "1"),
+    "gain_by_chamber": ("gain by chamber", "1"),
+    "lap_by_feeding": ("lap by feeding", "m"),
+    "lap_by_chamber": ("lap by chamber", "m"),
 }
 """Unknown → its name in messages and tables, and its SI unit, ``"1"`` for relative quantities."""
 

@@ -144,6 +144,9 @@ FLUID = (0.1e9, 3e9)
 
 _ANY = (-math.inf, math.inf)
 
+_UNEXPLAINED = 10.0
+"""Factor of the largest misfit beyond which numbers say nothing, as if channels were swapped; a choice."""
+
 _DEVIATIONS = 4.0
 """Standard deviations by which an estimate must lie below its lowest possible value."""
 
@@ -187,7 +190,7 @@ def _doubt(output: Output, value: float, high: float, prefix: str) -> Issue:
     name, shown = prefix + output.name, shown_quantity(value, output.unit)
     if output.is_fit:
         text = f"{name} = {shown} exceeds {high:.3g}: the model does not explain this machine"
-        return Issue(text, name, kind="misfit")
+        return Issue(text, name, kind="unexplained" if value > _UNEXPLAINED * high else "misfit")
     if output.is_positive and not value > 0.0:
         return Issue(f"{name} is not positive: {CAUSES}", name, kind="not_positive")
     return Issue(f"{name} = {shown} is physically impossible: {CAUSES}", name, kind="impossible")

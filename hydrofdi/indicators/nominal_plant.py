@@ -15,7 +15,7 @@ from hydrofdi.settings.quantities import SI
 
 Share = Annotated[float, SI("1", least=0, most=1e3)]
 
-_SUPPLY = {"measured": 2e-3, "sum": 0.02, "nominal": 0.05}
+_SUPPLY = {"measured": 2e-3, "sum": 0.02, "nominal": 0.04}
 
 
 class UncertainActuator(NominalActuator):
@@ -33,7 +33,7 @@ class UncertainActuator(NominalActuator):
     """Relative standard deviation of the flow through the open valve [-]."""
 
     supply_deviation: Share | None = None
-    """Relative standard deviation of the supply pressure [-]; by default 0.002 if measured, 0.05 if nominal,
+    """Relative standard deviation of the supply pressure [-]; by default 0.002 if measured, 0.04 if nominal,
     and 0.02 if from the pressures."""
 
     offset_deviation: Annotated[float, SI("m", least=0, most=1.0)] = 0.5e-6

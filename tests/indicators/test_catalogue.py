@@ -31,6 +31,7 @@ def all_channels(n_record=4):
         Channel.PISTON_VELOCITY: np.gradient(position, axis=1) * SAMPLING_FREQUENCY,
         Channel.SPOOL_POSITION: 2.2e-5 * command,
         Channel.INPUT_VOLTAGE: command,
+        Channel.OIL_TEMPERATURE: np.full_like(pressure, 310.0),
     }
     assert channels.keys() == set(Channel)
     ids = tuple(str(row) for row in range(n_record))

@@ -35,7 +35,7 @@ def rigs(request, tmp_path_factory):
 
 @pytest.mark.parametrize("name", ["both", "balance"])
 def test_healthy_machines_are_within_three_deviations_and_means_of_any_law_within_two(rigs, name):
-    truth, level = rigs["mean_internal_leakage_flow"].to_numpy(), rigs["internal_leakage_level"].to_numpy()
+    truth = rigs["mean_internal_leakage_flow"].to_numpy()
     of = {key: rigs[f"{name}.{key}"].to_numpy() for key in ("internal_coefficient", "mean_leakage")}
     error = {key: rigs[f"{name}.{key}_error"].to_numpy() for key in of}
     healthy, laws = truth == 0.0, rigs["leakage_law"].to_numpy()
@@ -44,5 +44,5 @@ def test_healthy_machines_are_within_three_deviations_and_means_of_any_law_withi
     held = (np.abs(of["mean_leakage"] - truth) < 2.0 * error["mean_leakage"])[~healthy]
     assert held.mean() >= 0.9
     assert {*laws[~healthy].astype(str)} == {"orifice", "laminar"}
-    large = np.isclose(level, LEVELS[-1] * FLOW)
+    large = truth > 0.5 * LEVELS[-1] * FLOW  # a scored part of the bore leaks less if the piston is elsewhere
     assert of["mean_leakage"][large].min() > np.quantile(of["mean_leakage"][healthy], 0.99)

@@ -241,8 +241,8 @@ def verdict_of(
     obstacle : str, optional
         Why there is no score.
     doubts : sequence of Issue
-        About the numbers of the window. If a quantity can only be positive, and is not, a window without an
-        alarm is novel.
+        About the numbers of the window. If a quantity can only be positive, and is not, or if the model
+        explains nothing, a window without an alarm is novel.
     conditions : mapping of str to float
         Conditions of the window; it is novel if they are outside of those that healthy windows cover. A leak
         may move an estimate: then an alarm stays and is doubtful.
@@ -260,8 +260,11 @@ def verdict_of(
     distance = min(limits, default=math.inf)
     margin = distance / file.healthy.spread
     if distance >= 0.0:
-        no_sign = (each for each in doubts if each.kind == "not_positive" and each.where in file.positive)
-        novel = next((Issue(each.message, kind="novel") for each in no_sign), None)
+        signs = {("not_positive", name) for name in file.positive} | {
+            ("unexplained", name) for name in file.fits
+        }
+        other_machine = (each for each in doubts if (each.kind, each.where) in signs)
+        novel = next((Issue(each.message, kind="novel") for each in other_machine), None)
         fault = fault or novel or other or _wrong_side(file, score)
     elif other is not None:
         doubts = [*doubts, other]

@@ -43,8 +43,8 @@ class HealthyScores:
         As from `channel_facts`.
     not_judged, reasons : Counter of str
         Kind of fault and message → number of windows or estimates that have no score.
-    n_impossible, n_not_positive : Counter of str
-        Output → number of windows in which it is impossible, or in particular not positive.
+    n_impossible, n_refused, n_not_positive : Counter of str
+        Output → number of windows in which it is impossible, more than a misfit, or not positive.
     fits : dict of str to float
         Output that states how well the model explains a window → largest value.
     conditions : dict of str to (float, float)
@@ -66,6 +66,7 @@ class HealthyScores:
         self.not_judged: Counter[str] = Counter()
         self.reasons: Counter[str] = Counter()
         self.n_impossible: Counter[str] = Counter()
+        self.n_refused: Counter[str] = Counter()
         self.n_not_positive: Counter[str] = Counter()
         self.fits: dict[str, float] = {}
         self.conditions: dict[str, tuple[float, float]] = {}
@@ -183,6 +184,7 @@ class HealthyScores:
         """Count the doubts about a window."""
         for doubt in doubts:
             self.n_impossible[doubt.where] += 1
+            self.n_refused[doubt.where] += doubt.kind != "misfit"
             self.n_not_positive[doubt.where] += doubt.kind == "not_positive"
         for name, value in fits.items():
             self.fits[name] = float(np.fmax(self.fits.get(name, value), value))

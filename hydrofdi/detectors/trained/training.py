@@ -396,11 +396,11 @@ def _require_scores(
     """Check that there are scores, and that estimates are possible in at least half of the windows."""
     if not found.scores.size:
         raise _no_score(found, feature.label)
-    for name, count in () if config.accept else found.n_impossible.items():
-        if 2 * count > found.scores.size and not feature.outputs[name].is_fit:
+    for name, count in () if config.accept else found.n_refused.items():
+        if 2 * count > found.scores.size:
             raise DataError(
-                f"{healthy.name}: {name} is physically impossible in {count:,} of {found.scores.size:,}"
-                f" healthy windows: {CAUSES} --accept trains all the same"
+                f"{healthy.name}: {name} is not that of the described actuator in {count:,} of"
+                f" {found.scores.size:,} healthy windows: {CAUSES} --accept trains all the same"
             )
 
 

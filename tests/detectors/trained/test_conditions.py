@@ -123,7 +123,8 @@ def test_columns_in_degrees_celsius_are_read_by_files_and_streams(tmp_path):
 
 def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
     run_hydrofdi("simulate", "--out", "sound.h5", "--set", "record.duration=24 s",
-                 "--set", "pressure_1_sensor.noise=20 kPa", cwd=tmp_path)  # fmt: skip
+                 "--set", "pressure_1_sensor.noise=20 kPa", "--set", "leakage.internal_flow=50 mL/min",
+                 cwd=tmp_path)  # fmt: skip
     table = run_hydrofdi("replay", "sound.h5", "--rate", "max", cwd=tmp_path).stdout.splitlines()
     columns = np.array([line.split(",") for line in table[1:]], dtype=float).T
     named = dict(zip((title.split(" [")[0] for title in table[0].split(",")), columns, strict=True))

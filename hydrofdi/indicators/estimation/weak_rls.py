@@ -197,10 +197,12 @@ def solve(noise: float, modulus: float, deviations: Any, s: Scratch) -> None:
         for j in range(N_UNKNOWN):
             total += s.inverse[i, j] * s.right[j]
         s.values[i] = total
-    # The estimate under the condition of no clearance, from the unconditional one.
-    excess = min(s.values[_CLEARANCE], 0.0) / s.inverse[_CLEARANCE, _CLEARANCE]
-    for i in range(N_UNKNOWN):
-        s.values[i] -= excess * s.inverse[i, _CLEARANCE]
+    stiffest = -1.0 / (modulus * deviations[COMPRESSIBILITY]) if deviations[COMPRESSIBILITY] > 0.0 else 0.0
+    for place, least in ((COMPRESSIBILITY, stiffest), (_CLEARANCE, 0.0)):
+        # The estimate under the condition of its least value, from the unconditional one.
+        excess = min(s.values[place] - least, 0.0) / s.inverse[place, place]
+        for i in range(N_UNKNOWN):
+            s.values[i] -= excess * s.inverse[i, place]
 
 
 @equation

@@ -18,6 +18,7 @@ from hydrofdi.indicators.estimation.chamber_balance import (
     N_UNKNOWN,
     UNKNOWNS,
     Balance,
+    gas_slope,
     new_sums,
     weak_weights,
     window_equations,
@@ -111,6 +112,7 @@ def known_balance(
         *actuator.areas, *actuator.volumes, actuator.flow_gain * actuator.area_gradient,
         actuator.return_pressure, 1.0 / actuator.bulk_modulus, own_feed, other_feed,
         half / records.sampling_frequency, 1.0 - math.exp(-1.0 / (0.1 * records.sampling_frequency)),
+        gas_slope(0.5 * (actuator.supply_pressure + actuator.return_pressure)),
     )  # fmt: skip
 
 
@@ -218,7 +220,7 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
             direction=rising,
         ),
         Output.quality("cross_port_leakage_error", "m^3/s", "standard deviation of the flow across both"),
-        Output("bulk_modulus", "Pa", "effective bulk modulus β", possible=FLUID),
+        Output("bulk_modulus", "Pa", "effective bulk modulus β at half the supply pressure", possible=FLUID),
         Output.quality("bulk_modulus_error", "Pa", "standard deviation of β"),
         Output(
             "flow_gain", "1", "flow gain of the valve relative to its nominal value",

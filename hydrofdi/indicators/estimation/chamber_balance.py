@@ -198,7 +198,7 @@ class Balance(NamedTuple):
     half the window length [s]. `own_feed` and `other_feed` are the sensitivities of the drop over the feeding
     edge to errors of the chamber's own pressure and of the other one: −1 and 0 if the supply pressure is
     known independently, 0 and 1 if it is the sum of both. `supply_share`: gain per sample of the low-pass of
-    the flow from the supply.
+    the flow from the supply. `gas_slope`: derivative of `released_gas` at the pressure to which β refers.
     """
 
     area_1: float
@@ -212,6 +212,7 @@ class Balance(NamedTuple):
     other_feed: float
     half_time: float
     supply_share: float
+    gas_slope: float
 
 
 class ValveSignals(NamedTuple):
@@ -242,6 +243,11 @@ def released_gas(pressure: float) -> float:
     root = np.sqrt(_ATMOSPHERE / (max(pressure, 0.0) + _ATMOSPHERE))
     gas: float = -root * np.sqrt(root)
     return gas
+
+
+def gas_slope(pressure: float) -> float:
+    """Derivative of `released_gas` [1/Pa]."""
+    return 0.75 * (_ATMOSPHERE / (pressure + _ATMOSPHERE)) ** 0.75 / (pressure + _ATMOSPHERE)
 
 
 @equation
@@ -300,7 +306,8 @@ def write_equation(
     columns[8 - chamber] = b.other_feed * by_fed
     # P_s follows from the sum of the pressures minus P_r if it is not known independently.
     columns[9] = by_drained + 0.5 * (1.0 + b.own_feed + b.other_feed) * by_fed
-    columns[10] = at_place * sums[12] + area * speed * sums[13]
+    # β includes the air at its reference pressure: the air adds only what differs at other pressures.
+    columns[10] = at_place * sums[12] + area * speed * sums[13] - b.gas_slope * compressed
     columns[11] = sums[9]
     columns[12] = -sums[8]
     columns[13] = -sign * sums[8]

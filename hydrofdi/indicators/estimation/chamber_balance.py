@@ -247,7 +247,8 @@ def released_gas(pressure: float) -> float:
 
 def gas_slope(pressure: float) -> float:
     """Derivative of `released_gas` [1/Pa]."""
-    return 0.75 * (_ATMOSPHERE / (pressure + _ATMOSPHERE)) ** 0.75 / (pressure + _ATMOSPHERE)
+    slope: float = 0.75 * (_ATMOSPHERE / (pressure + _ATMOSPHERE)) ** 0.75 / (pressure + _ATMOSPHERE)
+    return slope
 
 
 @equation

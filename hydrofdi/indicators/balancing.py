@@ -137,7 +137,7 @@ class WindowOptions(UncertainActuator):
     half_window: Annotated[int, Field(strict=True, ge=2, le=100_000)] = 16
     """Half the length of a window [samples]; windows overlap by half."""
 
-    least_opening: Annotated[float, SI("m", least=0)] = 2e-6
+    least_opening: Annotated[float, SI("m", least=0)] = 3e-6
     """Windows in which the spool is closer to its centre than this are excluded [m]: there the flow depends
     on lap and offset."""
 
@@ -204,6 +204,11 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
     at, rising = f"at {reference_pressure / 1e6:g} MPa", Direction.RISING
     return (
         Output(
+            "mean_leakage", "m^3/s", "mean flow across piston and closed valve, for any leakage law",
+            direction=rising, error="mean_leakage_error",
+        ),
+        Output.quality("mean_leakage_error", "m^3/s", "standard deviation of that of the piston"),
+        Output(
             "internal_coefficient", "m^3.5/kg^0.5", "coefficient K_i of the internal leakage",
             direction=rising, is_score=False,
         ),
@@ -213,8 +218,6 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
             error="leakage_error",
         ),
         Output.quality("leakage_error", "m^3/s", "standard deviation of the flow of K_i"),
-        Output("mean_leakage", "m^3/s", "mean flow across piston and closed valve", direction=rising),
-        Output.quality("mean_leakage_error", "m^3/s", "standard deviation of the mean flow, for any law"),
         Output(
             "cross_port_leakage", "m^3/s", f"flow across piston and closed valve, for any leakage law, {at}",
             direction=rising,
@@ -274,9 +277,8 @@ def named_estimates(
         "leakage_error": root * error["internal_coefficient"],
         "mean_leakage": found[:, :, weak_rls.MEAN],
         "mean_leakage_error": found[:, :, weak_rls.MEAN_ERROR],
-        "cross_port_leakage": root * of["internal_coefficient"]
-        + options.reference_pressure * of["clearance"],
-        "cross_port_leakage_error": found[:, :, weak_rls.COMBINED],
+        "cross_port_leakage": found[:, :, weak_rls.COMBINED],
+        "cross_port_leakage_error": found[:, :, weak_rls.COMBINED_ERROR],
         "bulk_modulus": modulus,
         "bulk_modulus_error": options.bulk_modulus_error(modulus, error["compressibility"] * modulus**2),
         "flow_gain": 1.0 + of["flow_gain"],
@@ -331,6 +333,12 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
             left = targets - np.sum(columns * found[:, None, None, :N_UNKNOWN], axis=3)
             weights = _robust_weights(left * counts[:, :, None])
         found = self._found(records, columns, targets, counts, weights, deviations)
+        if self.by_spring:
+            # The valve flow of an open window stands for that of the piston.
+            flow = np.abs(columns[:, :, 0, UNKNOWNS.index("flow_gain")]) * counts
+            of_forces = _FORCES * np.sum(flow, axis=1) / np.maximum(np.sum(counts, axis=1), 1.0)
+            of_forces *= records.sampling_frequency / options.half_window
+            _add_error(found, of_forces, math.sqrt(options.reference_pressure))
         values = named_estimates(options, found[:, None], supply, deviations)
         # A model that does not explain the record does not determine the leakage either: the misfit says so.
         is_prior = (values["leakage_error"] > 0.9 * options.leakage_deviation) & (values["misfit"] < _FITS)
@@ -347,10 +355,21 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         weak_rls.follow_windows(
             columns * roots[..., None], targets * roots, counts, np.array([columns.shape[1]]),
             np.zeros((n_record, 1, N_UNKNOWN)), deviations, options.error, np.ones(1),
-            options.reference_pressure, half_time, np.zeros((n_record, 1)), options.bulk_modulus,
+            options.reference_pressure, half_time, options.bulk_modulus,
             weak_rls.new_state(n_record, 1, targets.shape[2]), weak_rls.new_scratch(), found,
         )  # fmt: skip
         return found[:, 0, 0]
+
+
+_FORCES = 0.03
+"""Relative deviation of the piston's speed if it is that of a spring: friction and other forces vary, too."""
+
+
+def _add_error(found: Array, flow: Array, root: float) -> None:
+    """Add the deviation of a flow (n_record,) to those of the estimates (n_record, N_ESTIMATE), in place."""
+    leak = N_UNKNOWN + UNKNOWNS.index("internal_coefficient")
+    for place, unit in ((leak, root), (weak_rls.COMBINED_ERROR, 1.0), (weak_rls.MEAN_ERROR, 1.0)):
+        found[:, place] = np.hypot(found[:, place], flow / unit)
 
 
 def _counting_windows(spool: Array, frequency: float, options: BalanceOptions) -> Array:

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from estimation.filters import ExtendedFilter, KalmanFilter, UnscentedFilter
-from hydrofdi.indicators.estimation.chamber_balance import COMPRESSIBILITY, N_UNKNOWN, UNKNOWNS
+from hydrofdi.indicators.estimation.chamber_balance import N_UNKNOWN
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE
-from hydrofdi.indicators.estimation.valve_use import follow_noise, new_noise
 from hydrofdi.indicators.estimation.weak_rls import (
     CONDITION,
     DISAGREEMENT,
@@ -45,7 +44,6 @@ def followed(
     deviations=None,
     counts=None,
     state=None,
-    noise=0.0,
     modulus=1e-12,
     error=ERROR,
 ):
@@ -56,7 +54,7 @@ def followed(
     out = np.full((1, 1, len(due), N_ESTIMATE), np.nan)
     follow_windows(
         columns, targets, counts, np.array(due), np.zeros((1, len(due), N_UNKNOWN)), deviations, error,
-        np.array([np.exp(-1.0 / memory)]), 1.0, 0.032, np.full((1, len(due)), noise), modulus,
+        np.array([np.exp(-1.0 / memory)]), 1.0, 0.032, modulus,
         state, new_scratch(), out,
     )  # fmt: skip
     return out[0, 0]
@@ -112,40 +110,6 @@ def test_a_gap_is_a_status_from_then_on():
     assert np.isnan(found[1:]).all()
 
 
-def test_noise_in_the_column_of_the_bulk_modulus_is_taken_out():
-    columns, targets, truth = equations(7, 40_000)
-    size = 0.7 * ERROR
-    noise = size * np.random.default_rng(8).normal(size=columns.shape[:3])
-    shown = columns.copy()
-    shown[..., COMPRESSIBILITY] += noise
-    modulus = 0.1
-    targets = targets - noise / modulus
-    error = 20.0 * ERROR
-    of_window = 2.0 * (size / error) ** 2
-    biased, found = (
-        followed(shown, targets, [40_000], noise=each, modulus=modulus, error=error)[0]
-        for each in (0.0, of_window)
-    )
-    left = found[COMPRESSIBILITY] - truth[COMPRESSIBILITY]
-    assert abs(left) < 0.1
-    assert abs(biased[COMPRESSIBILITY] - truth[COMPRESSIBILITY]) > 1.0
-    overstated = followed(shown, targets, [40_000], noise=10.0 * of_window, modulus=modulus, error=error)[0]
-    assert np.isfinite(overstated).all()
-    assert overstated[N_UNKNOWN + COMPRESSIBILITY] > found[N_UNKNOWN + COMPRESSIBILITY]
-    few = followed(shown[:, :40], targets[:, :40], [40], noise=1e-3, modulus=modulus, error=error)[0]
-    rows, right = shown[0, :40].reshape(80, -1) / error, targets[0, :40].reshape(80) / error
-    place = np.eye(N_UNKNOWN)[COMPRESSIBILITY]
-    normal = np.eye(N_UNKNOWN) + rows.T @ rows - 40 * 1e-3 * np.outer(place, place)
-    expected = np.linalg.solve(normal, rows.T @ right + 40 * 1e-3 / modulus * place)
-    clearance = UNKNOWNS.index("clearance")
-    assert expected[clearance] < 0.0
-    # The clearance is not negative: the others are estimated without it.
-    rest = np.delete(np.arange(N_UNKNOWN), clearance)
-    right = rows.T @ right + 40 * 1e-3 / modulus * place
-    np.testing.assert_allclose(few[rest], np.linalg.solve(normal[np.ix_(rest, rest)], right[rest]), rtol=1e-7)
-    assert abs(few[clearance]) < 1e-12
-
-
 def test_covariances_stay_positive_and_numbers_exact_over_a_million_samples():
     columns, targets, _ = equations(9, 62_500)
     state = new_state(1, 1, 2)
@@ -184,26 +148,6 @@ def test_the_filters_are_the_kalman_filter(spread):
         for each in (extended, unscented):
             np.testing.assert_allclose(each.mean, kalman.mean, rtol=1e-9, atol=1e-9)
             np.testing.assert_allclose(each.covariance, kalman.covariance, rtol=1e-9, atol=1e-9)
-
-
-def noise_of(signal, unclear=None):
-    """Standard deviation after the last sample."""
-    signal = np.atleast_2d(signal)
-    unclear, variance = np.zeros(signal.shape, dtype=bool) if unclear is None else unclear, signal.copy()
-    follow_noise(signal, unclear, new_noise(len(signal)), variance)
-    return np.sqrt(variance[:, -1])
-
-
-def test_noise_is_found_beside_a_larger_motion_and_jumps_that_do_not_count():
-    time = np.arange(10_000) / 500.0
-    motion = 8e6 + 2e6 * np.sin(2 * np.pi * 2.0 * time) + 1e5 * np.sin(2 * np.pi * 40.0 * time)
-    moving = motion + 5e3 * np.random.default_rng(1).normal(size=time.shape)
-    np.testing.assert_allclose(noise_of(moving), 5e3, rtol=0.05)
-    jumping = (moving + np.where(np.arange(10_000) // 500 % 2 == 0, 0.0, 1e6))[None]
-    unclear = np.zeros(jumping.shape, dtype=bool)
-    unclear[:, 500::500] = True
-    np.testing.assert_allclose(noise_of(jumping, unclear), 5e3, rtol=0.05)
-    assert noise_of(jumping) > 1e4
 
 
 def response(given, n_given, n_own, terms, coefficients):

@@ -3,9 +3,9 @@
 The moments of the equations are forgotten exponentially; the prior is added at each estimate. So the matrix
 is symmetric and positive definite by construction, and unknowns without information return to their prior.
 
-An error of the model is not noise: it is alike in neighbouring windows. A misfit beyond the stated error
-therefore counts `_CORRELATED` times, so that a record which the model does not explain moves the unknowns
-less far from their priors, and its estimates get larger deviations.
+Estimates weight the record with an error that agrees with its misfit. An error of the model is not noise:
+it is alike in neighbouring windows, so in the stated deviations a misfit beyond the error counts
+`_CORRELATED` times.
 """
 
 from __future__ import annotations
@@ -35,6 +35,9 @@ _N_FIT = 4
 _LEAKIER = 10.0
 """Clearance that the stated deviations allow, over its prior deviation: valves of one type differ as much."""
 
+_LAW = 0.15
+"""Relative standard deviation of a mean flow whose law is unknown."""
+
 
 class RlsState(NamedTuple):
     """State between windows.
@@ -62,12 +65,14 @@ class Scratch(NamedTuple):
     values: Array
 
 
-COMBINED, CONDITION, MISFIT, MEAN, MEAN_ERROR, DISAGREEMENT = range(2 * N_UNKNOWN, 2 * N_UNKNOWN + 6)
-"""Indices after values and standard deviations: standard deviation of the flow for any law, condition number,
-misfit, mean leakage for any law [m³/s] and its standard deviation, and the difference between the K_i of each
+CONDITION, MISFIT, COMBINED, COMBINED_ERROR, MEAN, MEAN_ERROR, DISAGREEMENT = range(
+    2 * N_UNKNOWN, 2 * N_UNKNOWN + 7
+)
+"""Indices after values and standard deviations: condition number, misfit, flow for any law at the reference
+pressure and its standard deviation [m³/s], the same in the mean, and the difference between the K_i of each
 chamber alone over its standard deviation."""
 
-N_ESTIMATE = 2 * N_UNKNOWN + 6
+N_ESTIMATE = 2 * N_UNKNOWN + 7
 """Number of values of an estimate."""
 
 
@@ -154,44 +159,29 @@ def condition_number(normal: Any, inverse: Any) -> float:
 
 
 @equation
-def add_prior(moments: Any, prior: Any, variance: float, s: Scratch) -> None:
-    """Fill the normal equations from the moments, for a variance of their errors, and the prior."""
+def add_prior(moments: Any, prior: Any, variance: float, wider: float, s: Scratch) -> None:
+    """Fill the normal equations from the moments, for a variance of their errors, and the prior.
+
+    `wider`: factor on the prior deviation of the clearance.
+    """
     for i in range(N_UNKNOWN):
         s.right[i] = prior[i] + moments[N_UNKNOWN, i] / variance
         for j in range(i + 1):
             s.normal[i, j] = (1.0 if i == j else 0.0) + moments[i, j] / variance
+    s.normal[_CLEARANCE, _CLEARANCE] -= 1.0 - 1.0 / (wider * wider)
 
 
 @equation
-def compensate_noise_bias(noise: float, s: Scratch) -> float:
-    """Correct the inverse for noise in the column of 1/β, and return the information that was only noise.
-
-    Without this correction, 1/β is underestimated. The remaining information of the column is at least that
-    of its prior. Bias compensation: Söderström, Errors-in-Variables Methods in System Identification (2018),
-    chapter 7.
-    """
-    own = s.inverse[COMPRESSIBILITY, COMPRESSIBILITY]
-    most = 1.0 / own - 1.0
-    taken = noise if noise < most else most
-    for i in range(N_UNKNOWN):
-        s.values[i] = s.inverse[i, COMPRESSIBILITY]
-    # Sherman-Morrison downdate: the inverse of (normal matrix minus `taken` at one place of its diagonal).
-    share = taken / (1.0 - taken * own)
-    for i in range(N_UNKNOWN):
-        for j in range(N_UNKNOWN):
-            s.inverse[i, j] += share * s.values[i] * s.values[j]
-    return taken
-
-
-@equation
-def solve(noise: float, modulus: float, deviations: Any, s: Scratch) -> None:
-    """Fill the estimates and the inverse; the clearance is not negative."""
+def set_covariance(prior: Any, variance: float, wider: float, s: Scratch) -> None:
+    """Fill normal equations and their inverse, for a variance of the errors of the moments."""
+    add_prior(s.moments, prior, variance, wider, s)
     factorise(s.normal, s.factor)
     invert(s.factor, s.inverse)
-    if deviations[COMPRESSIBILITY] > 0.0:
-        taken = compensate_noise_bias(noise, s)
-        s.normal[COMPRESSIBILITY, COMPRESSIBILITY] -= taken
-        s.right[COMPRESSIBILITY] += taken / (modulus * deviations[COMPRESSIBILITY])
+
+
+@equation
+def solve(modulus: float, deviations: Any, s: Scratch) -> None:
+    """Fill the estimates; the clearance and the compressibility are not negative."""
     for i in range(N_UNKNOWN):
         total = 0.0
         for j in range(N_UNKNOWN):
@@ -207,10 +197,10 @@ def solve(noise: float, modulus: float, deviations: Any, s: Scratch) -> None:
 
 @equation
 def fit(
-    moments: Any, first: int, last: int, count: float, prior: Any, noise: float, modulus: float,
-    deviations: Any, s: Scratch,
+    moments: Any, first: int, last: int, count: float, prior: Any, wider: float,
+    modulus: float, deviations: Any, s: Scratch,
 ) -> float:  # fmt: skip
-    """Fill the estimates from some chambers, with an error that agrees with the misfit, and return this."""
+    """Fill estimates and inverse from some chambers, and return the misfit."""
     for i in range(_WIDTH):
         for j in range(i + 1):
             s.moments[i, j] = moments[first, i, j]
@@ -218,12 +208,15 @@ def fit(
                 s.moments[i, j] += moments[chamber, i, j]
     variance, square = 1.0, 0.0
     for _ in range(_N_FIT):
-        add_prior(s.moments, prior, variance, s)
-        solve(count * noise / variance, modulus, deviations, s)
+        set_covariance(prior, variance, wider, s)
+        solve(modulus, deviations, s)
         square = residual_sum_of_squares(s.moments, s.values) / ((last - first) * max(count, 1.0))
-        if not 1.0 + _CORRELATED * (square - 1.0) > variance:
+        if not square > variance:
             break
+        variance = square
+    if square > 1.0:
         variance = 1.0 + _CORRELATED * (square - 1.0)
+        set_covariance(prior, variance, wider, s)
     misfit: float = np.sqrt(square)
     return misfit
 
@@ -238,26 +231,33 @@ def variance_of(i: int, j: int, inverse: Any) -> float:
 @equation
 def combined_variance(of_leak: float, of_clearance: float, inverse: Any) -> float:
     """Variance of a combination of the estimates of leak and clearance, with factors in prior deviations."""
-    both = 2.0 * of_leak * of_clearance * variance_of(_LEAK, _CLEARANCE, inverse)
-    alone = of_leak * of_leak * variance_of(_LEAK, _LEAK, inverse)
-    return alone + both + of_clearance * of_clearance * variance_of(_CLEARANCE, _CLEARANCE, inverse)
+    both = 2.0 * of_leak * of_clearance * inverse[_LEAK, _CLEARANCE]
+    alone = of_leak * of_leak * inverse[_LEAK, _LEAK]
+    total: float = alone + both + of_clearance * of_clearance * inverse[_CLEARANCE, _CLEARANCE]
+    return total
 
 
 @equation
-def write_estimate(reference: float, pressures: Any, deviations: Any, s: Scratch, out: Any) -> None:
-    """Write the estimates, their standard deviations, and the mean leakage."""
+def write_estimate(deviations: Any, s: Scratch, out: Any) -> None:
+    """Write the estimates and their standard deviations."""
     for i in range(N_UNKNOWN):
         out[i] = deviations[i] * s.values[i]
         out[N_UNKNOWN + i] = deviations[i] * np.sqrt(abs(variance_of(i, i, s.inverse)))
-    leak, clearance = deviations[_LEAK], deviations[_CLEARANCE]
-    at_reference = combined_variance(leak * np.sqrt(reference), clearance * reference, s.inverse)
-    out[COMBINED] = np.sqrt(abs(at_reference))
     out[CONDITION] = condition_number(s.normal, s.inverse)
+
+
+@equation
+def write_flow(reference: float, pressures: Any, deviations: Any, s: Scratch, out: Any) -> None:
+    """Write the flow across piston and closed valve, at the reference pressure and in the mean."""
+    leak, clearance = deviations[_LEAK], deviations[_CLEARANCE]
+    at_root, at_reference = leak * np.sqrt(reference), clearance * reference
+    out[COMBINED] = at_root * s.values[_LEAK] + at_reference * s.values[_CLEARANCE]
+    out[COMBINED_ERROR] = np.sqrt(abs(combined_variance(at_root, at_reference, s.inverse)))
     root, difference = leak * pressures[1] / pressures[0], clearance * pressures[2] / pressures[0]
-    of_clearance = difference * s.values[_CLEARANCE]
-    mean = root * s.values[_LEAK] + of_clearance
-    # The clearance may be that of the valve, and the law of the leak is unknown: each adds half of its flow.
-    doubt = 0.25 * (of_clearance * of_clearance + mean * mean)
+    mean = root * s.values[_LEAK] + difference * s.values[_CLEARANCE]
+    # All of it may be that of a valve as leaky as allowed; the law of the leak is unknown.
+    of_valve = 0.5 * min(abs(mean), 2.0 * _LEAKIER * difference)
+    doubt = of_valve * of_valve + _LAW * _LAW * mean * mean
     out[MEAN] = mean
     out[MEAN_ERROR] = np.sqrt(abs(combined_variance(root, difference, s.inverse)) + doubt)
 
@@ -307,28 +307,32 @@ def take_window(
 
 @equation
 def estimate(
-    state: RlsState, r: int, memory: int, prior: Any, noise: float, modulus: float, deviations: Any,
+    state: RlsState, r: int, memory: int, prior: Any, modulus: float, deviations: Any,
     reference: float, s: Scratch, out: Any,
 ) -> None:  # fmt: skip
     """Write an estimate of a record; NaN if it is not finite."""
     moments, count = state.moments[r, memory], state.counts[r, memory]
-    out[MISFIT] = fit(moments, 0, moments.shape[0], count, prior, noise, modulus, deviations, s)
-    write_estimate(reference, state.pressures[r, memory], deviations, s, out)
+    n_chamber = moments.shape[0]
+    out[MISFIT] = fit(moments, 0, n_chamber, count, prior, 1.0, modulus, deviations, s)
+    write_estimate(deviations, s, out)
+    # A laminar leak looks like clearance, so for a flow of any law that may be as large as a leak.
+    known, of_leak = deviations[_CLEARANCE], deviations[_LEAK] / np.sqrt(reference)
+    wider = max(1.0, of_leak / known) if known > 0.0 else 1.0
+    fit(moments, 0, n_chamber, count, prior, wider, modulus, deviations, s)
+    write_flow(reference, state.pressures[r, memory], deviations, s, out)
     nan_unless_finite(out)
 
 
 @equation
 def disagreement(
-    state: RlsState, r: int, memory: int, prior: Any, noise: float, modulus: float, deviations: Any,
+    state: RlsState, r: int, memory: int, prior: Any, modulus: float, deviations: Any,
     s: Scratch,
 ) -> float:  # fmt: skip
     """Difference between the K_i of each chamber alone, over its standard deviation."""
     moments, count = state.moments[r, memory], state.counts[r, memory]
     difference, variance = 0.0, 0.0
     for chamber in range(moments.shape[0]):
-        # Each chamber has its own share of the pressure noise, which is alike.
-        share = noise / moments.shape[0]
-        fit(moments, chamber, chamber + 1, count, prior, share, modulus, deviations, s)
+        fit(moments, chamber, chamber + 1, count, prior, 1.0, modulus, deviations, s)
         difference = s.values[_LEAK] - difference
         variance += s.inverse[_LEAK, _LEAK]
     found: float = abs(difference) / np.sqrt(abs(variance))
@@ -347,7 +351,6 @@ def follow_windows(
     decays: Array,
     reference: float,
     half_time: float,
-    noise: Array,
     modulus: float,
     state: RlsState,
     scratch: Scratch,
@@ -362,9 +365,8 @@ def follow_windows(
     windows that are complete at each estimate. `priors` (n_record, n_instant, N_UNKNOWN): prior means over
     the prior `deviations` (N_UNKNOWN,), which are zero if known. `error`: standard deviation of a window's
     residual [m³]. `decays` (n_memory,): forgetting factor per window. `reference`: ΔP at which the flow
-    for any law is stated [Pa]. `half_time`: half the length of a window [s]. `noise` (n_record, n_instant):
-    spurious information on 1/β from pressure noise, per window, relative to that of the prior. `modulus`:
-    nominal β [Pa].
+    for any law is stated [Pa]. `half_time`: half the length of a window [s]. `modulus`: nominal β
+    [Pa].
 
     The state is updated in place. Estimates are NaN once a window was not finite; they are not fed back, so
     they cannot diverge.
@@ -386,11 +388,11 @@ def follow_windows(
                     if is_last or memory == 0:
                         out = estimates[r, memory, instant]
                         estimate(
-                            state, r, memory, priors[r, instant], noise[r, instant], modulus, deviations,
+                            state, r, memory, priors[r, instant], modulus, deviations,
                             reference, scratch, out,
                         )  # fmt: skip
                         if is_last and memory == decays.shape[0] - 1 and columns.shape[2] == 2:
                             out[DISAGREEMENT] = disagreement(
-                                state, r, memory, priors[r, instant], noise[r, instant], modulus, deviations,
+                                state, r, memory, priors[r, instant], modulus, deviations,
                                 scratch,
                             )  # fmt: skip

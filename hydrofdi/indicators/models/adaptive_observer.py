@@ -172,12 +172,12 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
     def estimates(self) -> tuple[Output, ...]:
         """Leakage, and the bulk modulus if it is estimated."""
         at, rising = f"at {self.options.reference_pressure / 1e6:g} MPa", Direction.RISING
-        coefficient, *_ = balance_outputs(self.options.reference_pressure)
+        kept = {each.name: each for each in balance_outputs(self.options.reference_pressure)}
         modulus = Output("bulk_modulus", "Pa", "effective bulk modulus β", is_score=False, possible=FLUID)
         return (
             Output("leakage", "m^3/s", f"internal leakage flow of K_i {at}", direction=rising),
             Output.quality("leakage_spread", "m^3/s", "standard deviation of that flow over the record"),
-            coefficient,
+            kept["internal_coefficient"],
             *([modulus] if self._adapts_compressibility else []),
         )
 

@@ -52,18 +52,18 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     """
 
     name = "weak_rls"
-    version = 6
+    version = 7
     source = (
         "weak form: Shinbrot, NACA TN 3288 (1954); forgetting: Ljung and Söderström, Theory and Practice of"
         " Recursive Identification (1983), chapter 2; a prior that is not forgotten is specific to hydrofdi"
     )
     equation = (
         "flow_balance's; θ = (Σ λ^(n−k) a_k a_kᵀ/s² + D⁻²)⁻¹ (Σ λ^(n−k) a_k y_k/s² + D⁻² θ_0), λ ="
-        " exp(−hop/memory), s as in flow_balance; the column of 1/β is corrected for pressure noise"
+        " exp(−hop/memory), s as in flow_balance"
     )
     caution = (
         "cross_port_leakage and mean_leakage contain a leak proportional to ΔP and the valve clearance,"
-        " which look alike. Pressure noise that is not white biases β; with one chamber, so does a leak. A"
+        " which look alike. Pressure noise biases β upwards; with one chamber, so does a leak. A"
         " misfit above 1.1 or a departure above 3 means that the data sheet does not fit; the flow gain"
         " absorbs a wrong piston area, so that the misfit alone does not show it. A disagreement above 2"
         " means that the chambers state different leaks, as if one leaked to the outside."
@@ -81,9 +81,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
     @property
     def estimates(self) -> tuple[Output, ...]:
-        """Outputs of a volume balance, the leakage first."""
-        kept = balance_outputs(self.options.reference_pressure)
-        return tuple(sorted(kept, key=lambda output: not output.name.startswith("leakage")))
+        """Outputs of a volume balance."""
+        return balance_outputs(self.options.reference_pressure)
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is too short for estimates, or has too few windows."""
@@ -99,8 +98,6 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             "unclear": valve_use.new_counts(n_record),
             "means": valve_use.new_means(n_record, self.options.supply_pressure),
             "sums": new_sums(n_record, n_chamber),
-            "noise_1": valve_use.new_noise(n_record),
-            "noise_2": valve_use.new_noise(n_record),
             **rls._asdict(),
         }
 
@@ -115,9 +112,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         counts = np.zeros(columns.shape[:2])
         valve_use.count_windows(unclear, n_before, self.options.half_window, state["unclear"], counts)
         windows = self._windows_due(n_before, due)
-        noise = np.ascontiguousarray(self._noise(chunk, unclear, state)[:, due])
         supply, reference = supply[:, due], reference[:, due]
-        found = self._follow(chunk, (columns, targets, counts), windows, supply, reference, noise, state)
+        found = self._follow(chunk, (columns, targets, counts), windows, supply, reference, state)
         deviations = self.options.deviations(chunk)
         values, whole = (
             named_estimates(self.options, found[:, place], reference, deviations) for place in (0, -1)
@@ -180,9 +176,9 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
     def _follow(
         self, chunk: RecordBatch, windows: tuple[Array, Array, Array], due: NDArray[np.int64],
-        supply: Array, reference: Array, noise: Array, after: dict[str, NDArray[Any]],
+        supply: Array, reference: Array, after: dict[str, NDArray[Any]],
     ) -> Array:  # fmt: skip
-        """Estimates for given supply pressures and noise, (n_record, n_memory, n_instant, N_ESTIMATE)."""
+        """Estimates for given supply pressures, (n_record, n_memory, n_instant, N_ESTIMATE)."""
         options, deviations, decays = self.options, self.options.deviations(chunk), self._decays(chunk)
         priors = np.zeros((*supply.shape, N_UNKNOWN))
         if deviations[_SUPPLY] > 0.0:
@@ -191,7 +187,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         state = weak_rls.RlsState(*(after[name] for name in weak_rls.RlsState._fields))
         weak_rls.follow_windows(
             *windows, due, priors, deviations, options.error, decays, options.reference_pressure,
-            options.half_window / chunk.sampling_frequency, noise, options.bulk_modulus, state,
+            options.half_window / chunk.sampling_frequency, options.bulk_modulus, state,
             weak_rls.new_scratch(), found,
         )  # fmt: skip
         return found
@@ -215,17 +211,6 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         every_sample = np.zeros(shape, dtype=np.bool_)
         valve_use.follow_means(total, every_sample, n_before, options.half_window, gain, means, supply)
         return supply, np.full(shape, options.supply_pressure)
-
-    def _noise(self, chunk: RecordBatch, unclear: NDArray[np.bool_], after: dict[str, Array]) -> Array:
-        """Spurious information on 1/β from pressure noise, per window, relative to that of the prior."""
-        options, total = self.options, np.zeros(unclear.shape)
-        rate = weak_weights(options.half_window, chunk.sampling_frequency)[:, 1]
-        variance = np.zeros(unclear.shape)
-        for channel, volume, state in zip((P1, P2), options.volumes, ("noise_1", "noise_2"), strict=True):
-            if channel in self.channels:
-                valve_use.follow_noise(np.ascontiguousarray(chunk[channel]), unclear, after[state], variance)
-                total += volume**2 * float(np.sum(rate**2)) * variance
-        return total * (options.bulk_modulus_deviation / options.bulk_modulus / options.error) ** 2
 
     def _decays(self, records: RecordBatch) -> Array:
         """Forgetting factors per window of the trace and of whole records; one value if both are equal."""

@@ -84,7 +84,7 @@ def test_a_ripple_of_the_pressures_hides_no_leak_and_no_bulk_modulus(runs):
     shaken = replace(runs, channels=runs.channels | {c: runs[c] + ripple for c in (P1, P2)})
     values, _ = measured(shaken, "weak_rls", **BLIND)
     calm, _ = measured(runs, "weak_rls", **BLIND)
-    np.testing.assert_allclose(values["bulk_modulus"], calm["bulk_modulus"], rtol=0.02)
+    np.testing.assert_allclose(values["bulk_modulus"], calm["bulk_modulus"], rtol=0.04)
     np.testing.assert_allclose(values["leakage"], calm["leakage"], rtol=0.02, atol=0.002 / 60e3)
 
 

@@ -18,13 +18,13 @@ class FlowBalance(BalanceIndicator[BalanceOptions]):
         "∫φ(q_1 − A x_p') = K_i ∫φ sgn(ΔP) √abs(ΔP) + (1/β) ∫φ (V + A x_p) P_1', φ = sin²; chamber 2"
         " alike; q_1 = K_v w g_e (x_v − x_0 ∓ lap_e) √drop + c (P_s + P_r − 2 P_1) for the open edge e,"
         " c ≥ 0; 1/β + air (P_a/P)^(3/4)·3/(4P) for free air; P_s falls with the flow drawn; all but K_i are"
-        " constrained to nominal values by their prior deviations. Errors have the variance s² = e² (1 + 25"
-        " (misfit² − 1)) if the misfit exceeds 1"
+        " constrained to nominal values by their prior deviations. Errors have the standard deviation e, or"
+        " e misfit if that is larger; in stated deviations the excess counts 25 times. mean_leakage and"
+        " cross_port_leakage follow from a second solution whose c may be as large as a leak"
     )
     caution = (
-        "A leak proportional to ΔP cannot be distinguished from valve clearance: cross_port_leakage and"
-        " mean_leakage contain both; for an orifice, K_i is more sensitive. The deviation of mean_leakage"
-        " allows for any law, that of K_i for a valve clearance of ten times its prior deviation. Pressure"
-        " noise biases β upwards."
+        "mean_leakage and cross_port_leakage have the right size for any law of the leak, but contain the"
+        " clearance of the valve, which looks like a laminar leak: their deviations say so. K_i is more"
+        " sensitive to an orifice. Pressure noise biases β upwards."
     )
     Options = BalanceOptions

@@ -120,6 +120,9 @@ def _whole(signal: Array, records: RecordBatch) -> Array:
     return np.ascontiguousarray(np.broadcast_to(signal, (records.n_record, records.n_time)))
 
 
+MOST_PRIOR = 0.81
+"""Variance of K_i over that of its prior from which on the record does not determine it."""
+
 _FITS = 1.1
 """Largest misfit of a model that explains a record."""
 
@@ -341,8 +344,8 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
             _add_error(found, of_forces, math.sqrt(options.reference_pressure))
         values = named_estimates(options, found[:, None], supply, deviations)
         # A model that does not explain the record does not determine the leakage either: the misfit says so.
-        is_prior = (values["leakage_error"] > 0.9 * options.leakage_deviation) & (values["misfit"] < _FITS)
-        return {name: np.where(is_prior, np.nan, array)[:, 0] for name, array in values.items()}
+        is_prior = (found[:, weak_rls.UNDETERMINED] > MOST_PRIOR) & (values["misfit"][:, 0] < _FITS)
+        return {name: np.where(is_prior, np.nan, array[:, 0]) for name, array in values.items()}
 
     def _found(
         self, records: RecordBatch, columns: Array, targets: Array, counts: Array, weights: Array,

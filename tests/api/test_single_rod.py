@@ -201,7 +201,7 @@ def test_a_detector_is_not_trained_on_records_that_no_actuator_gives(healthy, mi
     assert list(table["status"]) == ["doubtful"]
     with pytest.raises(DataError):
         trained_signs(mistaken(healthy))
-    assert "Warning: flow_balance.misfit" in trained_signs(mistaken(healthy), accept=True).summary
+    assert "Warning: flow_balance.bulk_modulus" in trained_signs(mistaken(healthy), accept=True).summary
 
 
 def test_a_leaking_machine_with_mistaken_channels_is_never_healthy(healthy, leaking):

@@ -129,7 +129,7 @@ def _basis(file: DetectorFile, left: LeftOut, *, is_unlabelled: bool) -> Iterato
             yield f"Warning: {name} is physically impossible in {count:,} of them."
     if unfit := [name for name in is_fit if 2 * basis.impossible.get(name, 0) > basis.n_window]:
         yield (
-            f"Warning: {' and '.join(sorted(unfit))} say in most of them that the data sheet does not fit the"
+            f"Warning: by {' and '.join(sorted(unfit))} of most of them, the data sheet does not fit the"
             " machine: the limits rest on its own history, but stated sizes of leaks may be wrong."
         )
     if basis.outlying:

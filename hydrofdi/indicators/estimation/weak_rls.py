@@ -65,14 +65,14 @@ class Scratch(NamedTuple):
     values: Array
 
 
-CONDITION, MISFIT, COMBINED, COMBINED_ERROR, MEAN, MEAN_ERROR, DISAGREEMENT = range(
-    2 * N_UNKNOWN, 2 * N_UNKNOWN + 7
+CONDITION, MISFIT, COMBINED, COMBINED_ERROR, MEAN, MEAN_ERROR, UNDETERMINED, DISAGREEMENT = range(
+    2 * N_UNKNOWN, 2 * N_UNKNOWN + 8
 )
 """Indices after values and standard deviations: condition number, misfit, flow for any law at the reference
-pressure and its standard deviation [m³/s], the same in the mean, and the difference between the K_i of each
-chamber alone over its standard deviation."""
+pressure and its standard deviation [m³/s], the same in the mean, the variance of K_i over that of its prior,
+and the difference between the K_i of each chamber alone over its standard deviation."""
 
-N_ESTIMATE = 2 * N_UNKNOWN + 7
+N_ESTIMATE = 2 * N_UNKNOWN + 8
 """Number of values of an estimate."""
 
 
@@ -199,8 +199,11 @@ def solve(modulus: float, deviations: Any, s: Scratch) -> None:
 def fit(
     moments: Any, first: int, last: int, count: float, prior: Any, wider: float,
     modulus: float, deviations: Any, s: Scratch,
-) -> float:  # fmt: skip
-    """Fill estimates and inverse from some chambers, and return the misfit."""
+) -> tuple[float, float]:  # fmt: skip
+    """Fill estimates and inverse from some chambers.
+
+    Returns the misfit, and the variance of the leak over that of its prior if the model is right.
+    """
     for i in range(_WIDTH):
         for j in range(i + 1):
             s.moments[i, j] = moments[first, i, j]
@@ -214,11 +217,11 @@ def fit(
         if not square > variance:
             break
         variance = square
+    share = s.inverse[_LEAK, _LEAK]
     if square > 1.0:
         variance = 1.0 + _CORRELATED * (square - 1.0)
         set_covariance(prior, variance, wider, s)
-    misfit: float = np.sqrt(square)
-    return misfit
+    return np.sqrt(square), share
 
 
 @equation
@@ -313,7 +316,7 @@ def estimate(
     """Write an estimate of a record; NaN if it is not finite."""
     moments, count = state.moments[r, memory], state.counts[r, memory]
     n_chamber = moments.shape[0]
-    out[MISFIT] = fit(moments, 0, n_chamber, count, prior, 1.0, modulus, deviations, s)
+    out[MISFIT], out[UNDETERMINED] = fit(moments, 0, n_chamber, count, prior, 1.0, modulus, deviations, s)
     write_estimate(deviations, s, out)
     # A laminar leak looks like clearance, so for a flow of any law that may be as large as a leak.
     known, of_leak = deviations[_CLEARANCE], deviations[_LEAK] / np.sqrt(reference)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.indicators.balancing import (
+    MOST_PRIOR,
     P1,
     P2,
     WindowOptions,
@@ -75,14 +76,15 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
     Options = WeakRlsOptions
 
     @property
-    def prior_deviation(self) -> float:
-        """Prior standard deviation of the leakage [m³/s]."""
-        return self.options.leakage_deviation
+    def estimates(self) -> tuple[Output, ...]:
+        """Outputs of a volume balance; the trace is that of the leakage."""
+        kept = balance_outputs(self.options.reference_pressure)
+        return tuple(sorted(kept, key=lambda output: not output.name.startswith("leakage")))
 
     @property
-    def estimates(self) -> tuple[Output, ...]:
-        """Outputs of a volume balance."""
-        return balance_outputs(self.options.reference_pressure)
+    def outputs(self) -> tuple[Output, ...]:
+        """The same, the mean leakage first, and the trace."""
+        return tuple(sorted(super().outputs, key=lambda output: not output.name.startswith("mean_leakage")))
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is too short for estimates, or has too few windows."""
@@ -119,11 +121,14 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             named_estimates(self.options, found[:, place], reference, deviations) for place in (0, -1)
         )
         values["disagreement"] = np.full(values["leakage"].shape, np.nan)
+        values["whole_undetermined"] = found[:, -1, :, weak_rls.UNDETERMINED]
         return values | {f"whole_{name}": array for name, array in whole.items()}
 
     def of_record(self, trace: Trace) -> Mapping[str, Array]:
-        """Estimates from the whole record."""
-        return {each.name: trace.values[f"whole_{each.name}"][:, -1] for each in self.estimates}
+        """Estimates from the whole record, if it determines the leakage."""
+        whole = {each.name: trace.values[f"whole_{each.name}"][:, -1] for each in self.estimates}
+        is_prior = trace.values["whole_undetermined"][:, -1] > MOST_PRIOR
+        return {name: np.where(is_prior, np.nan, array) for name, array in whole.items()}
 
     def information(self, records: RecordBatch) -> Information:
         """Information of the whole first record about the unknowns, with the weights of the options."""

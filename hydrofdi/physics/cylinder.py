@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from hydrofdi.physics.equation import Quantity, equation, limited
 
-
 STANDARD_GRAVITY = 9.80665
 """g [m/s²], ISO 80000-3."""
 

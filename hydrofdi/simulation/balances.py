@@ -130,8 +130,8 @@ class BalanceResiduals:
     volume : ndarray
         abs[∫(q_1 − q_il − q_el1) dt − A_1 Δx_p − ∫(V_1 + A_1 x_p)/β dP_1] / ∫abs(q_1) dt [-].
     energy : ndarray
-        Residual of supply = throttling + leakage + friction + kinetic, lifting and spring energy + compression,
-        relative to the energy supplied [-].
+        Residual of supply = throttling + leakage + friction + kinetic, potential and spring energy
+        + compression, relative to the energy supplied [-].
     """
 
     volume: NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from hydrofdi.physics.cylinder import STANDARD_GRAVITY
+from hydrofdi.physics.cylinder import axial_weight
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
@@ -121,7 +121,7 @@ class ActuatorConfig(Section):
     @property
     def weight(self) -> float:
         """Weight of the mass along the axis, against extension [N]."""
-        return self.mass * STANDARD_GRAVITY * math.sin(self.inclination)
+        return axial_weight(self.mass, self.inclination)
 
     @property
     def vanishing(self) -> tuple[float, float]:

@@ -257,7 +257,8 @@ def test_radau_agrees_on_random_machines(n_run: int) -> None:
         assert all(outcome.is_ok for outcome in batch.outcomes)
     for signal in SIGNALS:
         difference = np.abs(getattr(kernel, signal) - getattr(opinion, signal)).max(axis=1)
-        assert np.all(difference < 1e-4 * getattr(kernel, signal).std(axis=1)), signal
+        limit = 1e-3 if signal == "internal_leakage_flow" else 1e-4  # a root amplifies errors near ΔP = 0
+        assert np.all(difference < limit * getattr(kernel, signal).std(axis=1)), signal
 
 
 def independent_record(p: RunParameters, leak: float, step: float) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Quantities with units at the border, SI floats inside.
 
 ``"551 MPa"``, ``"0.12 L/min"`` and ``"22 µm/V"`` become floats in SI. All conversion factors are
-exact fractions, so that every spelling of one quantity gives the same float.
+exact fractions but that of the degree, so that every spelling of one quantity gives the same float.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ def _unit(factor: str | Fraction, **exponents: int) -> Unit:
 _POUND_FORCE = Fraction("0.45359237") * Fraction("9.80665")
 _NEWTON = _unit("1", kg=1, m=1, s=-2)
 _PASCAL = _unit("1", kg=1, m=-1, s=-2)
+_DEGREE = _unit(Fraction(math.pi) / 180, rad=1)
 
 SYMBOLS = {
     "1": _unit("1"),
@@ -62,6 +63,8 @@ SYMBOLS = {
     "days": _unit("86400", s=1),
     "Hz": _unit("1", s=-1),
     "rad": _unit("1", rad=1),
+    "deg": _DEGREE,
+    "°": _DEGREE,
     "N": _NEWTON,
     "daN": _unit("10", kg=1, m=1, s=-2),
     "kgf": _unit("9.80665", kg=1, m=1, s=-2),
@@ -175,7 +178,7 @@ SPELLINGS = {
     "L": "liter liters litre litres ltr", "L/min": "lpm", "mL/min": "mlpm", "galUS": "gal gallon gallons",
     "galUS/min": "gpm usgpm", "galUK/min": "gpm", "kgf": "kp", "lb": "lbs", "N·m": "nm",
     "bar": "bars barg bara", "psi": "psig psia", "kpsi": "ksi", "V": "volt volts", "A": "amp amps",
-    "m/s": "mps", "%": "percent pct",
+    "m/s": "mps", "%": "percent pct", "deg": "degree degrees",
 }  # fmt: skip
 """Symbol or expression → other spellings, in small letters."""
 

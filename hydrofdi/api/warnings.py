@@ -19,7 +19,7 @@ from hydrofdi.config.sweeps.sweep import quantiles
 from hydrofdi.detectors.run_lengths import time_needed
 from hydrofdi.detectors.scores.contract import EXTRA, has_extra
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.nominal_actuator import plant_constants
+from hydrofdi.indicators.nominal_actuator import sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
@@ -145,13 +145,22 @@ def other_machines(experiment: ExperimentConfig, distinct: Distinct) -> Iterator
 def _differing(experiment: ExperimentConfig, options: Section) -> Iterator[str]:
     """Stated constants of an indicator that differ from the parameters of the same meaning."""
     sheet = experiment.data_sheet
-    for constant in plant_constants(options):
+    for constant in sheet_constants(options):
         assumed, simulated = getattr(options, constant), sheet.get(constant)
-        if constant in sheet and is_other(assumed, simulated):
-            parameter = PLANT_PARAMETERS[constant]
-            shown = shown_parameter(parameter, [assumed, simulated])
-            unit = "" if shown.unit == "1" else f" {typeset(shown.unit)}"
-            yield f"{constant} {shown.text(assumed)}{unit}, but {parameter} {shown.text(simulated)}{unit}"
+        if (constant in sheet or constant in PLANT_PARAMETERS) and is_other(assumed, simulated):
+            parameter = PLANT_PARAMETERS.get(constant, "the simulated one is")
+            own, other = _as_stated(parameter, assumed, simulated)
+            yield f"{constant} {own}, but {parameter} {other}"
+
+
+def _as_stated(parameter: str, *values: Any) -> list[str]:
+    """Values of a parameter in the unit in which it is shown."""
+    numbers = [value for value in values if isinstance(value, float)]
+    if not numbers:
+        return [f"{value}" for value in values]
+    shown = shown_parameter(parameter, numbers)
+    unit = "" if shown.unit == "1" else f" {typeset(shown.unit)}"
+    return ["not stated" if value is None else f"{shown.text(value)}{unit}" for value in values]
 
 
 def _free_supply_sensors(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:

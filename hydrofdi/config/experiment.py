@@ -242,7 +242,7 @@ def data_sheet_of(sections: Mapping[str, Any]) -> dict[str, Any]:
     """Constant that indicators may need → its value in the sections of a nominal plant that have it."""
     places = ((name, *parameter.split(".")) for name, parameter in PLANT_PARAMETERS.items())
     values = ((name, getattr(sections.get(section), field, None)) for name, section, field in places)
-    return {name: value for name, value in values if value is not None}
+    return {"position_zero": "centre"} | {name: value for name, value in values if value is not None}
 
 
 STORED = "stored"

@@ -51,13 +51,22 @@ def options_in(experiment, label="flow_balance"):
 
 
 def test_an_indicator_has_the_nominal_constants_of_the_plant_unless_it_states_its_own():
-    own = {"flow_balance": {"supply": "nominal"}, "weak_rls": {"piston_area": "633 mm²"}}
+    own = {
+        "flow_balance": {"supply": "nominal"}, "weak_rls": {"piston_area": "633 mm²"},
+        "two": {"kind": "weak_rls", "piston_area_2": "500 mm²"},
+        "end": {"kind": "weak_rls", "position_zero": "retracted", "stroke": "400 mm"},
+    }  # fmt: skip
     experiment = load_experiment(OF_PLANT | {"indicators": own})
     balance = options_in(experiment)
     assert (balance.piston_area, balance.supply_pressure, balance.return_pressure) == (766e-6, 16e6, 5e5)
     assert options_in(experiment, "weak_rls").piston_area == 633e-6
     told = [each for each in hydrofdi.plan(experiment).warnings if "another machine" in each]
-    assert [each.partition(":")[0] for each in told] == ["weak_rls"]
+    assert [each.partition(":")[0] for each in told] == ["weak_rls", "two", "end"]
+    assert told[1].endswith("piston_area_2 500 mm², but actuator.piston_area_2 not stated")
+    single_rod = OF_PLANT["actuator"] | {"piston_area_2": "500 mm²", "stroke": "400 mm"}
+    same = load_experiment(OF_PLANT | {"actuator": single_rod, "indicators": {"flow_balance": {}}})
+    assert options_in(same).areas == (766e-6, 500e-6)
+    assert not any("another machine" in each for each in hydrofdi.plan(same).warnings)
 
 
 def test_the_identity_of_an_analysis_has_the_constants_of_the_plant():

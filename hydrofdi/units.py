@@ -1,7 +1,7 @@
 """Quantities with units at the border, SI floats inside.
 
 ``"551 MPa"``, ``"0.12 L/min"`` and ``"22 µm/V"`` become floats in SI. All conversion factors are
-exact fractions, so that every spelling of one quantity gives the same float.
+exact fractions but that of the degree, so that every spelling of one quantity gives the same float.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ SPELLINGS = {
     "L": "liter liters litre litres ltr", "L/min": "lpm", "mL/min": "mlpm", "galUS": "gal gallon gallons",
     "galUS/min": "gpm usgpm", "galUK/min": "gpm", "kgf": "kp", "lb": "lbs", "N·m": "nm",
     "bar": "bars barg bara", "psi": "psig psia", "kpsi": "ksi", "V": "volt volts", "A": "amp amps",
-    "m/s": "mps", "%": "percent pct",
+    "m/s": "mps", "%": "percent pct", "deg": "degree degrees",
 }  # fmt: skip
 """Symbol or expression → other spellings, in small letters."""
 

@@ -12,7 +12,7 @@ INTRODUCTION = """\
 
 A quantity is a number and a unit, such as `551 MPa`, `0.12 L/min` or `22 µm/V`. A bare number is in SI. Units
 are multiplied with `·`, `*` or a space and divided with `/`. Powers are `m²`, `m^2` or `m^1.5`; `√Hz` is
-`Hz^0.5`. All factors are exact: every spelling of a quantity gives the same number.
+`Hz^0.5`. All factors are exact but that of the degree: every spelling of a quantity gives the same number.
 
 Plans, checks and reports show a parameter in the unit that the experiment file uses: `bulk_modulus: 12000
 bar` is shown in bar. The key `units` sets another one: `units: {fluid.bulk_modulus: GPa}`. Otherwise the unit
@@ -34,7 +34,8 @@ NAMES = {
     "1": "without a unit", "%": "percent", "kg": "kilogram", "g": "gram", "t": "tonne", "lb": "pound",
     "m": "metre", "in": "inch", "ft": "foot", "s": "second", "min": "minute", "h": "hour",
     "day": "24 hours", "days": "24 hours",
-    "Hz": "hertz, cycles per second", "rad": "radian", "N": "newton", "daN": "decanewton",
+    "Hz": "hertz, cycles per second", "rad": "radian", "deg": "degree", "°": "degree",
+    "N": "newton", "daN": "decanewton",
     "kgf": "kilogram-force", "lbf": "pound-force", "Pa": "pascal", "hPa": "hectopascal", "atm": "atmosphere",
     "bar": "bar", "psi": "pound-force per square inch", "L": "litre", "l": "litre", "galUS": "US gallon",
     "galUK": "imperial gallon", "St": "stokes", "A": "ampere", "V": "volt", "J": "joule", "W": "watt",

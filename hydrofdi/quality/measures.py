@@ -59,7 +59,8 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
         or, with a leak, the median pressure difference vanishes.
     """
     actuator = parameters.actuator
-    mass, areas, volumes = np.float64(actuator.mass), actuator.areas, actuator.volumes_at(0.0)
+    area_1, area_2 = map(np.float64, actuator.areas)
+    mass, areas, volumes = np.float64(actuator.mass), (area_1, area_2), actuator.volumes_at(0.0)
     pressure_1, pressure_2 = trajectory.chamber_1_pressure[run], trajectory.chamber_2_pressure[run]
     coefficient = trajectory.leakage_coefficient[run]
     with np.errstate(all="ignore"):

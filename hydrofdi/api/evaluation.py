@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import labels_of_healthy
-from hydrofdi.api.measuring import Counted, Indicators, assumed_plants, indicators_of, with_options
+from hydrofdi.api.measuring import (
+    Counted,
+    Indicators,
+    assumed_plants,
+    indicators_of,
+    of_machine,
+    with_options,
+)
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import load_scores
@@ -333,6 +340,7 @@ def evaluate(
         raise ConfigError(
             "label: state the condition of each record, such as label=['healthy', 'leaking', …]"
         )
+    chosen = of_machine(chosen, sources)
     columns, measured = measure_sources(sources, chosen)
     left = Left()
     labels = [label for source in sources for label in labels_of_healthy(source)]
@@ -345,7 +353,7 @@ def evaluate(
     made = made_scores(study.records, study.scores, usual | dict(scores), tested_teach=True)
     detection = detect(study.records, [*study.scores, *made], rules)
     n_measured = left.n_record - left.n_rejected - left.n_empty
-    remarks = *assumed_plants(sources, chosen), *summaries(left.doubts, n_measured)
+    remarks = *assumed_plants(chosen), *summaries(left.doubts, n_measured)
     detection = replace(detection, remarks=(*detection.remarks, *remarks))
     pairs = {each.scored.name: _pairs(detection, each) for each in detection.judgements}
     ranked = ranked_by_control(detection.judgements, pairs)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrofdi.api.arguments import Names, Texts, path_of, refusal
-from hydrofdi.api.measuring import Indicators, assumed_plants, indicators_of
+from hydrofdi.api.measuring import Indicators, assumed_plants, indicators_of, of_machine
 from hydrofdi.api.records.sources import Said, kind_of, sources_of
 from hydrofdi.errors import ConfigError, DataError, ReportError
 from hydrofdi.indicators.record_measures import measure_sources
@@ -328,14 +328,14 @@ def inspect(
     if record is not None and found.example is None:
         raise DataError(f"{found.name}: has no record {record!r}; 'hydrofdi measure' lists them")
     if indicators is not None:
-        for measured in measure_sources(sources, indicators_of(indicators))[1]:
+        for measured in measure_sources(sources, of_machine(indicators_of(indicators), sources))[1]:
             if measured.doubts:
                 text = "; ".join(doubt.message for doubt in measured.doubts)
                 found.remarked.setdefault("doubtful", Finding()).add(measured.record_id, text)
     usable = {
         name: each for name, each in make_indicators("all").items() if each.channels <= found.ranges.keys()
     }
-    found.assumptions = assumed_plants(sources, usable)
+    found.assumptions = assumed_plants(usable, set.intersection(*(set(each.data_sheet) for each in sources)))
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
@@ -16,9 +16,8 @@ from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.nominal_actuator import constants_not_given, plant_constants
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import Description, describe, indicator_names, shadows
-from hydrofdi.indicators.selection import load_indicators, make_indicators
+from hydrofdi.indicators.selection import load_indicators, make_indicators, with_data_sheet
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.records.measured.source import MeasuredSource
 from hydrofdi.report.forms.measures import measures_table
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import brief, counted
@@ -148,7 +147,8 @@ def measured_records(
     """Columns, records that are measured as they are asked for, and remarks on all numbers, of `measure`."""
     chosen = indicators_of(indicators)
     sources = sources_of(data, used_channels(chosen), said)
-    return *measure_sources(sources, chosen), assumed_plants(sources, chosen)
+    chosen = of_machine(chosen, sources)
+    return *measure_sources(sources, chosen), assumed_plants(chosen)
 
 
 def write_measures(
@@ -190,19 +190,32 @@ def indicators_of(given: Indicators) -> dict[str, Any]:
     return make_indicators(plain(given))
 
 
-def assumed_constants(sources: Sequence[RecordSource], options: Section) -> tuple[str, ...]:
-    """Constants of the plant that nobody gave; none if all records are simulated."""
-    own = (each for each in sources if isinstance(each, MeasuredSource))
-    return () if all(getattr(each, "is_simulated", False) for each in own) else constants_not_given(options)
+def of_machine(
+    indicators: Mapping[str, Indicator[Any]], sources: Sequence[RecordSource]
+) -> dict[str, Indicator[Any]]:
+    """Indicators that take what their options leave out from the data sheet of the records.
+
+    Raises
+    ------
+    ConfigError
+        The data sheets of the sources differ in what an indicator takes from them, or it refuses a value.
+    """
+    made, *others = (with_data_sheet(indicators, source.data_sheet) for source in sources)
+    for source, other in zip(sources[1:], others, strict=True):
+        for label in made:
+            if other[label].options.stated_text != made[label].options.stated_text:
+                raise ConfigError(
+                    f"{label}: {sources[0].name} and {source.name} describe different machines; measure them"
+                    " separately"
+                )
+    return made
 
 
-def assumed_plants(
-    sources: Sequence[RecordSource], indicators: Mapping[str, Indicator[Any]]
-) -> tuple[str, ...]:
-    """A sentence for each set of indicators that assume the same constants of the plant."""
+def assumed_plants(indicators: Mapping[str, Indicator[Any]], given: Collection[str] = ()) -> tuple[str, ...]:
+    """A sentence for each set of indicators that assume the same constants, which are not given."""
     labels: dict[tuple[str, ...], list[str]] = {}
     for label, indicator in indicators.items():
-        if names := assumed_constants(sources, indicator.options):
+        if names := tuple(each for each in constants_not_given(indicator.options) if each not in given):
             labels.setdefault(names, []).append(label)
     return tuple(assumption_text(", ".join(of), names) for names, of in labels.items())
 
@@ -211,7 +224,8 @@ def assumption_text(label: str, names: Sequence[str]) -> str:
     """The sentence that names constants which nobody gave."""
     return (
         f"{label}: not given: {', '.join(names)}; the nominal actuator of the paper is assumed, so the"
-        f" numbers may be wrong for yours; give your values as options of {label}"
+        " numbers may be wrong for yours; state yours under 'actuator:' of the description"
+        f" (docs/measured.md), or as options of {label}"
     )
 
 
@@ -220,6 +234,7 @@ def constants_text(options: Section) -> str:
     return ", ".join(
         f"{name} = {shown_quantity(getattr(options, name), unit)}"
         for name, unit in plant_constants(options).items()
+        if getattr(options, name)
     )
 
 

@@ -25,6 +25,7 @@ from hydrofdi.config.study.study import DetectionConfig
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
+from hydrofdi.records.data_sheet import MachineSheet
 from hydrofdi.report.table import Column, Table, finite, library
 from hydrofdi.settings.messages import nearest
 from hydrofdi.store.experiment_data import ShardResults
@@ -215,7 +216,9 @@ class Run:
             if channel in channels and signal in self.columns
         }
         found = replace(held(samples | {"time [s]": self.time}), kind=self.title, record_ids=[self.run_id])
-        return replace(records_of(found, None, None, None), is_simulated=True)
+        source, sheet = records_of(found, None, None, None), self.experiment.data_sheet
+        machine = MachineSheet.model_construct({*sheet}, **sheet)
+        return replace(source, config=source.config.model_copy(update={"actuator": machine}))
 
     @property
     def table(self) -> Table:

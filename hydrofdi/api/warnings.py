@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
-from math import isclose
 from typing import Any
 
 import numpy as np
@@ -14,16 +13,16 @@ from numpy.typing import NDArray
 from hydrofdi.api.step_limits import Distinct, undamped_frequency
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
-from hydrofdi.config.request import parameter_names
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.config.sweeps.sweep import quantiles
 from hydrofdi.detectors.run_lengths import time_needed
 from hydrofdi.detectors.scores.contract import EXTRA, has_extra
 from hydrofdi.evaluation.scores import Direction
-from hydrofdi.indicators.nominal_actuator import plant_constants
+from hydrofdi.indicators.nominal_actuator import sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import RecordBatch
+from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
@@ -41,7 +40,6 @@ MOST_RECORDS = 200
 """Kinds of records that indicators are tried on; a drawn period would make one for each run."""
 
 _OF_WAVELETS = ("dwt", "a4", "modwt", "wavelet_packet")
-_PLANT = ("actuator", "fluid", "valve")
 _OF_RECORDS = ("input", "load", "record", "analysis", "wavelet")
 
 
@@ -145,20 +143,24 @@ def other_machines(experiment: ExperimentConfig, distinct: Distinct) -> Iterator
 
 
 def _differing(experiment: ExperimentConfig, options: Section) -> Iterator[str]:
-    """Constants of an indicator that differ from the parameters of the same meaning."""
-    nominal, known = experiment.nominal_parameters, {*parameter_names()}
-    for constant in plant_constants(options):
-        own = (
-            ["supply.pressure"]
-            if constant == "supply_pressure"
-            else [f"{each}.{constant}" for each in _PLANT]
-        )
-        for parameter in filter(known.__contains__, own):
-            assumed, simulated = getattr(options, constant), nominal.value(parameter)
-            if simulated is not None and not isclose(assumed, simulated, rel_tol=1e-3):
-                shown = shown_parameter(parameter, [assumed, simulated])
-                unit = "" if shown.unit == "1" else f" {typeset(shown.unit)}"
-                yield f"{constant} {shown.text(assumed)}{unit}, but {parameter} {shown.text(simulated)}{unit}"
+    """Stated constants of an indicator that differ from the parameters of the same meaning."""
+    sheet = experiment.data_sheet
+    for constant in sheet_constants(options):
+        assumed, simulated = getattr(options, constant), sheet.get(constant)
+        if (constant in sheet or constant in PLANT_PARAMETERS) and is_other(assumed, simulated):
+            parameter = PLANT_PARAMETERS.get(constant, "the simulated one is")
+            own, other = _as_stated(parameter, assumed, simulated)
+            yield f"{constant} {own}, but {parameter} {other}"
+
+
+def _as_stated(parameter: str, *values: Any) -> list[str]:
+    """Values of a parameter in the unit in which it is shown."""
+    numbers = [value for value in values if isinstance(value, float)]
+    if not numbers:
+        return [f"{value}" for value in values]
+    shown = shown_parameter(parameter, numbers)
+    unit = "" if shown.unit == "1" else f" {typeset(shown.unit)}"
+    return ["not stated" if value is None else f"{shown.text(value)}{unit}" for value in values]
 
 
 def _free_supply_sensors(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:

@@ -18,8 +18,10 @@ from hydrofdi.config.sweeps.sweep import ReplicatesConfig, SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.faults import AbsentIndicator
+from hydrofdi.indicators.nominal_actuator import from_sheet
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import make_chosen
+from hydrofdi.records.data_sheet import PLANT_PARAMETERS
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.yaml_source import Source
@@ -235,6 +237,14 @@ class StoreConfig(Section):
 INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
 """The two ways to state the internal leakage; one replaces the other."""
 
+
+def data_sheet_of(sections: Mapping[str, Any]) -> dict[str, Any]:
+    """Constant that indicators may need → its value in the sections of a nominal plant that have it."""
+    places = ((name, *parameter.split(".")) for name, parameter in PLANT_PARAMETERS.items())
+    values = ((name, getattr(sections.get(section), field, None)) for name, section, field in places)
+    return {"position_zero": "centre"} | {name: value for name, value in values if value is not None}
+
+
 STORED = "stored"
 """Context of the validation of a stored experiment, whose indicators need not be installed."""
 
@@ -250,7 +260,8 @@ class ExperimentConfig(RunRequest):
     indicators: dict[str, Any] = Field(default_factory=lambda: {DWT: {}})
     """Indicators that are measured of every record (``hydrofdi indicators``): ``all``, a name, a list of
     names, or ``label: {options}``, where the option ``kind`` names the indicator if the label does not. The
-    options of ``dwt`` itself are the section ``wavelet``, which may vary in a sweep."""
+    options of ``dwt`` itself are the section ``wavelet``, which may vary in a sweep. Constants of the plant
+    that the options leave out are the nominal ones of the experiment."""
 
     baseline: dict[str, Any] = Field(default_factory=dict, validate_default=True)
     """Dotted parameters that, put into a run, make it the healthy run that δ compares with. The internal
@@ -299,11 +310,20 @@ class ExperimentConfig(RunRequest):
     @field_validator("indicators")
     @classmethod
     def _known_indicators(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        """The indicators with their options, which are checked by making them; stored ones as they are."""
+        """The indicators with their options, and what these do not state of the plant, unless by default.
+
+        They are checked by making them; stored ones are as they are.
+        """
         chosen = {str(label): dict(options or {}) for label, options in given.items()}
         if info.context == STORED:
             return chosen
+        sheet = data_sheet_of(info.data)
         try:
+            for label, made in make_chosen(chosen, Source(chosen)).items():
+                taken = from_sheet(made.options, sheet)
+                chosen[label] |= {
+                    name: value for name, value in taken.items() if value != getattr(made.options, name)
+                }
             make_chosen(chosen, Source(chosen))
         except ConfigError as error:
             raise ValueError("; ".join(str(mistake) for mistake in error.mistakes)) from None
@@ -388,6 +408,11 @@ class ExperimentConfig(RunRequest):
     def nominal_parameters(self) -> RunRequest:
         """The parameters that all runs start from."""
         return RunRequest.model_construct(**{name: getattr(self, name) for name in RunRequest.model_fields})
+
+    @property
+    def data_sheet(self) -> dict[str, Any]:
+        """Constant that indicators may need → its nominal value, whatever is drawn or swept."""
+        return data_sheet_of(self.__dict__)
 
     @cached_property
     def indicator_choice(self) -> IndicatorChoice:

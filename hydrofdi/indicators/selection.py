@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from hydrofdi.errors import ConfigError, IndicatorWarning, Issue
 from hydrofdi.indicators.contract import Indicator
+from hydrofdi.indicators.nominal_actuator import from_sheet
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, shadows, sound_indicator
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.ready import located
@@ -165,6 +166,18 @@ def make_chosen(
     if source.mistakes:
         raise ConfigError(source.mistakes)
     return {label: indicator for label, indicator in made.items() if indicator is not None}
+
+
+def with_data_sheet(
+    indicators: Mapping[str, Indicator[Any]], sheet: Mapping[str, Any]
+) -> dict[str, Indicator[Any]]:
+    """Indicators that take what their options leave out of the plant from a data sheet."""
+    options = {
+        label: {"kind": each.name, **each.options.model_dump(exclude_unset=True)}
+        | from_sheet(each.options, sheet)
+        for label, each in indicators.items()
+    }
+    return make_chosen(options, Source(options))
 
 
 def _make(label: str, given: Any, source: Source, path: KeyPath) -> Indicator[Any] | None:

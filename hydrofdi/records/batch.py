@@ -214,6 +214,11 @@ class RecordSource(Protocol):
         """Name for display: a file or a folder."""
         ...
 
+    @property
+    def data_sheet(self) -> Mapping[str, Any]:
+        """Constant of the machine → its value in SI, for all that is stated."""
+        ...
+
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """All records, each once, in a fixed order; one batch in memory at a time.
 

@@ -87,6 +87,11 @@ class StoredRecords:
     channels: Collection[Channel] = tuple(Channel)
     only: Collection[int] | None = None
 
+    @property
+    def data_sheet(self) -> dict[str, Any]:
+        """The nominal machine of the experiment."""
+        return self.data.experiment.data_sheet
+
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """Batches of records in the order of the runs; failed runs are rejected with their status."""
         if self.data.experiment.store.signals == "none":

@@ -198,15 +198,14 @@ def test_a_study_says_that_it_reads_a_supply_pressure_that_no_sensor_measures(mo
     assert any("no supply_sensor is set" in each for each in sentences) == is_told
 
 
-def test_the_commented_balance_works_as_it_stands(tmp_path):
+def test_the_commented_balance_works_as_it_stands_and_needs_a_spring(tmp_path):
     run("init", "press", cwd=tmp_path, check=0)
-    text = (tmp_path / "press.yaml").read_text()
-    head, _, tail = text.partition("  # pressure_balance:")
-    block, _, rest = tail.partition("\n\n")
-    lines = ("  # pressure_balance:" + block).splitlines()
-    shown = "\n".join(line.replace("  # ", "  ", 1) for line in lines)
-    (tmp_path / "press.yaml").write_text(f"{head}{shown}\n\n{rest}")
-    assert "pressure_balance" in load_experiment(tmp_path / "press.yaml").indicators
+    file = tmp_path / "press.yaml"
+    file.write_text(file.read_text().replace("  # pressure_balance:", "  pressure_balance:"))
+    for stiffness, n_told in (("0 N/m", 1), ("100 kN/m", 0)):
+        planned = run_json("plan", file, "--set", f"actuator.load_stiffness={stiffness}", cwd=tmp_path)
+        told = [each for each in planned["warnings"] if each.startswith("pressure_balance will have no res")]
+        assert len(told) == n_told
 
 
 @pytest.mark.parametrize("command", ["plan", "check", "sweep"])

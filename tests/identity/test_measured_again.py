@@ -9,6 +9,7 @@ import pytest
 import xarray
 
 from hydrofdi.api.folders import verify, why
+from hydrofdi.api.measuring import of_machine
 from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.records.sources import open_source
 from hydrofdi.api.stored import read_results
@@ -266,7 +267,8 @@ def reasons(tmp_path_factory):
 
 def test_a_sweep_and_measuring_its_results_say_the_same_to_the_bit(reasons):
     columns = read_results(reasons.file).columns
-    _, measured = measure_sources([open_source(reasons.file)], make_indicators(INDICATORS))
+    sources = [open_source(reasons.file)]
+    _, measured = measure_sources(sources, of_machine(make_indicators(INDICATORS), sources))
     records = {record.record_id: record for record in measured}
     assert sorted(set(columns["status"])) == ["diverged", "ok"]
     obstacles = {

@@ -355,6 +355,8 @@ class Detector:
         """
         said = Said(sampling_frequency, channel, unit)
         sources = sources_of(data, channels_read(self.file), said)
+        for source in sources:
+            self.file.require_machine(source.data_sheet, source.name)
         return Tally(self.file, chain.from_iterable(judged_windows(self.file, source) for source in sources))
 
     def watch(
@@ -465,6 +467,7 @@ class Detector:
             raise refusal("metrics", "HOST:PORT", metrics)
         addresses = names_of("events", events, "addresses")
         stated = load_monitor_config(None if config is None else path_of(config))
+        file.require_machine(stated.actuator.given, str(config))
         if state is not None and log is not None and path_of(state).resolve() == path_of(log).resolve():
             raise ConfigError(f"state and log are the same file, {state}; choose another name for one")
         stream = open_stream(

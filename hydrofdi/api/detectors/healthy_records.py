@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +65,11 @@ class HealthyRecords:
     def name(self) -> str:
         """All of them."""
         return ", ".join(source.name for source in self.sources)
+
+    @property
+    def data_sheet(self) -> Mapping[str, Any]:
+        """That of the first."""
+        return self.sources[0].data_sheet
 
     @property
     def is_unlabelled(self) -> bool:

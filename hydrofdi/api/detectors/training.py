@@ -13,7 +13,7 @@ from typing import Any
 from hydrofdi.api.arguments import Names, Texts, names_of, path_of
 from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
-from hydrofdi.api.measuring import Indicators, assumed_constants
+from hydrofdi.api.measuring import Indicators, of_machine
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.api.stored import read_results
@@ -23,12 +23,15 @@ from hydrofdi.detectors.trained.configuration import (
     WindowConfig,
     feature_of,
     stated_detector,
+    stated_indicators,
 )
 from hydrofdi.detectors.trained.file import DetectorFile, Made, load_detector
 from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction
+from hydrofdi.indicators import Indicator
+from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.report.detection.populations import n_computed_of
 from hydrofdi.settings.messages import counted
@@ -173,6 +176,12 @@ def train(
     feature = feature_of(stated)
     needed = feature.channels | feature.optional_channels | {stated.window.channel, Channel.OIL_TEMPERATURE}
     sources = sources_of(data, needed, said) if stored is None else [_records_of(stored, needed)]
+    if of_fleet is not None:
+        for source in sources:
+            of_fleet.require_machine(source.data_sheet, source.name)
+    machine = of_machine(feature.indicators, sources)
+    stated, sheet = _of_machine(stated, machine), sources[0].data_sheet
+    used = {name for each in machine.values() for name in sheet_constants(each.options)}
     records = HealthyRecords(sources, labels)
     made = Made(hydrofdi=__version__, time=datetime.now(UTC).isoformat(timespec="seconds"), command=command)
     faulty = replace(records, is_faulty=True)
@@ -180,16 +189,27 @@ def train(
     is_measured = not any(isinstance(each, SimulatedRecords | StoredRecords) for each in sources)
     file = train_on(records, stated, names, made, faulty, of_fleet, fleet_name, is_measured)
     records.left_out.n_leaking -= faulty.n_taken if file.score and file.score.n_faulty else 0
-    options = (each.options for each in feature.indicators.values())
-    assumed = tuple(dict.fromkeys(name for each in options for name in assumed_constants(sources, each)))
+    assumed = tuple(
+        dict.fromkeys(name for each in machine.values() for name in constants_not_given(each.options))
+    )
     detector = Detector(
-        file.model_copy(update={"assumed": assumed}),
+        file.model_copy(
+            update={"assumed": assumed, "data_sheet": {name: sheet[name] for name in sheet if name in used}}
+        ),
         left_out=records.left_out,
         is_unlabelled=records.is_unlabelled,
     )
     if out is not None:
         detector.save(out)
     return detector
+
+
+def _of_machine(stated: DetectorConfig, made: Mapping[str, Indicator[Any]]) -> DetectorConfig:
+    """A detector whose options are those of indicators that were made for the machine of the records."""
+    if stated.score is None:
+        (options,) = (each.options.model_dump(exclude_unset=True) for each in made.values())
+        return stated.model_copy(update={"options": options})
+    return stated.model_copy(update={"indicators": stated.indicators | stated_indicators(made)})
 
 
 def _records_of(stored: ExperimentData, needed: Collection[Channel]) -> RecordSource:

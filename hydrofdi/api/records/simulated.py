@@ -8,6 +8,7 @@ import time
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
 from hydrofdi.config.run_table.runs import Runs, record_identities
@@ -57,6 +58,11 @@ class SimulatedRecords:
     @cached_property
     def _rows(self) -> list[int]:
         return distinct_records(self.record_ids, [True] * len(self.record_ids), self.only)
+
+    @property
+    def data_sheet(self) -> dict[str, Any]:
+        """The nominal machine of the experiment."""
+        return self.experiment.data_sheet
 
     def batches(self, *, labels: bool = False) -> Iterator[RecordBatch]:
         """The records in the order of their runs; those that fail are rejected with how they ended.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -17,12 +17,14 @@ from hydrofdi.detectors.scores.contract import Fitted, from_data
 from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of, unmakable
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.evaluation.scores import Direction
+from hydrofdi.indicators.nominal_actuator import sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.records import Array
 from hydrofdi.records.batch import Channel
+from hydrofdi.records.data_sheet import is_other
 from hydrofdi.settings.messages import describe_error
 from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import plain, readable_unit
+from hydrofdi.settings.readable import plain, readable_unit, shown_quantity
 from hydrofdi.settings.validation import known_keys
 from hydrofdi.settings.yaml_source import dotted
 from hydrofdi.units import convert
@@ -245,6 +247,9 @@ class DetectorFile(Part):
     assumed: tuple[str, ...] = ()
     """Plant constants that were left at their nominal values although the records are measured."""
 
+    data_sheet: dict[str, Any] = Field(default_factory=dict)
+    """Plant constants that the description of the healthy records states."""
+
     indicator_versions: dict[str, int]
     """Label → version of an indicator; a different version gives different values and is refused."""
 
@@ -293,6 +298,27 @@ class DetectorFile(Part):
         """What is measured and judged."""
         feature = feature_of(self.config)
         return feature if self.score is None else feature.of(self.score.numbers)
+
+    def require_machine(self, sheet: Mapping[str, Any], name: str) -> None:
+        """Check that a data sheet is that of the machine in training, else that of the options.
+
+        Raises
+        ------
+        ConfigError
+            It states another value of a constant that the detector uses.
+        """
+        for each in self.feature.indicators.values():
+            for constant, unit in sheet_constants(each.options).items():
+                own = self.data_sheet.get(constant, getattr(each.options, constant))
+                if constant in sheet and is_other(own, sheet[constant]):
+                    now, then = (
+                        shown_quantity(value, unit) if isinstance(value, float) else f"{value}"
+                        for value in (sheet[constant], own)
+                    )
+                    raise ConfigError(
+                        f"{name}: states {constant} = {now}, but the detector was trained with {then}; train"
+                        " one for this machine"
+                    )
 
     def scores(self, numbers: Array) -> Array:
         """Scores of windows from their numbers, shape (n_window, n_number)."""

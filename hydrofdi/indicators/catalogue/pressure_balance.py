@@ -8,6 +8,7 @@ from pydantic import Field
 
 from hydrofdi.indicators.balancing import BalanceIndicator, BalanceOptions
 from hydrofdi.indicators.nominal_actuator import PlantConstant
+from hydrofdi.records import RecordBatch
 from hydrofdi.settings.quantities import SI
 
 
@@ -19,7 +20,7 @@ class PressureBalanceOptions(BalanceOptions):
     a ``square`` wave that switches with the period of the drive or, if that is unknown, at the jumps of
     P_1."""
 
-    load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12), PlantConstant()] = 150e3
+    load_stiffness: Annotated[float, SI("N/m", least=0, most=1e12), PlantConstant()] = 150e3
     """Stiffness K_ex of the spring that loads the piston [N/m], used in place of the position."""
 
     half_window: Annotated[int, Field(strict=True, ge=2, le=100_000)] = 36
@@ -53,3 +54,8 @@ class PressureBalance(BalanceIndicator[PressureBalanceOptions]):
     )
     by_spring = True
     Options = PressureBalanceOptions
+
+    def obstacle(self, records: RecordBatch) -> str | None:
+        """Message if there is no spring, or too few windows."""
+        has_spring = self.options.load_stiffness > 0.0
+        return super().obstacle(records) if has_spring else "it needs a load_stiffness above 0"

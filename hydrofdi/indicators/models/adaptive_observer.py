@@ -159,7 +159,8 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         " K̂_i' = −γ S (e_1 − e_2), (1/β̂)' = −γ_c Σ V r e with r the rate of P̂ without L"
     )
     caution = (
-        "Errors of supply and return pressure, flow gain and valve null appear as leakage. A record of only a"
+        "Errors of areas, position zero, supply and return pressure, flow gain and valve null appear as"
+        " leakage, and nothing shows that the model does not fit. A record of only a"
         " few time constants still contains the initial settling: K_i from zero, β from the data sheet."
     )
     absence = (

@@ -163,8 +163,9 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
         " √Δp_ref Σ_p abs(∫(∂r/∂p) S) bound_p/∫2S², S = sgn(ΔP) √abs(ΔP)"
     )
     caution = (
-        "Errors of supply and return pressure, flow gain and β appear as leakage, and channels that are 2 ms"
-        " apart as up to 0.1 L/min. The exceedance reduces false alarms"
+        "Errors of areas, position zero, supply and return pressure, flow gain and β appear as leakage, and"
+        " channels that are 2 ms apart as up to 0.1 L/min; nothing shows that the model does not fit. The"
+        " exceedance reduces false alarms"
         " under such errors, but misses leaks smaller than the bound."
     )
     absence = "no window has an open valve, a pressure difference and all samples"

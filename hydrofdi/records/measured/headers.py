@@ -9,6 +9,7 @@ from textwrap import indent
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Channel
+from hydrofdi.records.data_sheet import data_sheet_lines
 from hydrofdi.records.measured.columns import (
     MOST_SHOWN,
     channel_named,
@@ -124,7 +125,7 @@ def suggested_description(file: Path, pattern: str, sampling_frequency: float | 
         skip, table = _below_preamble(file)
     except RejectionError as rejection:
         raise DataError(f"{file}: {rejection}") from None
-    return _suggestion(pattern, skip, table, sampling_frequency) + "\n"
+    return "\n".join([_suggestion(pattern, skip, table, sampling_frequency), *data_sheet_lines()]) + "\n"
 
 
 def _below_preamble(file: Path) -> tuple[int, Table]:

@@ -65,6 +65,11 @@ class MeasuredSource:
         yield from batched(self._remarked(), period, labels, self.most_samples)
 
     @property
+    def data_sheet(self) -> Mapping[str, Any]:
+        """What the description states of the machine."""
+        return self.config.actuator.given
+
+    @property
     def is_labelled(self) -> bool:
         """Whether the description says how records are labelled."""
         return bool(self.config.label)
@@ -192,10 +197,9 @@ class HeldTable(Table):
 
 @dataclass(frozen=True)
 class HeldSource(MeasuredSource):
-    """Records in memory; `is_simulated` if an experiment file states the plant."""
+    """Records in memory."""
 
     tables: Sequence[HeldTable] = ()
-    is_simulated: bool = False
 
     @property
     def is_labelled(self) -> bool:

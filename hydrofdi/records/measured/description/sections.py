@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from hydrofdi.records.batch import Channel
+from hydrofdi.records.data_sheet import MachineSheet
 from hydrofdi.settings.quantities import SI, Section
 
 Duration = Annotated[float, SI("s", above=0.0)]
@@ -219,6 +220,9 @@ class SamplesConfig(Section):
 
     time: TimeConfig | None = None
     """Column of sampling instants; either this or `sampling_frequency`."""
+
+    actuator: MachineSheet = MachineSheet()
+    """Data sheet of the machine, which indicators that need it use, unless their options state otherwise."""
 
     format: FormatConfig = FormatConfig()
 

@@ -1,0 +1,208 @@
+"""Data sheet of a machine: the constants that indicators with a model of the actuator need."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from hydrofdi.records.batch import Array, Channel, RecordBatch
+from hydrofdi.settings.quantities import SI, Section, field_quantity
+from hydrofdi.settings.readable import shown_quantity
+
+
+@dataclass(frozen=True)
+class PlantConstant:
+    """Annotation of an option that describes the plant.
+
+    Attributes
+    ----------
+    option : str
+        The constant is used only if this option has one of the `values`; always if empty.
+    parameter : str
+        Dotted parameter of a simulated plant with the same meaning.
+    """
+
+    option: str = ""
+    values: tuple[Any, ...] = ()
+    parameter: str = ""
+
+    def is_used(self, options: Section) -> bool:
+        """Whether the indicator uses the constant with these options."""
+        return not self.option or getattr(options, self.option, None) in self.values
+
+
+def _of(parameter: str) -> PlantConstant:
+    return PlantConstant(parameter=parameter)
+
+
+class DataSheet(Section):
+    """Cylinder, fluid, valve and supply; the defaults are those of the paper."""
+
+    piston_area: Annotated[float, SI("m^2", least=1e-7, most=1.0), _of("actuator.piston_area")] = 633e-6
+    """Annular area A of the piston in chamber 1 [m²]."""
+
+    piston_area_2: Annotated[
+        Annotated[float, SI("m^2", least=1e-7, most=1.0)] | None, _of("actuator.piston_area_2")
+    ] = None
+    """The same for chamber 2 [m²]; by default that of chamber 1."""
+
+    chamber_volume: Annotated[float, SI("m^3", least=1e-8, most=1.0), _of("actuator.chamber_volume")] = 280e-6
+    """Volume V of chamber 1 with the piston at the centre, which is position zero by default [m³]."""
+
+    chamber_volume_2: Annotated[
+        Annotated[float, SI("m^3", least=1e-8, most=1.0)] | None, _of("actuator.chamber_volume_2")
+    ] = None
+    """The same for chamber 2 [m³]; by default that of chamber 1 in the ratio of the areas."""
+
+    position_zero: Literal["centre", "retracted", "extended"] = "centre"
+    """Where the measured position is zero. A positive position enlarges chamber 1. ``retracted``: at the end
+    of the stroke with the smallest chamber 1; ``extended``: at that with the largest."""
+
+    stroke: Annotated[Annotated[float, SI("m", above=0, most=100.0)] | None, _of("actuator.stroke")] = None
+    """Stroke of the piston [m], for ``position_zero: retracted`` or ``extended``."""
+
+    bulk_modulus: Annotated[float, SI("Pa", least=1e7, most=1e10), _of("fluid.bulk_modulus")] = 551e6
+    """Bulk modulus β of the fluid [Pa]."""
+
+    load_stiffness: Annotated[
+        float, SI("N/m", least=0, most=1e12), PlantConstant("chambers", (1,), "actuator.load_stiffness")
+    ] = 150e3
+    """Stiffness K_ex of the spring that loads the piston [N/m], used in place of the position."""
+
+    flow_gain: Annotated[float, SI("m^1.5/kg^0.5", above=0, most=1.0), _of("valve.flow_gain")] = 0.0292
+    """Flow gain K_v of the valve [m^1.5/kg^0.5]."""
+
+    area_gradient: Annotated[float, SI("m", above=0, most=10.0), _of("valve.area_gradient")] = 20.75e-3
+    """Orifice area gradient w [m]."""
+
+    spool_gain: Annotated[
+        float,
+        SI("m/V", above=0, most=1.0),
+        PlantConstant("spool", ("command", "square"), "valve.spool_gain"),
+    ] = 22e-6
+    """Spool position gain k_v [m/V], for ``spool: command``."""
+
+    natural_frequency: Annotated[
+        float, SI("Hz", least=0.1, most=1e5), PlantConstant("spool", ("command",), "valve.natural_frequency")
+    ] = 175.0
+    """Undamped natural frequency of the spool [Hz], for ``spool: command``."""
+
+    damping_ratio: Annotated[
+        float, SI("1", least=0.01, most=100.0), PlantConstant("spool", ("command",), "valve.damping_ratio")
+    ] = 0.7
+    """Damping ratio ξ of the spool [-], for ``spool: command``."""
+
+    supply_pressure: Annotated[
+        float, SI("Pa", least=1e4, most=2e8), PlantConstant("supply", ("nominal",), "supply.pressure")
+    ] = 17.2e6
+    """Nominal supply pressure P_s [Pa]."""
+
+    return_pressure: Annotated[float, SI("Pa", least=0, most=2e8), _of("supply.return_pressure")] = 0.0
+    """Return pressure P_r [Pa]."""
+
+    @model_validator(mode="after")
+    def _has_stroke(self) -> Self:
+        if self.position_zero != "centre" and self.stroke is None:
+            raise ValueError(f"position_zero: {self.position_zero} needs the stroke of the piston")
+        return self
+
+    @property
+    def areas(self) -> tuple[float, float]:
+        """Piston areas of both chambers [m²]."""
+        return self.piston_area, self.piston_area if self.piston_area_2 is None else self.piston_area_2
+
+    @property
+    def volumes(self) -> tuple[float, float]:
+        """Volumes of both chambers with the piston at the centre [m³]."""
+        (first, second), volume = self.areas, self.chamber_volume
+        return volume, self.chamber_volume_2 or volume * (second / first)
+
+    def position(self, records: RecordBatch) -> Array:
+        """x_p from the centre [m], shape (n_record, n_time); NaN where a chamber would have no volume."""
+        position = self._from_centre(records)
+        first, second = self._volumes_at(position)
+        is_impossible = (first <= 0.0) | (second <= 0.0)
+        return np.where(is_impossible, np.nan, position) if is_impossible.any() else position
+
+    def unfit_positions(self, records: RecordBatch) -> list[str | None]:
+        """Why the positions of each record are impossible: a chamber would have no volume; None if it has."""
+        if Channel.PISTON_POSITION not in records.channels:
+            return [None] * records.n_record
+        reasons: list[str | None] = [None] * records.n_record
+        if self.stroke is not None:
+            travel = np.ptp(records[Channel.PISTON_POSITION], axis=1)
+            for row in np.flatnonzero(travel > self.stroke).tolist():
+                reasons[row] = f"the piston travels {travel[row]:.3g} m, but its stroke is {self.stroke:g} m"
+        for chamber, volume in enumerate(self._volumes_at(self._from_centre(records)), start=1):
+            for row in np.flatnonzero(np.any(volume <= 0.0, axis=1)).tolist():
+                reasons[row] = (
+                    f"the volume of chamber {chamber} would be {1e6 * np.nanmin(volume[row]):.4g} cm^3:"
+                    " state 'position_zero' and 'stroke', or the chamber volumes at position zero"
+                )
+        return reasons
+
+    def _from_centre(self, records: RecordBatch) -> Array:
+        measured = records[Channel.PISTON_POSITION]
+        if self.position_zero == "centre" or self.stroke is None:
+            return measured
+        return measured + (-0.5 if self.position_zero == "retracted" else 0.5) * self.stroke
+
+    def _volumes_at(self, position: Array) -> tuple[Array, Array]:
+        (area_1, area_2), (first, second) = self.areas, self.volumes
+        return first + area_1 * position, second - area_2 * position
+
+
+class MachineSheet(DataSheet):
+    """Data sheet of a measured machine. What is not stated has the value of the paper."""
+
+    mass: Annotated[float, SI("kg", above=0, most=1e6), _of("actuator.mass")] = 12.3
+    """Mass m of piston and load [kg]."""
+
+    coulomb_friction: Annotated[float, SI("N", least=0), _of("friction.coulomb")] = 200.0
+    """Coulomb friction F_c [N]."""
+
+    breakaway_friction: Annotated[float, SI("N", least=0), _of("friction.breakaway")] = 250.0
+    """Breakaway friction F_brk [N]."""
+
+    viscous_friction: Annotated[float, SI("N*s/m", least=0), _of("friction.viscous")] = 50.0
+    """Coefficient f of viscous friction [N·s/m]."""
+
+    friction_transition: Annotated[float, SI("s/m", least=0), _of("friction.transition")] = 40.0
+    """Coefficient c_v of the transition from breakaway to Coulomb friction [s/m]."""
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Option of an indicator → its value, for all that is stated."""
+        return {
+            name: getattr(self, name) for name in MachineSheet.model_fields if name in self.model_fields_set
+        }
+
+
+def is_other(one: Any, other: Any) -> bool:
+    """Whether two values of a constant differ by more than rounding on a data sheet."""
+    are_numbers = isinstance(one, float) and isinstance(other, float)
+    return not math.isclose(one, other, rel_tol=1e-3) if are_numbers else bool(one != other)
+
+
+def data_sheet_lines() -> Iterator[str]:
+    """A description's section for a data sheet with the numbers of the paper, as comments."""
+    yield "# for balances and observers: your data sheet; these are the numbers of another machine"
+    yield "# actuator:"
+    for name, info in MachineSheet.model_fields.items():
+        quantity = field_quantity(info)
+        shown = shown_quantity(info.default, quantity.unit) if quantity and info.default is not None else ""
+        yield f"#   {name}: {shown or info.default or 'null'}"
+
+
+PLANT_PARAMETERS = {
+    name: mark.parameter
+    for name, info in MachineSheet.model_fields.items()
+    for mark in info.metadata
+    if isinstance(mark, PlantConstant)
+} | {"drive_amplitude": "input.amplitude"}
+"""Constant → dotted parameter of a simulated plant with the same meaning."""

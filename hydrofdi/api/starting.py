@@ -176,11 +176,12 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
         "valve_frequency": _shown(sheet.valve_frequency, "Hz"),
         "clearance": f"{sheet.clearance(0.005):.3g}",
         "least_clearance": f"{sheet.clearance(0.001):.3g}",
-        "most_clearance": f"{sheet.clearance(0.015):.3g}",
+        "most_clearance": f"{sheet.clearance(0.01):.3g}",
+        "clearance_deviation": f"{sheet.clearance(0.006):.3g}",
         "push": _shown(sheet.push, "kN"),
         "coulomb": _shown(0.02 * sheet.push, "N", 3),
         "breakaway": _shown(0.03 * sheet.push, "N", 3),
-        "viscous": f"{plain(0.02 * sheet.push / speed_out, 3)} N·s/m",
+        "viscous": f"{plain(0.05 * sheet.push / speed_out, 3)} N·s/m",
         "velocity_threshold": _shown(sheet.velocity_threshold, "mm/s", 3),
         "speed_out": _shown(speed_out, "m/s", 3),
         "speed_in": _shown(speed_in, "m/s", 3),
@@ -193,6 +194,8 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
         "proportional_gain": plain(sheet.proportional_gain, 3),
         "integral_gain": plain(0.1 * sheet.crossover * sheet.proportional_gain, 3),
         "random_force": _shown(sheet.random_force, "N", 3),
+        "constant_force": _shown(sheet.constant_force, "N", 3),
+        "less_weight": f", less the weight of {_shown(sheet.weight, 'kN')}" if sheet.weight else "",
         "load_formula": _load_formula(sheet),
         "full_scale": _shown(sheet.full_scale, "bar"),
         "pressure_noise": _shown(2e-4 * sheet.full_scale, "kPa", 2),
@@ -243,6 +246,4 @@ def _load_formula(sheet: DataSheet) -> str:
     share = f"{100.0 * sheet.load_share:.3g} % of supply pressure · A_2 = {_shown(sheet.pull, 'kN')}"
     if sheet.load_share < 0.3 - 1e-12:
         share += f" (0.7 · (A_2/A_1 = {ratio:.3f})²: from (A_2/A_1)² on, a pulling load cavitates chamber 1)"
-    if sheet.weight:
-        share += f", less the weight {_shown(sheet.weight, 'kN')}, at least 5 %"
     return share

@@ -91,7 +91,7 @@ def configs(
 def check(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
     """Inspect an experiment before running it.
 
-    Shows step, hydraulic mode and bands, record, leakage, stroke and sensor noise, and how well a healthy
+    Shows what is unusual of the machine and what to change, step, hydraulic mode and bands, record, leakage, stroke and sensor noise, and how well a healthy
     record determines the unknowns of model-based indicators.
 
     Simulates up to 60 of the runs that differ in more than their sensors; step limits cover all runs.
@@ -111,7 +111,9 @@ def _checked(found: Check) -> Iterator[Any]:
     from rich.text import Text
 
     from hydrofdi.api.check import convergence_table, modes_table, noise_table, unknowns_table
+    from hydrofdi.api.plausible import plausibility_table
 
+    yield from (plausibility_table(found.plausibility), "")
     limits = sorted(found.step_limits.items(), key=lambda item: item[1])
     yield Text("Step", "bold")
     yield (

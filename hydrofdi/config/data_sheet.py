@@ -238,8 +238,14 @@ class DataSheet(Section):
 
     @property
     def random_force(self) -> float:
-        """Random load beside the weight [N]."""
-        return max(self.load_share * self.pull - self.weight, 0.05 * self.pull)
+        """Half of the load [N]."""
+        return 0.5 * self.load_share * self.pull
+
+    @property
+    def constant_force(self) -> float:
+        """The other half beyond the weight, pressing the rod in [N]; none on a mass that hangs on the rod."""
+        hangs = self.mounting == "vertical-rod-down"
+        return 0.0 if hangs else max(self.random_force - self.weight, 0.0)
 
     @property
     def velocity_threshold(self) -> float:

@@ -44,6 +44,7 @@ def _unit(factor: str | Fraction, **exponents: int) -> Unit:
 _POUND_FORCE = Fraction("0.45359237") * Fraction("9.80665")
 _NEWTON = _unit("1", kg=1, m=1, s=-2)
 _PASCAL = _unit("1", kg=1, m=-1, s=-2)
+_DEGREE = _unit(Fraction(math.pi) / 180, rad=1)
 
 SYMBOLS = {
     "1": _unit("1"),
@@ -62,6 +63,8 @@ SYMBOLS = {
     "days": _unit("86400", s=1),
     "Hz": _unit("1", s=-1),
     "rad": _unit("1", rad=1),
+    "deg": _DEGREE,
+    "°": _DEGREE,
     "N": _NEWTON,
     "daN": _unit("10", kg=1, m=1, s=-2),
     "kgf": _unit("9.80665", kg=1, m=1, s=-2),

@@ -13,6 +13,8 @@ from hydrofdi.config.sections import analysis as checks
 from hydrofdi.config.sections import drive, machine, sensor
 from hydrofdi.config.sections.analysis import AnalysisConfig
 from hydrofdi.config.sections.csv_input import without_contents
+from hydrofdi.physics.cylinder import pressure_force
+from hydrofdi.physics.steady_state import rest_pressures
 from hydrofdi.settings.quantities import SI, Section, field_quantity
 from hydrofdi.transforms.configuration import WaveletConfig
 
@@ -110,6 +112,31 @@ class RunParameters(Section):
     def is_periodic(self) -> bool:
         """Whether all that acts on the actuator repeats itself with the period of the input."""
         return self.input.is_periodic and not self.load.random_force
+
+    @property
+    def held_force(self) -> float:
+        """Constant force against extension that the pressures hold at rest [N]."""
+        return self.actuator.weight + self.load.constant_force
+
+    @property
+    def start_pressures(self) -> tuple[float, float]:
+        """P_1 and P_2 at the start [Pa]: in equilibrium with weight and constant load.
+
+        With equal areas and a horizontal axis the mean of supply and return pressure, whatever the load (paper).
+        """
+        supply, ret, actuator = self.supply.pressure, self.supply.return_pressure, self.actuator
+        if actuator.area_2 == actuator.piston_area and actuator.inclination == 0.0:
+            return 0.5 * (supply + ret), 0.5 * (supply + ret)
+        return rest_pressures(supply, ret, *actuator.areas, self.held_force)
+
+    @property
+    def start_support(self) -> float:
+        """Displacement of the support of the cylinder at the start, under the start pressures [m]."""
+        stiffness, held = (
+            self.actuator.foundation_stiffness,
+            pressure_force(*self.start_pressures, *self.actuator.areas),
+        )
+        return 0.0 if stiffness is None else (0.0 - held) / stiffness
 
     @property
     def edges(self) -> machine.Edges:

@@ -5,15 +5,34 @@ from __future__ import annotations
 from hydrofdi.physics.equation import Quantity, equation, limited
 
 
+STANDARD_GRAVITY = 9.80665
+"""g [m/s²], ISO 80000-3."""
+
+
+@equation
+def pressure_force(
+    pressure_1: Quantity, pressure_2: Quantity, area_1: Quantity, area_2: Quantity
+) -> Quantity:
+    """Force of the two chamber pressures on a piston with unequal areas.
+
+    Parameters
+    ----------
+    pressure_1, pressure_2 : float or array
+        P_1 and P_2 [Pa].
+    area_1, area_2 : float or array
+        A_1 and A_2 [m²].
+
+    Returns
+    -------
+    float or array
+        A_1 P_1 − A_2 P_2 [N], positive if it extends the rod.
+    """
+    return area_1 * pressure_1 - area_2 * pressure_2
+
+
 @equation
 def piston_acceleration(
-    position: Quantity,
-    pressure_1: Quantity,
-    pressure_2: Quantity,
-    resistance: Quantity,
-    mass: Quantity,
-    area: Quantity,
-    stiffness: Quantity,
+    position: Quantity, force: Quantity, resistance: Quantity, mass: Quantity, stiffness: Quantity
 ) -> Quantity:
     """Acceleration of piston and load.
 
@@ -21,19 +40,19 @@ def piston_acceleration(
     ----------
     position : float or array
         x_p [m].
-    pressure_1, pressure_2 : float or array
-        P_1 and P_2 [Pa].
+    force : float or array
+        Force of the pressures, A (P_1 − P_2) if the areas are equal [N].
     resistance : float or array
-        Friction F_f plus load force and end-stop force, if any [N].
-    mass, area, stiffness : float or array
-        m [kg], A [m²] and K_ex [N/m].
+        Friction F_f plus load force, weight along the axis and end-stop force, if any [N].
+    mass, stiffness : float or array
+        m [kg] and K_ex [N/m].
 
     Returns
     -------
     float or array
         v_p' [m/s²]. Equation (2).
     """
-    return (area * (pressure_1 - pressure_2) - resistance - stiffness * position) / mass
+    return (force - resistance - stiffness * position) / mass
 
 
 @equation
@@ -42,8 +61,10 @@ def chamber_pressure_rates(
     net_flow_1: Quantity,
     net_flow_2: Quantity,
     bulk_modulus: Quantity,
-    volume: Quantity,
-    area: Quantity,
+    volume_1: Quantity,
+    volume_2: Quantity,
+    area_1: Quantity,
+    area_2: Quantity,
 ) -> tuple[Quantity, Quantity]:
     """Rates of the two chamber pressures.
 
@@ -53,19 +74,21 @@ def chamber_pressure_rates(
         x_p [m].
     net_flow_1, net_flow_2 : float or array
         Flow into each chamber minus the rate at which the piston enlarges it [m³/s]:
-        q_1 − q_il − q_el1 − A v_p and −q_2 + q_il − q_el2 + A v_p.
+        q_1 − q_il − q_el1 − A_1 v_p and −q_2 + q_il − q_el2 + A_2 v_p.
     bulk_modulus : float or array
         β [Pa].
-    volume, area : float or array
-        V [m³] of each chamber with the piston centred, and A [m²].
+    volume_1, volume_2 : float or array
+        V_1 and V_2 with the piston centred [m³].
+    area_1, area_2 : float or array
+        A_1 and A_2 [m²].
 
     Returns
     -------
     tuple of two float or array
         P_1' and P_2' [Pa/s]. Equations (5) and (6).
     """
-    volume_1 = volume + area * position
-    volume_2 = volume - area * position
+    volume_1 = volume_1 + area_1 * position
+    volume_2 = volume_2 - area_2 * position
     stiffness = bulk_modulus / (volume_1 * volume_2)
     return stiffness * volume_2 * net_flow_1, stiffness * volume_1 * net_flow_2
 
@@ -144,7 +167,7 @@ def foundation_velocity(
     displacement : float or array
         x_b of the cylinder [m].
     force : float or array
-        Force on the cylinder: friction and end-stop force minus A (P_1 − P_2) [N].
+        Force on the cylinder: friction and end-stop force minus that of the pressures [N].
     stiffness, damping : float or array
         K_b [N/m] and D_b [N·s/m].
 

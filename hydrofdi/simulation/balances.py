@@ -21,6 +21,7 @@ from hydrofdi.simulation.kernels.hydraulics import (
     LaneParameters,
     State,
     bulk_modulus_at,
+    chamber_2,
     friction_of,
     lane_parameters,
     port_flows,
@@ -127,9 +128,9 @@ class BalanceResiduals:
     Attributes
     ----------
     volume : ndarray
-        abs[∫(q_1 − q_il − q_el1) dt − A Δx_p − ∫(V + A x_p)/β dP_1] / ∫abs(q_1) dt [-].
+        abs[∫(q_1 − q_il − q_el1) dt − A_1 Δx_p − ∫(V_1 + A_1 x_p)/β dP_1] / ∫abs(q_1) dt [-].
     energy : ndarray
-        Residual of supply = throttling + leakage + friction + kinetic and spring energy + compression,
+        Residual of supply = throttling + leakage + friction + kinetic, lifting and spring energy + compression,
         relative to the energy supplied [-].
     """
 
@@ -172,7 +173,7 @@ class AccountRates(NamedTuple):
     stored_power, supplied_power : float
         Supplied power minus losses and outflow; absolute power of the supply [W].
     compliance_1, compliance_2 : float
-        (V ± A x_p)/β of the chambers [m³/Pa].
+        (V_1 + A_1 x_p)/β and (V_2 − A_2 x_p)/β [m³/Pa].
     """
 
     stored_volume: float
@@ -209,6 +210,7 @@ def account_rates(
     if options.hoses is not None:
         squares = state.line_flow_1 * state.line_flow_1 + state.line_flow_2 * state.line_flow_2
         lost += p.hose_resistance * squares
+    area_2, volume_2 = chamber_2(p, options)
     ret = p.ret if options.return_line is None else state.return_pressure
     supplied = state.supply * through.supply - ret * through.returned
     return AccountRates(
@@ -217,15 +219,17 @@ def account_rates(
         supplied - lost,
         abs(supplied),
         (p.volume + p.area * position) / bulk_modulus_at(p1, p, options),
-        (p.volume - p.area * position) / bulk_modulus_at(p2, p, options),
+        (volume_2 - area_2 * position) / bulk_modulus_at(p2, p, options),
     )
 
 
 @equation
 def held_energy(state: State, p: LaneParameters, options: ModelOptions) -> float:
-    """Energy stored in the moving mass, the springs, the end stops and the hoses [J]."""
+    """Energy stored in the moving mass, its height, the springs, the end stops and the hoses [J]."""
     x, v = state.position, state.velocity
     energy: float = 0.5 * (p.mass * v * v + p.stiffness * x * x)
+    if options.inclined is not None:
+        energy += p.weight * x
     if options.end_stops is not None:
         force = end_stop_force(position_in_cylinder(state, options), p.stop_position, p.stop_stiffness)
         energy += 0.5 * force * force / p.stop_stiffness

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.drive import RecordConfig
+from hydrofdi.config.sections.machine import ActuatorConfig
 from hydrofdi.simulation.balances import Outcome, Signal, Trajectory
 from hydrofdi.simulation.inputs import Chunk, Inputs, Reader, Tap, steps_per_control
 from hydrofdi.simulation.kernels.hydraulics import lane_parameters, leakage_of
@@ -35,8 +36,8 @@ ABSURD_PRESSURE_RATIO = 100.0
 """Ratio of pressure to supply pressure above which a run has diverged, even if it is finite."""
 
 _CLOSE_TO_STOP = 0.98
-"""Fraction of the stroke V/A beyond which the piston has left the cylinder: a chamber volume is nearly
-zero."""
+"""Fraction of V/A beyond which the piston has left a cylinder without a stated stroke: a chamber volume is
+nearly zero."""
 
 
 ROWS = {
@@ -264,13 +265,13 @@ def _held(values: Signal, moves: bool, shape: tuple[int, int]) -> Signal:
 
 def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:
     """Outcome of a run, from its states (4, n_time)."""
-    record, actuator = parameters.record, parameters.actuator
+    record = parameters.record
     pressure_limit = ABSURD_PRESSURE_RATIO * parameters.supply.pressure
-    stroke = actuator.chamber_volume / actuator.piston_area
+    low, high = _outermost(parameters.actuator)
     with np.errstate(invalid="ignore"):
         diverged = ~np.all(np.isfinite(states), axis=0) | np.any(np.abs(states[2:]) > pressure_limit, axis=0)
-        beyond = np.abs(states[0]) > _CLOSE_TO_STOP * stroke
-    at_the_stop = diverged.any() and abs(states[0, np.argmax(diverged) - 1]) > _CLOSE_TO_STOP * stroke
+        beyond = (states[0] < low) | (states[0] > high)
+    at_the_stop = diverged.any() and bool(beyond[np.argmax(diverged) - 1])
     if diverged.any() and not at_the_stop:
         time = np.argmax(diverged) / record.sampling_frequency
         return Outcome(
@@ -281,10 +282,17 @@ def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcom
         time = np.argmax(beyond | diverged) / record.sampling_frequency
         return Outcome(
             "stroke_exceeded",
-            f"the piston used more than {_CLOSE_TO_STOP:.0%} of its stroke (±{stroke:.4g} m)"
-            f" at t = {time:g} s",
+            f"the piston left its stroke, {low:.4g} to {high:.4g} m from the centre, at t = {time:g} s",
         )
     return Outcome()
+
+
+def _outermost(actuator: ActuatorConfig) -> tuple[float, float]:
+    """Positions beyond which the piston has left the cylinder [m]; elastic stops may give way."""
+    if actuator.stroke is not None and actuator.end_stops == "none":
+        return actuator.ends
+    low, high = actuator.vanishing
+    return _CLOSE_TO_STOP * low, _CLOSE_TO_STOP * high
 
 
 def leakage_signal(

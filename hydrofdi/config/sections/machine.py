@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
+from hydrofdi.physics.cylinder import STANDARD_GRAVITY
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
@@ -23,28 +24,45 @@ Conductance = Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa
 
 
 class ActuatorConfig(Section):
-    """Double-rod cylinder with equal piston areas that moves a mass against a spring."""
+    """Cylinder with one rod or two that moves a mass against a spring; by default both areas are equal."""
 
     mass: Annotated[float, SI("kg", above=0, usual=("10 g", "100000 kg"))] = 12.3
     """Mass m of piston and load [kg]. Table 1 of the paper, legible as "1.3"."""
 
     piston_area: Annotated[float, SI("m^2", above=0, usual=("1 mm^2", "1 m^2"))] = 633e-6
-    """Annular area A of either piston side [m²]. Bore 38.1 mm and rod 25.4 mm of the test rig."""
+    """Piston area A_1 of chamber 1 [m²], which grows if the rod extends: with a single rod the area of the
+    bore. Bore 38.1 mm and rods of 25.4 mm on both sides of the test rig."""
+
+    piston_area_2: Annotated[float, SI("m^2", above=0, usual=("1 mm^2", "1 m^2"))] | None = None
+    """Piston area A_2 of chamber 2 [m²]: with a single rod the bore less the rod. By default A_1, as with two
+    equal rods (paper)."""
 
     chamber_volume: Annotated[float, SI("m^3", above=0, usual=("0.1 cm^3", "1 m^3"))] = 280e-6
-    """Fluid volume V of each chamber with the piston centred [m³]. Low confidence: constrained only by the
+    """Fluid volume V_1 of chamber 1 with the piston centred [m³]. Low confidence: constrained only by the
     paper's statements; 160 to 470 cm³ are admissible."""
+
+    chamber_volume_2: Annotated[float, SI("m^3", above=0, usual=("0.1 cm^3", "1 m^3"))] | None = None
+    """Fluid volume V_2 of chamber 2 with the piston centred [m³]; by default V_1 A_2/A_1."""
+
+    stroke: Annotated[float, SI("m", above=0, usual=("1 mm", "20 m"))] | None = None
+    """Stroke from end to end [m], half of it on each side of the centre; a run whose piston leaves it fails.
+    By default the piston may move until a chamber vanishes (paper)."""
+
+    inclination: Annotated[float, SI("rad", least=-0.5 * math.pi, most=0.5 * math.pi)] = 0.0
+    """Angle of the axis above the horizontal [rad]; write ``90 deg`` if the rod extends upwards, ``-90 deg``
+    if it points down. The weight of the mass acts along the axis. Horizontal in the paper."""
 
     load_stiffness: Annotated[float, SI("N/m", least=0, usual=("1 N/m", "10 GN/m"))] = 150e3
     """Stiffness K_ex of the environment spring [N/m]. Table 1, legible as "15"."""
 
     end_stops: Literal["none", "elastic"] = "none"
     """End of the stroke. ``none``: no stops (paper); a run whose piston leaves the cylinder fails.
-    ``elastic``: a spring of ``end_stop_stiffness`` from ``end_stop_position`` on."""
+    ``elastic``: a spring of ``end_stop_stiffness`` from ``end_stop_position`` on, or from the ends of a
+    stated ``stroke``."""
 
     end_stop_position: Annotated[float, SI("m", above=0, usual=("1 mm", "10 m"))] = 0.3
-    """Distance of either end stop from the centre [m]. A choice, below the V/A at which a chamber
-    vanishes."""
+    """Distance of either end stop from the centre without a ``stroke`` [m]. A choice, below the V/A at which
+    a chamber vanishes."""
 
     end_stop_stiffness: Annotated[float, SI("N/m", above=0, usual=("1 kN/m", "100 GN/m"))] = 20e6
     """Stiffness of an end stop [N/m]. A choice, well above that of the fluid."""
@@ -75,14 +93,70 @@ class ActuatorConfig(Section):
         """Stiffness of the support [N/m], 0 if it is rigid and does not move."""
         return self.foundation_stiffness or 0.0
 
+    @property
+    def area_2(self) -> float:
+        """A_2 [m²]."""
+        return self.piston_area if self.piston_area_2 is None else self.piston_area_2
+
+    @property
+    def volume_2(self) -> float:
+        """V_2 with the piston centred [m³]."""
+        own = self.chamber_volume_2
+        return self.chamber_volume * (self.area_2 / self.piston_area) if own is None else own
+
+    @property
+    def areas(self) -> tuple[float, float]:
+        """A_1 and A_2 [m²]."""
+        return self.piston_area, self.area_2
+
+    @property
+    def volumes(self) -> tuple[float, float]:
+        """V_1 and V_2 with the piston centred [m³]."""
+        return self.chamber_volume, self.volume_2
+
+    @property
+    def has_unequal_chambers(self) -> bool:
+        """Whether areas or volumes of the chambers differ."""
+        return self.area_2 != self.piston_area or self.volume_2 != self.chamber_volume
+
+    @property
+    def weight(self) -> float:
+        """Weight of the mass along the axis, against extension [N]."""
+        return self.mass * STANDARD_GRAVITY * math.sin(self.inclination)
+
+    @property
+    def vanishing(self) -> tuple[float, float]:
+        """Positions at which chamber 1 and chamber 2 vanish, −V_1/A_1 and V_2/A_2 [m]."""
+        return -self.chamber_volume / self.piston_area, self.volume_2 / self.area_2
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the stroke, or where a chamber vanishes if none is stated [m]."""
+        return self.vanishing if self.stroke is None else (-0.5 * self.stroke, 0.5 * self.stroke)
+
+    @property
+    def stop_position(self) -> float:
+        """Distance of either end stop from the centre [m]."""
+        return self.end_stop_position if self.stroke is None else 0.5 * self.stroke
+
+    @property
+    def least_volumes(self) -> tuple[float, float]:
+        """Volumes of the chambers at the ends of a stated stroke at which they are least; else centred [m³]."""
+        reach = 0.5 * (self.stroke or 0.0)
+        return self.chamber_volume - self.piston_area * reach, self.volume_2 - self.area_2 * reach
+
     @model_validator(mode="after")
-    def _end_stops_lie_within_the_cylinder(self) -> Self:
-        stroke = self.chamber_volume / self.piston_area
-        if self.end_stops == "elastic" and self.end_stop_position >= stroke:
-            raise ValueError(
-                f"end_stop_position = {self.end_stop_position:g} m must be below V/A = {stroke:.4g} m,"
-                " where a chamber vanishes"
-            )
+    def _chambers_have_a_volume(self) -> Self:
+        low, high = self.vanishing
+        for name, distance in (
+            ("half of stroke", 0.5 * (self.stroke or 0.0)),
+            ("end_stop_position", self.stop_position if self.end_stops == "elastic" else 0.0),
+        ):
+            if distance >= min(-low, high):
+                raise ValueError(
+                    f"{name} = {distance:g} m must be below V/A = {min(-low, high):.4g} m, where chamber"
+                    f" {1 if -low <= high else 2} vanishes"
+                )
         return self
 
 

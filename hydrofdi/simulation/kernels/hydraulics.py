@@ -12,6 +12,7 @@ from hydrofdi.physics.cylinder import (
     line_flow_rate,
     line_pressure_rate,
     piston_acceleration,
+    pressure_force,
     supported_pressure_rate,
 )
 from hydrofdi.physics.equation import Quantity, equation
@@ -175,6 +176,23 @@ def warmed_gap(time: Quantity, lanes: Any, k: Any, options: ModelOptions) -> Qua
 
 
 @equation
+def chamber_2(p: LaneParameters, options: ModelOptions) -> tuple[float, float]:
+    """Area [m²] and volume with the piston centred [m³] of chamber 2."""
+    if options.unequal_chambers is None:
+        return p.area, p.volume
+    return p.area_2, p.volume_2
+
+
+@equation
+def force_of_pressures(state: State, p: LaneParameters, options: ModelOptions) -> float:
+    """Force of the chamber pressures on the piston [N]."""
+    # A (P_1 − P_2) and A P_1 − A P_2 round differently, and equal areas keep their bits.
+    if options.unequal_chambers is None:
+        return p.area * (state.pressure_1 - state.pressure_2)  # type: ignore[no-any-return]
+    return pressure_force(state.pressure_1, state.pressure_2, p.area, p.area_2)  # type: ignore[no-any-return]
+
+
+@equation
 def position_in_cylinder(state: State, options: ModelOptions) -> float:
     """Position of the piston relative to the cylinder [m]."""
     return state.position if options.foundation is None else state.position - state.support
@@ -313,7 +331,10 @@ def pressure_rates(
         net_2 *= bulk_modulus_at(state.pressure_2, p, options)
         modulus = 1.0
     position = position_in_cylinder(state, options)
-    rate_1, rate_2 = chamber_pressure_rates(position, net_1, net_2, modulus, p.volume, p.area)
+    area_2, volume_2 = chamber_2(p, options)
+    rate_1, rate_2 = chamber_pressure_rates(
+        position, net_1, net_2, modulus, p.volume, volume_2, p.area, area_2
+    )
     if options.clamped_cavitation is not None:
         rate_1 = supported_pressure_rate(state.pressure_1, rate_1, p.vapour_pressure)
         rate_2 = supported_pressure_rate(state.pressure_2, rate_2, p.vapour_pressure)
@@ -329,19 +350,20 @@ def hydraulic_rates(
     reaction = resistance
     if options.load_force is not None:
         resistance += load
+    if options.inclined is not None:
+        resistance += p.weight
     if options.end_stops is not None:
         stopping = end_stop_force(position_in_cylinder(state, options), p.stop_position, p.stop_stiffness)
         resistance += stopping
         reaction += stopping
     support = support_velocity(state, reaction, p, options)
     flows = port_flows(state, spool_position, p, options)
-    swept = p.area * (state.velocity - support)
-    net_1 = flows.into_1 - flows.internal - flows.external_1 - swept
-    net_2 = flows.internal - flows.from_2 - flows.external_2 + swept
+    speed, area_2 = state.velocity - support, chamber_2(p, options)[0]
+    net_1 = flows.into_1 - flows.internal - flows.external_1 - p.area * speed
+    net_2 = flows.internal - flows.from_2 - flows.external_2 + area_2 * speed
     rate_1, rate_2 = pressure_rates(state, net_1, net_2, p, options)
-    acceleration = piston_acceleration(
-        state.position, state.pressure_1, state.pressure_2, resistance, p.mass, p.area, p.stiffness
-    )
+    force = force_of_pressures(state, p, options)
+    acceleration = piston_acceleration(state.position, force, resistance, p.mass, p.stiffness)
     supply, return_pressure = 0.0, 0.0
     if options.moving_supply is not None:
         supply = supply_pressure_rate(
@@ -371,6 +393,6 @@ def support_velocity(state: State, resistance: float, p: LaneParameters, options
     """Velocity of the cylinder [m/s] under the reaction to pressures, and to friction and end stops [N]."""
     if options.foundation is None:
         return 0.0
-    force = resistance - p.area * (state.pressure_1 - state.pressure_2)
+    force = resistance - force_of_pressures(state, p, options)
     velocity: float = foundation_velocity(state.support, force, p.support_stiffness, p.support_damping)
     return velocity

@@ -38,8 +38,11 @@ PARAMETERS = {
     "mass": "actuator.mass",
     "area": "actuator.piston_area",
     "volume": "actuator.chamber_volume",
+    "area_2": "actuator.area_2",
+    "volume_2": "actuator.volume_2",
+    "weight": "actuator.weight",
     "stiffness": "actuator.load_stiffness",
-    "stop_position": "actuator.end_stop_position",
+    "stop_position": "actuator.stop_position",
     "stop_stiffness": "actuator.end_stop_stiffness",
     "hose_volume": "actuator.hose_volume",
     "hose_modulus": "actuator.hose_modulus",
@@ -146,7 +149,7 @@ SPOOLS = np.dtype([(name, "f8", (WIDTH,)) for name in _SPOOL_FIELDS])
 
 
 def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequence[float]) -> NDArray[Any]:
-    """Make lanes in the initial state: at rest, centred, chambers at the mean of supply and return pressure.
+    """Make lanes in the initial state: at rest, centred, with the chambers at their ``start_pressures``.
 
     Parameters
     ----------
@@ -161,15 +164,16 @@ def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequen
     """
     lanes = np.zeros(1, LANES)
     values = pack_singles(parameters, leakage_coefficients).view(np.float64).reshape(len(parameters), -1)
-    of_lane = values[np.arange(WIDTH) * (np.arange(WIDTH) < len(values))]
+    of_lane = np.arange(WIDTH) * (np.arange(WIDTH) < len(values))
     halves = lanes.view(np.float64).reshape(2, -1, HALF_WIDTH)
-    halves[:, : values.shape[1]] = of_lane.reshape(2, HALF_WIDTH, -1).transpose(0, 2, 1)
-    for half in ("left", "right"):
+    halves[:, : values.shape[1]] = values[of_lane].reshape(2, HALF_WIDTH, -1).transpose(0, 2, 1)
+    starts = np.array([(*run.start_pressures, run.start_support) for run in parameters])[of_lane].T
+    for half, start in zip(("left", "right"), np.split(starts, 2, axis=1), strict=True):
         state = lanes[half]
         state["supply"], state["return_pressure"] = state["rated_supply"], state["ret"]
-        rest = 0.5 * (state["supply"] + state["ret"])
-        for name in ("pressure_1", "pressure_2", "line_pressure_1", "line_pressure_2"):
-            state[name] = rest
+        state["pressure_1"] = state["line_pressure_1"] = start[0]
+        state["pressure_2"] = state["line_pressure_2"] = start[1]
+        state["support"] = start[2]
     return lanes
 
 
@@ -192,6 +196,8 @@ class ModelOptions(NamedTuple):
     scored_bore: Chosen = None
     ramped_leakage: Chosen = None
     intermittent_leakage: Chosen = None
+    unequal_chambers: Chosen = None
+    inclined: Chosen = None
     bristles: Chosen = None
     uneven_friction: Chosen = None
     warm_oil: Chosen = None
@@ -230,6 +236,8 @@ class ModelOptions(NamedTuple):
             scored_bore=leakage.scored_width is not None or None,
             ramped_leakage=leakage.onset in {"step", "ramp"} or None,
             intermittent_leakage=leakage.onset == "intermittent" or None,
+            unequal_chambers=run.actuator.has_unequal_chambers or None,
+            inclined=run.actuator.inclination != 0.0 or None,
             bristles=FRICTION_LAWS[run.friction.law].has_bristles or None,
             uneven_friction=run.friction.is_uneven or None,
             warm_oil=run.fluid.is_warm or None,

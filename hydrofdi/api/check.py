@@ -74,8 +74,8 @@ class Check(SimpleNamespace):
         list of dict Of each level of the chamber-1 pressure: RMS of the details of the ``noise`` of the
         sensor, as the anti-alias filter leaves it, and of quantisation, of the noisiest run [Pa];
         ``weakest_rms``, least detail RMS of the pressure itself over the runs that ended well [Pa]. Empty
-        without noise. plausibility : list of dict Quantities of the machine and its motion over the runs, causes
-        first, with ``least``, ``largest``, their ``usual`` range, and what to ``change`` if outside.
+        without noise. plausibility : list of dict Quantities of the machine and its motion, causes first,
+        with their ``usual`` range and what to ``change`` if they are outside; see `plausibility`.
         observability : list of dict What the first run, without a leak, tells each indicator
         that estimates unknowns; see `observability`. problems, warnings : list of str What makes results
         wrong, and what to keep in mind when reading them. convergence : dict or None Change of the features
@@ -246,10 +246,12 @@ def _mode_of_run(
     job: Job, row: Mapping[str, Any], bands: Sequence[tuple[float, float]], labels: Sequence[str]
 ) -> Mode:
     actuator = job.parameters.actuator
-    stroke = actuator.chamber_volume / actuator.piston_area
     mean, frequency = float(row["mean_internal_leakage_flow"]), float(row["hydraulic_mode_frequency"])
     piston_flow = actuator.piston_area * float(np.mean(np.abs(row["piston_velocity"])))
-    furthest = max(abs(float(row[f"piston_position_{end}"])) for end in ("min", "max"))
+    used = (
+        float(row[f"piston_position_{side}"]) / end
+        for side, end in zip(("min", "max"), actuator.ends, strict=True)
+    )
     level, octaves = place_in_bands(frequency, bands)
     return {
         "labels": {name: job.parameters.shown_value(name) for name in labels},
@@ -262,7 +264,7 @@ def _mode_of_run(
         "damping_ratio": float(row["hydraulic_mode_damping_ratio"]),
         "level": level,
         "octaves_to_edge": octaves,
-        "stroke_share": furthest / stroke,
+        "stroke_share": max(used),
         "status": str(row["status"]),
         "verdict": str(row["verdict"]),
     }

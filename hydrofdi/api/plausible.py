@@ -1,4 +1,4 @@
-"""Is it a usual machine? Load, speed, mode, stroke and cavitation of the runs of an experiment, causes first."""
+"""Is it a usual machine? Mode, load, speed, stroke, damping and cavitation of the runs, causes first."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def load_share(run: RunParameters, furthest: float) -> float:
     `furthest` is the largest distance from the centre [m].
     """
     actuator, load = run.actuator, run.load
-    force = abs(load.constant_force) + load.random_force + actuator.load_stiffness * furthest
-    return force / (run.supply.pressure * actuator.piston_area)
+    force = abs(load.constant_force + actuator.weight) + load.random_force
+    return (force + actuator.load_stiffness * furthest) / (run.supply.pressure * min(actuator.areas))
 
 
 def speed_ratio(run: RunParameters) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import shlex
 from collections.abc import Mapping
@@ -100,6 +99,9 @@ def sheet_text(name: str, given: Mapping[str, Any]) -> str:
     """The file of a cylinder with this data sheet."""
     sheet = validated(DataSheet, Source(plain_data(dict(given))))
     layout = (ready_folder() / "templates" / "data-sheet.txt").read_text(encoding="utf-8")
+    options = layout.partition("  flow_balance:")[2].partition("\n")[2].partition("  weak_rls:")[0]
+    again = "\n".join(line.partition("  #")[0] for line in options.splitlines() if "    #" not in line)
+    layout = layout.replace("    $same_options", again)
     return _COMMENT.sub(_aligned, Template(layout).substitute(_texts(name, given, sheet)))
 
 
@@ -134,8 +136,8 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
     bore, rod, stroke = (_shown(each, "mm") for each in (sheet.bore, sheet.rod, sheet.stroke))
     mode, (speed_out, speed_in) = _shown(sheet.natural_frequency, "Hz", 3), sheet.speeds
     return {
-        "title": f"{name}: {'double' if sheet.double_rod else 'single'}-rod cylinder {plain(1e3 * sheet.bore, 4)}"
-        f"/{plain(1e3 * sheet.rod, 4)} × {stroke} at {_shown(sheet.supply, 'bar')}",
+        "title": f"{name}: {'double' if sheet.double_rod else 'single'}-rod cylinder"
+        f" {bore.removesuffix(' mm')}/{rod.removesuffix(' mm')} × {stroke} at {_shown(sheet.supply, 'bar')}",
         "command": _command(name, given),
         "name": _stated(name),
         "actuator": "\n".join(_areas_and_volumes(sheet, bore, rod)),
@@ -145,12 +147,12 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
             if not (sheet.double_rod and key.endswith("_2"))
         ),
         "volumes_vary": "\n".join(
-            f"      actuator.{key}: {{normal: ±4 %}}  # guess: ports and manifold are not on the data sheet"
+            f"      actuator.{key}: {{uniform: ±7 %}}  # guess: ports and manifold are not on the data sheet"
             for key in ("chamber_volume", "chamber_volume_2")[: 1 if sheet.double_rod else 2]
         ),
         "mass": _shown(sheet.mass, "kg"),
         "stroke": stroke,
-        "inclination": {"horizontal": "0°", "vertical-rod-up": "90°", "vertical-rod-down": "-90°"}[sheet.mounting],
+        "inclination": f"{ {'vertical-rod-up': 90, 'vertical-rod-down': -90}.get(sheet.mounting, 0)} deg",
         "supply": _shown(sheet.supply, "bar"),
         "oil": oil.name,
         "temperature": f"{warm - KELVIN:.4g} °C",
@@ -162,7 +164,7 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
         "modulus_formula": "that of the oil; no hoses"
         if not sheet.hose
         else f"1/({1.0 - sheet.hose_share:.3f}/{_shown(sheet.oil_modulus, 'MPa')} +"
-        f" {sheet.hose_share:.3f}/{_shown(HOSE_MODULUS, 'MPa')}); guess: hoses of {_shown(HOSE_MODULUS, 'MPa')}",
+        f" {sheet.hose_share:.3f}/{_shown(HOSE_MODULUS, 'MPa')}); guess: oil and wall of a hose",
         "air": f"{100.0 * sheet.air:.4g} %",
         "least_air": f"{30.0 * sheet.air:.4g} %",
         "most_air": f"{200.0 * sheet.air:.4g} %",
@@ -201,6 +203,7 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
         "pressure_noise": _shown(2e-4 * sheet.full_scale, "kPa", 2),
         "pressure_bias": _shown(2.5e-3 * sheet.full_scale, "kPa", 2),
         "position_noise": _shown(5e-5 * sheet.stroke, "µm", 2),
+        "leakage_deviation": _shown(0.1 * flow, "L/min", 3),
         "least_leak": _shown(1e-4 * flow, "L/min", 2),
         "most_leak": _shown(0.03 * flow, "L/min", 2),
         "supply_known": "sum" if area_1 == area_2 else "nominal",
@@ -232,11 +235,10 @@ def _oil_table(sheet: DataSheet) -> list[str]:
     oil, lines = sheet.fluid, ["#     °C   bar   β [MPa]   density [kg/m³]   viscosity [mPa·s]"]
     for celsius in sorted({20.0, round(sheet.temperature - KELVIN, 1), 70.0}):
         for pressure in (0.0, sheet.supply):
-            warm = KELVIN + celsius
-            lines.append(
-                f"#   {celsius:4.0f}  {1e-5 * pressure:4.0f}     {1e-6 * oil.bulk_modulus(warm, pressure):5.0f}"
-                f"             {oil.density(warm, pressure):5.0f}               {1e3 * oil.viscosity(warm, pressure):5.3g}"
-            )
+            at = KELVIN + celsius, pressure
+            modulus, viscosity = 1e-6 * oil.bulk_modulus(*at), 1e3 * oil.viscosity(*at)
+            row = f"#   {celsius:4.0f}{1e-5 * pressure:6.0f}{modulus:10.0f}{oil.density(*at):18.0f}"
+            lines.append(f"{row}{viscosity:20.3g}")
     return lines
 
 

@@ -47,7 +47,15 @@ SamplingFrequency = Annotated[
     ),
 ]
 
-_METAVARS = {"s": "TIME", "1": "SHARE", "m": "LENGTH", "Pa": "PRESSURE", "kg": "MASS", "K": "TEMPERATURE", "Hz": "FREQUENCY"}
+_METAVARS = {
+    "s": "TIME",
+    "1": "SHARE",
+    "m": "LENGTH",
+    "Pa": "PRESSURE",
+    "kg": "MASS",
+    "K": "TEMPERATURE",
+    "Hz": "FREQUENCY",
+}
 """Unit of a quantity → what the help writes for it."""
 
 

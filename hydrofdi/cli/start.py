@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.check import Check
     from hydrofdi.indicators.registry import Description
 
+
 def init(
     name: Annotated[
         str, typer.Argument(help="Name of the experiment; writes NAME.yaml to this folder.")
@@ -28,8 +29,8 @@ def init(
         Literal["actuator", "paper", "online"],
         typer.Option(
             "--from",
-            help="Without a data sheet. actuator: the smallest leak that is found on your actuator. online: the"
-            " delay until a new leak is found. paper: the actuator and the sweep of the paper.",
+            help="Without a data sheet. actuator: the smallest leak that is found on your actuator. online:"
+            " the delay until a new leak is found. paper: the actuator and the sweep of the paper.",
         ),
     ] = "actuator",
     **data_sheet: Any,
@@ -91,8 +92,9 @@ def configs(
 def check(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
     """Inspect an experiment before running it.
 
-    Shows what is unusual of the machine and what to change, step, hydraulic mode and bands, record, leakage, stroke and sensor noise, and how well a healthy
-    record determines the unknowns of model-based indicators.
+    Shows what is unusual about the machine and what to change; step, hydraulic mode and bands, record,
+    leakage, stroke and sensor noise; and how well a healthy record determines the unknowns of model-based
+    indicators.
 
     Simulates up to 60 of the runs that differ in more than their sensors; step limits cover all runs.
     Exit code 1 if results would be wrong.

@@ -9,7 +9,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, model_validator
 
+from hydrofdi.physics.cylinder import STANDARD_GRAVITY
 from hydrofdi.physics.oil import COOLING, Oil, oil_of
+from hydrofdi.physics.steady_state import steady_speed
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.units import parse_quantity
@@ -48,12 +50,9 @@ def _checked(parse: Any) -> AfterValidator:
 
 
 HOSE_MODULUS, DEAD_SHARE, RATED_VOLTAGE, TRAVEL, STEP = 400e6, 0.05, 10.0, 220e-6, 1e-4
-"""Guesses of oil and wall of a hose [Pa] and of the dead volume over the swept one [-]; the voltage [V] and the
-travel [m] of the rated flow; and the Runge-Kutta step [s].
+"""Guesses of oil and wall of a hose [Pa] and of the dead volume over the swept one [-]; the voltage [V] and
+the travel [m] of the rated flow; and the Runge-Kutta step [s].
 """
-
-GRAVITY = 9.80665
-"""[m/s²]."""
 
 
 class DataSheet(Section):
@@ -78,8 +77,8 @@ class DataSheet(Section):
     """Moved mass: piston, rod and load [kg]."""
 
     oil: Annotated[str, _checked(oil_of)] = "HLP46"
-    """Oil: HLP or HVLP with 22, 32, 46 or 68 (ISO VG), MIL-H-5606, or its viscosities at 40 and 100 °C and its
-    density: '46 mm²/s, 6.8 mm²/s, 877 kg/m³'."""
+    """Oil: HLP or HVLP with 22, 32, 46 or 68 (ISO VG), MIL-H-5606, or its viscosities at 40 and 100 °C and
+    its density: '46 mm²/s, 6.8 mm²/s, 877 kg/m³'."""
 
     air: Annotated[float, SI("1", above=0, most=0.2)] = 0.01
     """Volume of free air over that of the oil at atmospheric pressure [-]."""
@@ -176,14 +175,13 @@ class DataSheet(Section):
 
     @cached_property
     def speeds(self) -> tuple[float, float]:
-        """Steady speeds out and in without load and friction, with the valve at its rated signal [m/s].
-
-        From A_1 v = K √(P_s − P_1), A_2 v = K √P_2 and A_1 P_1 = A_2 P_2; inwards alike.
-        """
-        gain = rated_flow(self.valve)[0] / math.sqrt(self.edge_drop)
-        cubes = sum(area**3 for area in self.areas)
-        first, second = (gain * math.sqrt(self.supply * area / cubes) for area in self.areas)
-        return first, second
+        """Steady speeds out and in without load and friction, with the valve at its rated signal [m/s]."""
+        gain, (first, second) = rated_flow(self.valve)[0] / math.sqrt(self.edge_drop), self.areas
+        out, back = (
+            steady_speed(self.supply, 0.0, fed, drained, gain, gain, 0.0)
+            for fed, drained in ((first, second), (second, first))
+        )
+        return out, back
 
     @cached_property
     def natural_frequency(self) -> float:
@@ -208,8 +206,8 @@ class DataSheet(Section):
 
     @property
     def duration(self) -> float:
-        """Length of a record: 12 periods, at least 10 s [s]."""
-        return max(10.0, math.ceil(12.0 * self.period - 1e-9))
+        """Length of a record: six periods, at least 10 s [s]."""
+        return max(10.0, math.ceil(6.0 * self.period - 1e-9))
 
     @property
     def sampling_frequency(self) -> float:
@@ -229,7 +227,7 @@ class DataSheet(Section):
     @property
     def weight(self) -> float:
         """Force of the mass along the axis [N]."""
-        return 0.0 if self.mounting == "horizontal" else GRAVITY * self.mass
+        return 0.0 if self.mounting == "horizontal" else STANDARD_GRAVITY * self.mass
 
     @property
     def load_share(self) -> float:

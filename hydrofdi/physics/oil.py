@@ -140,7 +140,7 @@ def _mineral(kind: str, *grades: tuple[int, float, float]) -> list[Oil]:
 OILS = {
     oil.name: oil
     for oil in (
-        # ISO 3448 at 40 °C; at 100 °C what ASTM D2270 gives for VI 100 and 150; densities of usual data sheets
+        # ISO 3448 at 40 °C; at 100 °C for VI 100 and 150 (ASTM D2270); densities as on usual data sheets
         *_mineral("HLP", (22, 4.3, 865.0), (32, 5.4, 872.0), (46, 6.8, 877.0), (68, 8.7, 882.0)),
         *_mineral("HVLP", (22, 4.9, 862.0), (32, 6.3, 868.0), (46, 8.1, 872.0), (68, 10.9, 878.0)),
         # limits of MIL-PRF-5606H; expansion: Lee Company, table of fluids
@@ -149,7 +149,14 @@ OILS = {
 }
 """Name → oil."""
 
-_SPELLINGS = {"ISOVG": "HLP", "VG": "HLP", "HM": "HLP", "HV": "HVLP", "MILPRF5606": "MILH5606", "H515": "MILH5606"}
+_SPELLINGS = {
+    "ISOVG": "HLP",
+    "VG": "HLP",
+    "HM": "HLP",
+    "HV": "HVLP",
+    "MILPRF5606": "MILH5606",
+    "H515": "MILH5606",
+}
 """Other names, of ISO 6743-4 and of specifications, without spaces → the own one."""
 
 

@@ -87,7 +87,9 @@ def plausibility(
     Time with cavitation is unusual in any run.
     """
     ends = ("piston_position_min", "piston_position_max")
-    furthest = [max(abs(float(row[end])) for end in ends) for row in rows]
+    # A run that failed has no positions; its load is that of the forces.
+    reached = [max(abs(float(row[end])) for end in ends) for row in rows]
+    furthest = [each if math.isfinite(each) else 0.0 for each in reached]
     values = {
         "frequency": [undamped_frequency(run) / (2.0 * math.pi) for run in runs],
         "load": [100.0 * load_share(run, each) for run, each in zip(runs, furthest, strict=True)],

@@ -40,7 +40,9 @@ def rated_flow(text: str) -> tuple[float, float]:
 
 
 def hose_size(text: str) -> tuple[float, float]:
-    """Length and inner diameter [m] of a text such as ``2 m x 12 mm``."""
+    """Length and inner diameter [m] of a text such as ``2 m x 12 mm``; both 0 of an empty one."""
+    if not text:
+        return 0.0, 0.0
     return _pair(text, _HOSE, ("m", "m"), "a hose; write length and inner diameter like '2 m x 12 mm'")
 
 
@@ -118,7 +120,7 @@ class DataSheet(Section):
     @property
     def hose_volume(self) -> float:
         """Volume of the hose at each chamber [m³]."""
-        length, diameter = hose_size(self.hose) if self.hose else (0.0, 0.0)
+        length, diameter = hose_size(self.hose)
         return 0.25 * math.pi * diameter**2 * length
 
     @cached_property

@@ -1,0 +1,132 @@
+"""From a data sheet to a file that runs: numbers by hand, errors, ready machines, and plausibility."""
+
+import math
+import shlex
+
+import pytest
+
+import hydrofdi
+from hydrofdi.api.starting import sheet_text
+from hydrofdi.config import load_experiment
+from hydrofdi.config.data_sheet import DataSheet
+from hydrofdi.errors import ConfigError
+from hydrofdi.physics.steady_state import steady_speed
+from hydrofdi.settings.ready import ready_folder, ready_names
+from tests.commands import run, run_json
+
+PRESS = {
+    "bore": "50 mm", "rod": "28 mm", "stroke": "400 mm", "supply": "210 bar",
+    "valve": "40 L/min at 70 bar", "mass": "250 kg", "oil": "HLP46", "hose": "2 m x 12 mm",
+}  # fmt: skip
+
+
+def written(folder, **sheet):
+    """The experiment of a data sheet."""
+    return load_experiment(hydrofdi.init("press", folder=folder, **(PRESS | sheet)))
+
+
+def test_the_numbers_of_the_file_are_those_by_hand(tmp_path):
+    made = written(tmp_path)
+    actuator, valve = made.actuator, made.valve
+    bore, annulus = math.pi / 4 * 0.05**2, math.pi / 4 * (0.05**2 - 0.028**2)
+    hose = math.pi / 4 * 0.012**2 * 2.0
+    assert actuator.areas == pytest.approx((bore, annulus), rel=1e-3)
+    assert actuator.volumes == pytest.approx([0.22 * area + hose for area in (bore, annulus)], rel=1e-3)
+    flow = valve.flow_gain * valve.area_gradient * 10.0 * valve.spool_gain * math.sqrt(35e5)
+    assert flow == pytest.approx(40e-3 / 60.0, rel=1e-3)
+    share = 2.0 * hose / sum(actuator.volumes)
+    oil = 1.0 / (1.0 / made.fluid.bulk_modulus - share / 400e6) * (1.0 - share)
+    assert 1.4e9 < oil < 2.0e9
+    force = made.load.constant_force + made.load.random_force
+    assert force == pytest.approx(0.3 * 210e5 * annulus, rel=0.01)
+    assert 4.0 * made.control.amplitude == pytest.approx(0.4)
+    # The slower direction crosses half of the stroke within a period, with time left to settle.
+    gain = 40e-3 / 60.0 / math.sqrt(35e5)
+    slow = steady_speed(210e5, 0.0, annulus, bore, gain, gain, 0.0)
+    assert 0.2 / slow < made.input.period < 0.2 / slow + 1.0
+    stiffness = made.fluid.bulk_modulus * sum(
+        area**2 / volume for area, volume in zip(actuator.areas, actuator.volumes, strict=True)
+    )
+    crossover = made.control.proportional_gain * 0.0723
+    assert crossover == pytest.approx(0.05 * math.sqrt(stiffness / 250.0), rel=0.02)
+
+
+def test_two_rods_mounting_and_oil_change_what_they_should(tmp_path):
+    double = written(tmp_path, double_rod=True)
+    assert double.actuator.piston_area_2 is None
+    assert double.actuator.piston_area == pytest.approx(math.pi / 4 * (0.05**2 - 0.028**2), rel=1e-3)
+    (tmp_path / "press.yaml").unlink()
+    hanging = written(tmp_path, mounting="vertical-rod-down", oil="HLP22", hose="")
+    assert hanging.actuator.weight == pytest.approx(-250.0 * 9.80665)
+    assert hanging.load.constant_force == 0.0
+    assert hanging.fluid.bulk_modulus > 2.0 * double.fluid.bulk_modulus
+
+
+def test_the_command_is_the_function_and_its_file_is_planned_as_it_is(tmp_path):
+    options = [part for key, value in PRESS.items() for part in (f"--{key}", value)]
+    done = run("init", "press", *options, cwd=tmp_path, check=0)
+    assert "hydrofdi check press.yaml" in done.stdout
+    text = (tmp_path / "press.yaml").read_text()
+    assert text == sheet_text("press", PRESS)
+    plan = run_json("plan", "press.yaml", cwd=tmp_path)
+    assert plan["planned"] == 1760
+    assert not plan["unusual_values"]
+    assert not plan["idle_parameters"]
+    assert not [each for each in plan["warnings"] if "study" in each or "machine" in each]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "key"),
+    [
+        ({"oil": "HLP47"}, "oil"), ({"valve": "40 L/min"}, "valve"), ({"valve": "40 bar at 70 bar"}, "valve"),
+        ({"hose": "2 m"}, "hose"), ({"rod": "60 mm"}, "rod"), ({"mass": None}, "mass"),
+        ({"bore": "50"}, "bore"), ({"mounting": "upside-down"}, "mounting"), ({"boor": "50 mm"}, "boor"),
+    ],
+)  # fmt: skip
+def test_a_wrong_number_names_its_key_and_writes_nothing(wrong, key, tmp_path):
+    sheet = {name: value for name, value in (PRESS | wrong).items() if value is not None}
+    with pytest.raises(ConfigError, match=rf"(?m)^{key}: "):
+        hydrofdi.init("press", folder=tmp_path, **sheet)
+    assert not list(tmp_path.iterdir())
+
+
+MACHINES = [name for name in ready_names() if name.startswith("machines/")]
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_ready_machine_is_what_its_own_command_writes_and_plans(name):
+    text = (ready_folder() / f"{name}.yaml").read_text()
+    head, _, body = text.partition("\n\n")
+    assert head.count("\n") >= 3
+    command = body.partition("#   hydrofdi init ")[2].partition("\n#\n")[0].replace("\\\n#", "")
+    stated, *words = shlex.split(command)
+    given = dict.fromkeys((word[2:].replace("-", "_") for word in words if word.startswith("--")), True)
+    given |= {
+        key[2:].replace("-", "_"): word
+        for key, word in zip(words, words[1:], strict=False)
+        if word[:2] != "--"
+    }
+    given = {key: value for key, value in given.items() if key in DataSheet.model_fields}
+    assert stated == name.removeprefix("machines/")
+    assert body == sheet_text(stated, given)
+    plan = hydrofdi.plan(name)
+    assert plan.planned == 1760
+
+
+def outside(**settings):
+    """Quantities of the nominal press that are outside their usual range, in their order."""
+    found = hydrofdi.check(settings.pop("experiment"), **settings).plausibility
+    return [each["quantity"].partition(" ")[0] for each in found if each["change"]]
+
+
+def test_the_table_names_what_is_unusual_causes_first(tmp_path):
+    file = hydrofdi.init("press", folder=tmp_path, **PRESS)
+    made = load_experiment(file).model_dump(exclude_defaults=True)
+    made.pop("study")
+    made |= {"record": {"duration": 4.0, "sampling_frequency": 500.0}}
+    assert outside(experiment=made) == []
+    assert outside(experiment=made, random_force=0.0, constant_force=0.0) == ["load"]
+    assert outside(experiment=made, area_gradient="1 mm")[:1] == ["speed"]
+    assert outside(experiment=made, mass="400 t", step="0.1 ms")[0] == "natural"
+    assert outside(experiment=made, constant_force="-60 kN")[0] == "load"
+    assert "time" in outside(experiment=made, constant_force="-26 kN", random_force="15 kN")

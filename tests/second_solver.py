@@ -107,10 +107,24 @@ class _Record:
         acting = accumulate(self.voltage.tolist(), self._after_hysteresis, initial=0.0)
         self._acting = np.array(list(acting)[1:])
         self.states = np.full((_SPOOL + 2, record.n_sample), np.nan)
-        rest = 0.5 * (supply.pressure + supply.return_pressure)
-        of_hoses = [rest, 0.0, rest, 0.0]
+        first, second = parameters.start_pressures
         self._state = np.array(
-            [0.0, 0.0, rest, rest, supply.pressure, 0.0, supply.return_pressure, 0.0, *of_hoses, 0.0, 0.0]
+            [
+                0.0,
+                0.0,
+                first,
+                second,
+                supply.pressure,
+                0.0,
+                supply.return_pressure,
+                parameters.start_support,
+                first,
+                0.0,
+                second,
+                0.0,
+                0.0,
+                0.0,
+            ]
         )
         self._error = self._integral = self._voltage = self._acting_voltage = 0.0
 

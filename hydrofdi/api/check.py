@@ -29,6 +29,7 @@ from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_co
 from hydrofdi.indicators.contract import Information, Informative
 from hydrofdi.indicators.measuring import seen_by
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
+from hydrofdi.quality.machine import FIGURES, machine_figures
 from hydrofdi.records import RecordBatch
 from hydrofdi.report.table import Column, Table, plain, quantity
 from hydrofdi.report.wording import modulus_column
@@ -45,9 +46,10 @@ Mode = dict[str, Any]
 """One run: ``labels``, further varied parameters → their values in SI; ``bulk_modulus`` [Pa];
 ``leakage_coefficient`` K_i [m^3.5/kg^0.5]; ``mean_leakage_flow`` of abs(q_il), and
 ``leakage_flow_at_reference``, q_il at 8 MPa [m³/s]; ``piston_share``, mean leakage flow over the mean of
-A abs(v_p) [-]; ``frequency`` f_h [Hz] and ``damping_ratio`` ζ [-]; ``level`` whose band holds f_h, 0 above
+A_1 abs(v_p) [-]; ``frequency`` f_h [Hz] and ``damping_ratio`` ζ [-]; ``level`` whose band holds f_h, 0 above
 d1, one more than there are below all; ``octaves_to_edge``, distance of f_h from the nearest edge of a band;
-``stroke_share``, largest abs(x_p) over V/A [-]; ``status`` and ``verdict``."""
+``stroke_share``, largest abs(x_p) over half of the stroke, or V/A without one [-]; ``status`` and
+``verdict``."""
 
 
 _MOST_ROWS = 24
@@ -66,6 +68,8 @@ class Check(SimpleNamespace):
         Runge-Kutta step [s].
     step_limits : dict
         Part of the model → longest stable step over all runs [s]; ``binding`` is the part with the shortest.
+    machine : dict
+        Statics, speeds and hydraulic mode of the nominal machine, as far as its parameters tell [SI].
     modes : list of dict
         The hydraulic mode of each run that is looked at; ``n_left_out`` further ones differ in more than
         sensors and analysis, of ``n_run`` runs in all. bands : list of (float, float) Band of each level
@@ -161,6 +165,7 @@ def check(
         step=step,
         step_limits=limits,
         binding=min(limits, key=limits.__getitem__),
+        machine=machine_figures(loaded.nominal_parameters),
         modes=modes,
         bands=bands,
         n_sample=record.n_sample,
@@ -248,10 +253,8 @@ def _mode_of_run(
     actuator = job.parameters.actuator
     mean, frequency = float(row["mean_internal_leakage_flow"]), float(row["hydraulic_mode_frequency"])
     piston_flow = actuator.piston_area * float(np.mean(np.abs(row["piston_velocity"])))
-    used = (
-        float(row[f"piston_position_{side}"]) / end
-        for side, end in zip(("min", "max"), actuator.ends, strict=True)
-    )
+    used = (float(row[f"piston_position_{end}"]) for end in ("min", "max"))
+    furthest = max(position / end for position, end in zip(used, actuator.ends, strict=True))
     level, octaves = place_in_bands(frequency, bands)
     return {
         "labels": {name: job.parameters.shown_value(name) for name in labels},
@@ -264,7 +267,7 @@ def _mode_of_run(
         "damping_ratio": float(row["hydraulic_mode_damping_ratio"]),
         "level": level,
         "octaves_to_edge": octaves,
-        "stroke_share": max(used),
+        "stroke_share": furthest,
         "status": str(row["status"]),
         "verdict": str(row["verdict"]),
     }
@@ -345,6 +348,14 @@ def _learnt(found: Information) -> dict[str, Any]:
             if abs(correlated[i, j]) > COLLINEAR
         ],
     }
+
+
+def machine_table(found: Check) -> Table:
+    """Statics, speeds and hydraulic mode of the nominal machine, in readable units."""
+    named = {
+        FIGURES[name][1]: shown_quantity(value, FIGURES[name][0]) for name, value in found.machine.items()
+    }
+    return Table.of({"figure": [*named], "value": [*named.values()]}, title="Machine, nominal", key="machine")
 
 
 _percent = partial(number_text, n_digit=3, scale=100.0)

@@ -45,14 +45,15 @@ def _valve_limits(run: RunParameters) -> dict[str, float]:
 
 
 def _mode_limits(run: RunParameters) -> dict[str, float]:
-    actuator, omega = run.actuator, undamped_frequency(run)
+    actuator = run.actuator
+    omega = max(undamped_frequency(run, position) for position in actuator.reach)
     limits = {"hydraulic mode": lag_limit(omega, 0.0)}
-    hydraulic = run.fluid.bulk_modulus / actuator.chamber_volume
+    hydraulic = run.fluid.bulk_modulus / _least_volume(run)
     if actuator.hose_volume:
         line = (actuator.hose_modulus / actuator.hose_volume + hydraulic) / actuator.hose_inertance
         limits["hoses"] = lag_limit(math.sqrt(line), 0.0)
     if actuator.foundation_stiffness is not None:
-        stiffness = actuator.foundation_stiffness + 2.0 * hydraulic * actuator.piston_area**2
+        stiffness = actuator.foundation_stiffness + 2.0 * hydraulic * max(actuator.areas) ** 2
         limits |= _decay_limit("foundation", stiffness / actuator.foundation_damping)
     if actuator.end_stops == "elastic":
         stiffness = actuator.mass * omega**2 + actuator.end_stop_stiffness
@@ -71,7 +72,7 @@ def _chamber_limits(run: RunParameters) -> dict[str, float]:
     """Rate [1/s] at which clearances and external leakage let the pressure of a chamber go."""
     leakage, fluid = run.leakage, run.fluid
     external = max(leakage.chamber_1_coefficient, leakage.chamber_2_coefficient)
-    rate = fluid.bulk_modulus * (max(run.edges.clearances) + external) / run.actuator.chamber_volume
+    rate = fluid.bulk_modulus * (max(run.edges.clearances) + external) / _least_volume(run)
     return _decay_limit("leakage of the chambers", rate)
 
 
@@ -106,13 +107,18 @@ _PARTS: tuple[tuple[tuple[str, ...], Callable[[RunParameters], dict[str, float]]
 """Sections that steps depend on, and the limits that they set."""
 
 
-def undamped_frequency(run: RunParameters) -> float:
-    """ω_h of the hydraulic mode [rad/s], piston centred, without air in the fluid."""
+def undamped_frequency(run: RunParameters, position: float = 0.0) -> float:
+    """ω_h of the hydraulic mode [rad/s] at a position from the centre [m], without air in the fluid."""
     actuator = run.actuator
     return mode_frequency(
-        run.fluid.bulk_modulus, actuator.piston_area, actuator.chamber_volume, actuator.mass,
+        run.fluid.bulk_modulus, actuator.areas, actuator.volumes_at(position), actuator.mass,
         actuator.load_stiffness,
     )  # fmt: skip
+
+
+def _least_volume(run: RunParameters) -> float:
+    """Volume of the smaller chamber, at the end of a stated stroke [m³]."""
+    return min(min(run.actuator.volumes_at(position)) for position in run.actuator.reach)
 
 
 def likely_mistakes(

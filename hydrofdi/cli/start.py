@@ -92,9 +92,9 @@ def configs(
 def check(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
     """Inspect an experiment before running it.
 
-    Shows what is unusual about the machine and what to change; step, hydraulic mode and bands, record,
-    leakage, stroke and sensor noise; and how well a healthy record determines the unknowns of model-based
-    indicators.
+    Shows what is unusual about the machine and what to change; step, statics and speeds, hydraulic mode and
+    bands, record, leakage, stroke and sensor noise; and how well a healthy record determines the unknowns of
+    model-based indicators.
 
     Simulates up to 60 of the runs that differ in more than their sensors; step limits cover all runs.
     Exit code 1 if results would be wrong.
@@ -112,7 +112,7 @@ def _checked(found: Check) -> Iterator[Any]:
     """Step, modes, record, noise, what a record tells estimators, and warnings."""
     from rich.text import Text
 
-    from hydrofdi.api.check import convergence_table, modes_table, noise_table, unknowns_table
+    from hydrofdi.api.check import convergence_table, machine_table, modes_table, noise_table, unknowns_table
     from hydrofdi.api.plausible import plausibility_table
 
     yield from (plausibility_table(found.plausibility), "")
@@ -122,7 +122,7 @@ def _checked(found: Check) -> Iterator[Any]:
         f"{convert(found.step, 'ms'):g} ms, limited by {found.binding}; stable up to [ms]: "
         + ", ".join(f"{part} {convert(limit, 'ms'):.3g}" for part, limit in limits)
     )
-    yield from ("", modes_table(found), "", Text("Record", "bold"))
+    yield from ("", machine_table(found), "", modes_table(found), "", Text("Record", "bold"))
     shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
     periods = f", {counted(found.n_period, 'period')}" if math.isfinite(found.n_period) else ""
     yield f"{counted(found.n_sample, 'sample')}{periods}; coefficients at its ends: {shares}"

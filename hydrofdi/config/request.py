@@ -122,7 +122,7 @@ class RunParameters(Section):
     def start_pressures(self) -> tuple[float, float]:
         """P_1 and P_2 at the start [Pa]: in equilibrium with weight and constant load.
 
-        With equal areas and a horizontal axis the mean of supply and return pressure, whatever the load (paper).
+        With equal areas and a horizontal axis the mean of supply and return pressure for any load (paper).
         """
         supply, ret, actuator = self.supply.pressure, self.supply.return_pressure, self.actuator
         if actuator.area_2 == actuator.piston_area and actuator.inclination == 0.0:

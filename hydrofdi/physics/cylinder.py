@@ -2,11 +2,28 @@
 
 from __future__ import annotations
 
-from hydrofdi.physics.equation import Quantity, equation, limited
+import math
 
+from hydrofdi.physics.equation import Quantity, equation, limited
 
 STANDARD_GRAVITY = 9.80665
 """g [m/s²], ISO 80000-3."""
+
+
+def axial_weight(mass: float, inclination: float) -> float:
+    """Weight of piston and load along the axis, against extension.
+
+    Parameters
+    ----------
+    mass, inclination : float
+        m [kg] and angle φ of the axis above the horizontal [rad], positive if the rod points up.
+
+    Returns
+    -------
+    float
+        m g sin φ [N], g = 9.80665 m/s².
+    """
+    return mass * STANDARD_GRAVITY * math.sin(inclination)
 
 
 @equation

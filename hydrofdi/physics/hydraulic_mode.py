@@ -20,20 +20,77 @@ class HydraulicMode:
     damping_ratio: float
 
 
-def mode_frequency(bulk_modulus: float, area: float, volume: float, mass: float, stiffness: float) -> float:
+Pair = tuple[float, float]
+"""Values of chamber 1 and of chamber 2."""
+
+
+def mode_frequency(bulk_modulus: float, areas: Pair, volumes: Pair, mass: float, stiffness: float) -> float:
     """Undamped natural frequency of the hydraulic mode.
 
     Parameters
     ----------
-    bulk_modulus, area, volume, mass, stiffness : float
-        β [Pa], A [m²], V [m³], m [kg] and K_ex [N/m].
+    bulk_modulus, mass, stiffness : float
+        β [Pa], m [kg] and K_ex [N/m].
+    areas, volumes : tuple of float
+        A_1, A_2 [m²] and V_1, V_2 at the position of the piston [m³].
 
     Returns
     -------
     float
-        ω_h = √(2βA²/(Vm) + K_ex/m) [rad/s], with the piston centred.
+        ω_h = √(β (A_1²/V_1 + A_2²/V_2)/m + K_ex/m) [rad/s].
     """
-    return math.sqrt(2.0 * bulk_modulus * area**2 / (volume * mass) + stiffness / mass)
+    first, second = (
+        bulk_modulus * area**2 / (volume * mass) for area, volume in zip(areas, volumes, strict=True)
+    )
+    return math.sqrt(first + second + stiffness / mass)
+
+
+def softest_position(areas: Pair, volumes: Pair) -> float:
+    """Position at which the frequency of the hydraulic mode is least.
+
+    Parameters
+    ----------
+    areas, volumes : tuple of float
+        A_1, A_2 [m²] and V_1, V_2 with the piston centred [m³].
+
+    Returns
+    -------
+    float
+        x = (V_2/A_2^1.5 − V_1/A_1^1.5)/(A_1^−0.5 + A_2^−0.5) [m], where the slope of A_1²/V_1 + A_2²/V_2 over
+        the position vanishes.
+    """
+    (area_1, area_2), (volume_1, volume_2) = areas, volumes
+    difference = volume_2 / math.pow(area_2, 1.5) - volume_1 / math.pow(area_1, 1.5)
+    return difference / (1.0 / math.sqrt(area_1) + 1.0 / math.sqrt(area_2))
+
+
+def damping_of_chamber_1(areas: Pair, volumes: Pair, coefficients: Pair, conductance: float) -> Pair:
+    """K_c and G with which two equal chambers damp the mode as these two chambers do.
+
+    While the mode swings by x, p_1 = −β A_1 x/V_1 and p_2 = β A_2 x/V_2 drive flows through K_c1, K_c2 and G,
+    whose dissipated power is set equal.
+
+    Parameters
+    ----------
+    areas, volumes : tuple of float
+        A_1, A_2 [m²] and V_1, V_2 [m³].
+    coefficients : tuple of float
+        K_c1 and K_c2 [m³/(s·Pa)].
+    conductance : float
+        G of the internal leakage [m³/(s·Pa)].
+
+    Returns
+    -------
+    tuple of float
+        K_c = s_1 K_c1 + s_2 K_c2 V_1/V_2 and G (s_1 + 2 s_1 r + s_2 V_1/V_2)/2 for the volume V_1 in h4
+        [m³/(s·Pa)], with s_j = (A_j²/V_j)/(A_1²/V_1 + A_2²/V_2) and r = A_2 V_1/(A_1 V_2).
+    """
+    (area_1, area_2), (volume_1, volume_2) = areas, volumes
+    stiffness_1, stiffness_2 = area_1**2 / volume_1, area_2**2 / volume_2
+    share_1, share_2 = (each / (stiffness_1 + stiffness_2) for each in (stiffness_1, stiffness_2))
+    of_volume, ratio = share_2 * (volume_1 / volume_2), area_2 * volume_1 / (area_1 * volume_2)
+    valve = share_1 * coefficients[0] + of_volume * coefficients[1]
+    return valve, 0.5 * conductance * (share_1 + 2.0 * share_1 * ratio + of_volume)
 
 
 def valve_flow_pressure_coefficient(

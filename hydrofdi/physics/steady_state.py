@@ -84,9 +84,8 @@ def pressure_gain(area_ratio: float, gains: tuple[float, float], coefficients: t
         K_p = K_q1/K_c1 + (A_2/A_1) K_q2/K_c2 [Pa/m], the slope of P_1 − P_2 A_2/A_1; infinite without
         clearance. Merritt, *Hydraulic Control Systems*, 1967, ch. 5, for each chamber.
     """
-    slopes = (
+    first, second = (
         gain / coefficient if coefficient else math.inf
         for gain, coefficient in zip(gains, coefficients, strict=True)
     )
-    first, second = slopes
     return first + area_ratio * second

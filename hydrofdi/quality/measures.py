@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import Analysis
 from hydrofdi.config.request import parameter_names, parameter_quantity
-from hydrofdi.config.sections.machine import FluidConfig, LeakageConfig
+from hydrofdi.config.sections.machine import Edge, FluidConfig, LeakageConfig
 from hydrofdi.physics.fluid import effective_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import (
     HydraulicMode,
+    Pair,
     blended_conductance,
+    damping_of_chamber_1,
     laminar_conductance,
     leakage_conductance,
     mode_damping_ratio,
@@ -25,7 +27,7 @@ from hydrofdi.physics.hydraulic_mode import (
     valve_flow_pressure_coefficient,
 )
 from hydrofdi.physics.leakage import external_leakage_flow
-from hydrofdi.physics.valve import chamber_1_orifice_drop, null_position
+from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, null_position
 from hydrofdi.quality.doubts import DOUBTS, SOUND, Settling, samples_per_period, settled_start
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -57,19 +59,19 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
         or, with a leak, the median pressure difference vanishes.
     """
     actuator = parameters.actuator
-    mass = np.float64(actuator.mass)
+    mass, areas, volumes = np.float64(actuator.mass), actuator.areas, actuator.volumes_at(0.0)
     pressure_1, pressure_2 = trajectory.chamber_1_pressure[run], trajectory.chamber_2_pressure[run]
     coefficient = trajectory.leakage_coefficient[run]
     with np.errstate(all="ignore"):
         beta = _modulus(parameters.fluid, pressure_1, pressure_2)
-        omega = mode_frequency(
-            beta, np.float64(actuator.piston_area), actuator.chamber_volume, mass, actuator.load_stiffness
-        )
-        damping = mode_damping_ratio(
-            omega, beta, actuator.chamber_volume, mass, parameters.friction.viscous,
-            _valve_coefficient(parameters, trajectory, run),
+        omega = mode_frequency(beta, areas, volumes, mass, actuator.load_stiffness)
+        flows = damping_of_chamber_1(
+            areas, volumes, _valve_coefficients(parameters, trajectory, run),
             _conductance(parameters.leakage, _median_size(pressure_1 - pressure_2), coefficient),
         )  # fmt: skip
+        damping = mode_damping_ratio(
+            omega, beta, actuator.chamber_volume, mass, parameters.friction.viscous, *flows
+        )
     return HydraulicMode(float(omega / (2.0 * math.pi)), float(damping))
 
 
@@ -87,24 +89,33 @@ def _modulus(fluid: FluidConfig, *pressures: NDArray[np.float64]) -> np.float64:
     return np.float64(np.mean(moduli))
 
 
-def _valve_coefficient(parameters: RunParameters, trajectory: Trajectory, run: int) -> float:
-    """K_c of the edge that feeds chamber 1, mean clearances and mean K_e of the chambers [m³/(s·Pa)]."""
-    valve = parameters.valve
+def _valve_coefficients(parameters: RunParameters, trajectory: Trajectory, run: int) -> Pair:
+    """K_c of each chamber: the edge that feeds it, clearances and K_e [m³/(s·Pa)].
+
+    Equal chambers share the edge of chamber 1, and the means of clearances and K_e.
+    """
+    valve, leakage, edges = parameters.valve, parameters.leakage, parameters.edges
     null = null_position(trajectory.time, valve.null_offset, valve.null_drift)
     spool = trajectory.spool_position[run] - null
-    drop = chamber_1_orifice_drop(
-        spool, trajectory.chamber_1_pressure[run], trajectory.valve_supply_pressure[run],
-        parameters.supply.return_pressure,
-    )  # fmt: skip
-    edges = parameters.edges
-    feeding = edges.supply_1
-    opening = np.maximum(_median_size(spool) - feeding.lap, 0.0) if feeding.lap else _median_size(spool)
-    leakage = parameters.leakage
-    external = 0.5 * (leakage.chamber_1_coefficient + leakage.chamber_2_coefficient)
-    edge = valve_flow_pressure_coefficient(
-        opening, _median_size(drop), feeding.flow_gain, valve.area_gradient
+    supply, ret = trajectory.valve_supply_pressure[run], parameters.supply.return_pressure
+    external = leakage.chamber_1_coefficient, leakage.chamber_2_coefficient
+
+    def edge(feeding: Edge, drop: NDArray[np.float64]) -> float:
+        opening = np.maximum(_median_size(spool) - feeding.lap, 0.0) if feeding.lap else _median_size(spool)
+        return valve_flow_pressure_coefficient(
+            opening, _median_size(drop), feeding.flow_gain, valve.area_gradient
+        )
+
+    first = edge(
+        edges.supply_1, chamber_1_orifice_drop(spool, trajectory.chamber_1_pressure[run], supply, ret)
     )
-    return edge + 0.5 * sum(edges.clearances) + external
+    if not parameters.actuator.has_unequal_chambers:
+        shared = first + 0.5 * sum(edges.clearances) + 0.5 * sum(external)
+        return shared, shared
+    second = edge(
+        edges.supply_2, chamber_2_orifice_drop(spool, trajectory.chamber_2_pressure[run], supply, ret)
+    )
+    return first + edges.clearances[0] + external[0], second + edges.clearances[1] + external[1]
 
 
 def _conductance(leakage: LeakageConfig, difference: float, coefficient: float) -> float:

@@ -29,6 +29,7 @@ _READABLE = {
     "N": (("kN", 1e4), ("N", 0.0)),
     "N/m": (("MN/m", 1e7), ("kN/m", 1e4), ("N/m", 0.0)),
     "m/V": (("µm/V", 0.0),),
+    "Pa/V": (("MPa/V", 1e6), ("kPa/V", 0.0)),
     "rad": (("deg", 0.0),),
 }
 """SI unit → units that a person reads, and from which size on."""

@@ -128,10 +128,11 @@ class BalanceResiduals:
     Attributes
     ----------
     volume : ndarray
-        abs[∫(q_1 − q_il − q_el1) dt − A_1 Δx_p − ∫(V_1 + A_1 x_p)/β dP_1] / ∫abs(q_1) dt [-].
+        abs[∫(q_1 − q_il − q_el1) dt − A_1 Δx_p − ∫(V_1 + A_1 x_p)/β dP_1] / ∫abs(q_1) dt [-]. If the
+        chambers differ, the same of chamber 2 is subtracted, and abs(q_2) added.
     energy : ndarray
-        Residual of supply = throttling + leakage + friction + kinetic, lifting and spring energy + compression,
-        relative to the energy supplied [-].
+        Residual of supply = throttling + leakage + friction + kinetic, potential and spring energy
+        + compression, relative to the energy supplied [-].
     """
 
     volume: NDArray[np.float64]
@@ -168,8 +169,10 @@ class AccountRates(NamedTuple):
 
     Attributes
     ----------
-    stored_volume, passed_volume : float
-        Flow that is stored in chamber 1 or swept; absolute flow through port 1 [m³/s].
+    stored_volume, stored_volume_2 : float
+        Flow that is stored in chamber 1 or swept, and the same of chamber 2 [m³/s].
+    passed_volume : float
+        Absolute flow through port 1; if the chambers differ, through both ports [m³/s].
     stored_power, supplied_power : float
         Supplied power minus losses and outflow; absolute power of the supply [W].
     compliance_1, compliance_2 : float
@@ -177,6 +180,7 @@ class AccountRates(NamedTuple):
     """
 
     stored_volume: float
+    stored_volume_2: float
     passed_volume: float
     stored_power: float
     supplied_power: float
@@ -211,11 +215,15 @@ def account_rates(
         squares = state.line_flow_1 * state.line_flow_1 + state.line_flow_2 * state.line_flow_2
         lost += p.hose_resistance * squares
     area_2, volume_2 = chamber_2(p, options)
+    passed = abs(through.control_1)
+    if options.unequal_chambers is not None:
+        passed += abs(through.control_2)
     ret = p.ret if options.return_line is None else state.return_pressure
     supplied = state.supply * through.supply - ret * through.returned
     return AccountRates(
         flows.into_1 - flows.internal - flows.external_1,
-        abs(through.control_1),
+        flows.internal - flows.from_2 - flows.external_2,
+        passed,
         supplied - lost,
         abs(supplied),
         (p.volume + p.area * position) / bulk_modulus_at(p1, p, options),
@@ -279,7 +287,7 @@ def integrate_balances(
     for run in range(position.shape[0]):
         total = totals[run]
         y = State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        before, held = AccountRates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0
+        before, held = AccountRates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0
         for k in range(position.shape[1]):
             p = lane_parameters(parameters[run], 0, k * interval, k * interval, options)
             z = State(
@@ -308,6 +316,10 @@ def integrate_balances(
                 stored = half * (before.stored_volume + after.stored_volume)
                 relative = position_in_cylinder(z, options) - position_in_cylinder(y, options)
                 total[0] += stored - p.area * relative - compressed
+                if options.unequal_chambers is not None:
+                    compressed = 0.5 * (before.compliance_2 + after.compliance_2) * rise_2
+                    stored = half * (before.stored_volume_2 + after.stored_volume_2)
+                    total[0] -= stored + p.area_2 * relative - compressed
                 total[1] += half * (before.passed_volume + after.passed_volume)
                 total[2] += half * (before.stored_power + after.stored_power)
                 total[2] -= holds - held + work_1 + work_2 + work_on_load

@@ -214,10 +214,14 @@ def random_levels(
 
 
 def no_load_flow(parameters: RunParameters, opening: float | None = None) -> float:
-    """Control flow at equal chamber pressures and a given opening [m], by default the largest [m³/s]."""
+    """Control flow without load at a given opening [m], by default the largest [m³/s].
+
+    With equal areas at equal chamber pressures; with unequal ones a bound, as if all of the supply drove it.
+    """
     valve, supply = parameters.valve, parameters.supply
     gain = max(edge.flow_gain for edge in parameters.edges)
-    drop = 0.5 * (supply.pressure - supply.return_pressure)
+    share = 0.5 if parameters.actuator.area_2 == parameters.actuator.piston_area else 1.0
+    drop = share * (supply.pressure - supply.return_pressure)
     most = largest_opening(parameters) if opening is None else opening
     gain *= 1.0 + max(valve.gain_slope, 0.0) * most
     return float(control_flow(most, drop, gain, valve.area_gradient))
@@ -231,21 +235,25 @@ def largest_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory)
     openings = np.mean(np.abs(trajectory.spool_position), axis=1)
     speeds = np.mean(np.abs(trajectory.piston_velocity), axis=1)
     return np.array([
-        no_load_flow(run, opening + run.largest_opening_at_rest) + run.actuator.piston_area * speed
+        no_load_flow(run, opening + run.largest_opening_at_rest) + max(run.actuator.areas) * speed
         for run, opening, speed in zip(runs, openings, speeds, strict=True)
     ])  # fmt: skip
 
 
 def no_load_speed(parameters: RunParameters) -> float:
-    """No-load speed of the piston [m/s]."""
-    return no_load_flow(parameters) / parameters.actuator.piston_area
+    """No-load speed of the piston [m/s]; with unequal areas a bound of both directions."""
+    return no_load_flow(parameters) / min(parameters.actuator.areas)
 
 
 def largest_opening(parameters: RunParameters) -> float:
     """Largest edge opening that input or controller can command [m]."""
+    return largest_travel(parameters) + parameters.largest_opening_at_rest
+
+
+def largest_travel(parameters: RunParameters) -> float:
+    """Largest spool position that input or controller can command [m]."""
     control, valve = parameters.control, parameters.valve
     voltage = control.voltage_limit
     if not control.is_closed:
         voltage = largest_voltage(parameters.input, parameters.record)
-    travel = min(valve.spool_gain * voltage, valve.position_limit)
-    return travel + parameters.largest_opening_at_rest
+    return min(valve.spool_gain * voltage, valve.position_limit)

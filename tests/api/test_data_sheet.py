@@ -2,6 +2,7 @@
 
 import math
 import shlex
+from itertools import pairwise
 
 import pytest
 
@@ -101,11 +102,9 @@ def test_a_ready_machine_is_what_its_own_command_writes_and_plans(name):
     command = body.partition("#   hydrofdi init ")[2].partition("\n#\n")[0].replace("\\\n#", "")
     stated, *words = shlex.split(command)
     given = dict.fromkeys((word[2:].replace("-", "_") for word in words if word.startswith("--")), True)
-    given |= {
-        key[2:].replace("-", "_"): word
-        for key, word in zip(words, words[1:], strict=False)
-        if word[:2] != "--"
-    }
+    for key, word in pairwise(words):
+        if not word.startswith("--"):
+            given[key[2:].replace("-", "_")] = word
     given = {key: value for key, value in given.items() if key in DataSheet.model_fields}
     assert stated == name.removeprefix("machines/")
     assert body == sheet_text(stated, given)
@@ -129,4 +128,4 @@ def test_the_table_names_what_is_unusual_causes_first(tmp_path):
     assert outside(experiment=made, area_gradient="1 mm")[:1] == ["speed"]
     assert outside(experiment=made, mass="400 t", step="0.1 ms")[0] == "natural"
     assert outside(experiment=made, constant_force="-60 kN")[0] == "load"
-    assert "time" in outside(experiment=made, constant_force="-26 kN", random_force="15 kN")
+    assert outside(experiment=made, inclination="-90 deg", mass="2.6 t")[-1] == "time"

@@ -149,7 +149,7 @@ def _opening(coefficient: float) -> float:
 
 
 def _formula(bulk_modulus: float, coefficient: float) -> tuple[float, float]:
-    omega = mode_frequency(bulk_modulus, AREA, VOLUME, MASS, STIFFNESS)
+    omega = mode_frequency(bulk_modulus, (AREA, AREA), (VOLUME, VOLUME), MASS, STIFFNESS)
     valve = valve_flow_pressure_coefficient(
         _opening(coefficient), 0.5 * (NOMINAL.supply.pressure - DIFFERENCE),
         NOMINAL.valve.flow_gain, NOMINAL.valve.area_gradient,
@@ -204,5 +204,7 @@ def test_incompressible_limit_moves_the_piston_with_the_control_flow() -> None:
     drop = 0.5 * NOMINAL.supply.pressure
     speed = NOMINAL.valve.flow_gain * NOMINAL.valve.area_gradient * opening * math.sqrt(drop) / AREA
     swing = np.abs(motion["position"] - speed * step * np.arange(10_000)).max(axis=1)
-    expected = [speed / mode_frequency(modulus, AREA, VOLUME, MASS, 0.0) for modulus in moduli]
+    expected = [
+        speed / mode_frequency(modulus, (AREA, AREA), (VOLUME, VOLUME), MASS, 0.0) for modulus in moduli
+    ]
     np.testing.assert_allclose(swing, expected, rtol=0.05)

@@ -53,7 +53,9 @@ def test_piston_rings_at_the_frequency_of_the_softened_fluid() -> None:
         velocity = motion["velocity"][0]
         rises = np.flatnonzero((velocity[:-1] <= 0.0) & (velocity[1:] > 0.0))
         frequency = 2.0 * math.pi * (len(rises) - 1) / (step * (rises[-1] - rises[0]))
-        assert frequency == pytest.approx(mode_frequency(modulus, 633e-6, 280e-6, 12.3, 0.0), rel=2e-3)
+        assert frequency == pytest.approx(
+            mode_frequency(modulus, (633e-6, 633e-6), (280e-6, 280e-6), 12.3, 0.0), rel=2e-3
+        )
 
 
 def test_stored_mode_is_that_of_the_softened_fluid() -> None:

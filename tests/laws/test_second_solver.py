@@ -165,6 +165,8 @@ CHOICES: dict[str, dict[str, Any]] = {
     "warm": {"fluid.temperature_rise": 12.0, "fluid.temperature_drift": 3.0},
     "hoses": {"actuator.hose_volume": 50e-6},
     "foundation": {"actuator.foundation_stiffness": 20e6},
+    "rod": {"actuator.piston_area_2": 380e-6, "actuator.chamber_volume_2": 200e-6},
+    "inclined": {"actuator.inclination": math.radians(40.0)},
     "pid": {"control.law": "pid", "control.amplitude": 5e-3},
     "lugre": {"friction.law": "lugre"},
 }  # fmt: skip
@@ -177,7 +179,7 @@ OTHERS: dict[str, dict[str, Any]] = {
 OPTIONS = [
     {key: value for name in names.split() for key, value in (CHOICES | OTHERS)[name].items()}
     for names in (
-        "laminar ramp smooth air droop ripple warm",
+        "laminar ramp smooth air droop ripple warm rod inclined",
         "blended lugre overlap edges worn null load return uneven hoses",
         "pid measured saturated hysteresis slow external",
         "intermittent stops cavitating multisine drag scored foundation",

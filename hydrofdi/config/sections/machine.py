@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from hydrofdi.physics.cylinder import STANDARD_GRAVITY
+from hydrofdi.physics.cylinder import axial_weight
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
@@ -109,10 +109,9 @@ class ActuatorConfig(Section):
         """A_1 and A_2 [m²]."""
         return self.piston_area, self.area_2
 
-    @property
-    def volumes(self) -> tuple[float, float]:
-        """V_1 and V_2 with the piston centred [m³]."""
-        return self.chamber_volume, self.volume_2
+    def volumes_at(self, position: float) -> tuple[float, float]:
+        """Volumes of both chambers at a position from the centre [m³]."""
+        return self.chamber_volume + self.piston_area * position, self.volume_2 - self.area_2 * position
 
     @property
     def has_unequal_chambers(self) -> bool:
@@ -122,7 +121,7 @@ class ActuatorConfig(Section):
     @property
     def weight(self) -> float:
         """Weight of the mass along the axis, against extension [N]."""
-        return self.mass * STANDARD_GRAVITY * math.sin(self.inclination)
+        return axial_weight(self.mass, self.inclination)
 
     @property
     def vanishing(self) -> tuple[float, float]:
@@ -140,10 +139,9 @@ class ActuatorConfig(Section):
         return self.end_stop_position if self.stroke is None else 0.5 * self.stroke
 
     @property
-    def least_volumes(self) -> tuple[float, float]:
-        """Volumes of the chambers at the ends of a stated stroke at which they are least; else centred [m³]."""
-        reach = 0.5 * (self.stroke or 0.0)
-        return self.chamber_volume - self.piston_area * reach, self.volume_2 - self.area_2 * reach
+    def reach(self) -> tuple[float, ...]:
+        """Positions whose modes bound those of the actuator: ends of a stated stroke, else the centre [m]."""
+        return (0.0,) if self.stroke is None else self.ends
 
     @model_validator(mode="after")
     def _chambers_have_a_volume(self) -> Self:

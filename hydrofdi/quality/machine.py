@@ -1,0 +1,144 @@
+"""Figures of a machine that follow from its parameters alone: statics, speeds, hydraulic mode."""
+
+from __future__ import annotations
+
+import math
+
+from hydrofdi.config import RunParameters
+from hydrofdi.config.sections.machine import Edge
+from hydrofdi.physics.hydraulic_mode import (
+    Pair,
+    damping_of_chamber_1,
+    mode_damping_ratio,
+    mode_frequency,
+    softest_position,
+    valve_flow_pressure_coefficient,
+)
+from hydrofdi.physics.steady_state import pressure_gain, rest_pressures, steady_speed
+from hydrofdi.physics.valve import worn_opening
+from hydrofdi.simulation.drive import largest_travel
+
+FIGURES = {
+    "area_ratio": ("1", "A_2/A_1"),
+    "held_force": ("N", "weight and constant load along the axis"),
+    "rest_pressure_1": ("Pa", "P_1 at rest under it"),
+    "rest_pressure_2": ("Pa", "P_2 at rest under it"),
+    "largest_force_extending": ("N", "largest force, extending"),
+    "largest_force_retracting": ("N", "largest force, retracting"),
+    "speed_extending": ("m/s", "speed under it at the largest opening, extending"),
+    "speed_retracting": ("m/s", "speed under it at the largest opening, retracting"),
+    "frequency_centred": ("Hz", "f_h, piston centred"),
+    "least_frequency": ("Hz", "least f_h over the stroke"),
+    "softest_position": ("m", "position of the least f_h, from the centre"),
+    "frequency_retracted": ("Hz", "f_h, retracted"),
+    "frequency_extended": ("Hz", "f_h, extended"),
+    "pressure_gain": ("Pa/V", "pressure gain at the null"),
+    "damping_ratio_null": ("1", "ζ at the null, centred, without a leak"),
+    "damping_ratio_extending": ("1", "ζ at that speed, extending"),
+    "damping_ratio_retracting": ("1", "ζ at that speed, retracting"),
+}
+"""Name of a figure → its SI unit and title. Without a stated stroke, none is at an end; without clearance or
+underlap, the pressure gain is infinite and left out."""
+
+
+def machine_figures(run: RunParameters) -> dict[str, float]:
+    """Figures of the machine of a run, in SI, by the names of `FIGURES`; oil without air, no leak."""
+    actuator, supply = run.actuator, run.supply
+    area_1, area_2 = actuator.areas
+    rest = rest_pressures(supply.pressure, supply.return_pressure, area_1, area_2, run.held_force)
+    softest = min(
+        max(softest_position(actuator.areas, actuator.volumes_at(0.0)), actuator.ends[0]), actuator.ends[1]
+    )
+    gains, coefficients = _null(run, rest)
+    figures = {
+        "area_ratio": area_2 / area_1,
+        "held_force": run.held_force,
+        "rest_pressure_1": rest[0],
+        "rest_pressure_2": rest[1],
+        "largest_force_extending": area_1 * supply.pressure - area_2 * supply.return_pressure,
+        "largest_force_retracting": area_2 * supply.pressure - area_1 * supply.return_pressure,
+        "frequency_centred": _frequency(run, 0.0),
+        "least_frequency": _frequency(run, softest),
+        "softest_position": softest,
+        "pressure_gain": run.valve.spool_gain * pressure_gain(area_2 / area_1, gains, coefficients),
+        "damping_ratio_null": _damping_ratio(run, coefficients),
+    }
+    if actuator.stroke is not None:
+        ends = (_frequency(run, position) for position in actuator.ends)
+        figures |= dict(zip(("frequency_retracted", "frequency_extended"), ends, strict=True))
+    for direction, motion in (("extending", 1.0), ("retracting", -1.0)):
+        speed, open_edges = _at_speed(run, motion)
+        figures[f"speed_{direction}"] = speed
+        figures[f"damping_ratio_{direction}"] = _damping_ratio(run, open_edges)
+    return {name: figures[name] for name in FIGURES if math.isfinite(figures.get(name, math.nan))}
+
+
+def _frequency(run: RunParameters, position: float) -> float:
+    actuator = run.actuator
+    volumes, beta = actuator.volumes_at(position), run.fluid.bulk_modulus
+    return mode_frequency(beta, actuator.areas, volumes, actuator.mass, actuator.load_stiffness) / (
+        2.0 * math.pi
+    )
+
+
+def _damping_ratio(run: RunParameters, coefficients: Pair) -> float:
+    """ζ with the piston centred, from K_c of each chamber [m³/(s·Pa)]."""
+    actuator, beta = run.actuator, run.fluid.bulk_modulus
+    flows = damping_of_chamber_1(actuator.areas, actuator.volumes_at(0.0), coefficients, 0.0)
+    omega = 2.0 * math.pi * _frequency(run, 0.0)
+    return mode_damping_ratio(
+        omega, beta, actuator.chamber_volume, actuator.mass, run.friction.viscous, *flows
+    )
+
+
+def _external(run: RunParameters) -> Pair:
+    return run.leakage.chamber_1_coefficient, run.leakage.chamber_2_coefficient
+
+
+def _null(run: RunParameters, rest: Pair) -> tuple[Pair, Pair]:
+    """Flow gain [m²/s] and K_c [m³/(s·Pa)] of each chamber at the null, between both directions."""
+    edges, supply, width = run.edges, run.supply, run.valve.area_gradient
+    gains, coefficients = [], []
+    of_chambers = ((edges.supply_1, edges.return_1), (edges.supply_2, edges.return_2))
+    for own, pressure, external in zip(of_chambers, rest, _external(run), strict=True):
+        gain, coefficient = 0.0, external
+        drops = supply.pressure - pressure, pressure - supply.return_pressure
+        for edge, drop in zip(own, drops, strict=True):
+            distance = math.hypot(edge.lap, run.valve.edge_rounding)
+            slope = 0.5 * (1.0 - edge.lap / distance) if distance else 0.5
+            gain += edge.flow_gain * width * slope * math.sqrt(drop)
+            opening = _opening(run, edge, 0.0)
+            coefficient += edge.lap_leakage
+            if opening:
+                coefficient += valve_flow_pressure_coefficient(opening, drop, edge.flow_gain, width)
+        gains.append(gain)
+        coefficients.append(coefficient)
+    return (gains[0], gains[1]), (coefficients[0], coefficients[1])
+
+
+def _opening(run: RunParameters, edge: Edge, travel: float) -> float:
+    return float(worn_opening(travel - edge.lap, run.valve.edge_rounding, run.valve.gain_slope))
+
+
+def _at_speed(run: RunParameters, motion: float) -> tuple[float, Pair]:
+    """Speed at the largest opening [m/s], extending or retracting, and K_c of each chamber there."""
+    edges, supply, areas, external = run.edges, run.supply, run.actuator.areas, _external(run)
+    first, second = (edges.supply_1, edges.return_2) if motion > 0.0 else (edges.return_1, edges.supply_2)
+    opened = [
+        edge.flow_gain * run.valve.area_gradient * _opening(run, edge, largest_travel(run))
+        for edge in (first, second)
+    ]
+    turned = slice(None, None, round(motion))
+    (area_in, area_out), (fed, drained) = areas[turned], opened[turned]
+    if not fed or not drained:
+        return 0.0, external
+    force = motion * run.held_force
+    speed = steady_speed(supply.pressure, supply.return_pressure, area_in, area_out, fed, drained, force)
+    if not speed:
+        return 0.0, external
+    # K_c = k/(2 √Δp), and √Δp = A v/k is the drop at each edge.
+    own = [
+        opening**2 / (2.0 * area * speed) + clearance + leakage
+        for opening, area, clearance, leakage in zip(opened, areas, edges.clearances, external, strict=True)
+    ]
+    return speed, (own[0], own[1])

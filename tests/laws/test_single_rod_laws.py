@@ -1,0 +1,328 @@
+"""Laws of cylinders with unequal areas: statics, speeds, hydraulic mode, balances, and two other solvers."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from free_motion import FRICTIONLESS, free_motion
+from test_control_laws import _measured
+
+from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.errors import ConfigError
+from hydrofdi.physics.hydraulic_mode import (
+    damping_of_chamber_1,
+    mode_damping_ratio,
+    mode_frequency,
+    softest_position,
+)
+from hydrofdi.physics.steady_state import steady_speed
+from hydrofdi.quality.machine import machine_figures
+from hydrofdi.quality.measures import hydraulic_mode
+from hydrofdi.simulation.balances import balance_residuals
+from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.calibration import solve_leakage_coefficients
+from hydrofdi.simulation.kernels.lanes import ModelOptions
+from tests.second_solver import simulate_with_solver
+
+SIGNALS = (
+    "piston_position", "piston_velocity", "chamber_1_pressure", "chamber_2_pressure",
+    "internal_leakage_flow",
+)  # fmt: skip
+BORE, ROD = 1963e-6, 1348e-6
+MACHINE = {
+    "actuator.mass": 250.0, "actuator.piston_area": BORE, "actuator.piston_area_2": ROD,
+    "actuator.chamber_volume": 443e-6, "actuator.chamber_volume_2": 320e-6,
+    "actuator.load_stiffness": 0.0, "fluid.bulk_modulus": 1.2e9, "supply.pressure": 21e6,
+    "friction.viscous": 2e3, "record.duration": 1.0, "input.period": 1.0,
+}  # fmt: skip
+"""Bore 50 mm, rod 28 mm, stroke 400 mm."""
+ROW = RunParameters().with_values(MACHINE)
+RATIOS = (1.0, 0.9, 0.7, 0.55, 0.4)
+
+
+def test_equal_areas_written_down_give_the_bits_of_areas_left_out() -> None:
+    plain = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5})
+    stated = plain.with_values({"actuator.piston_area_2": 633e-6, "actuator.chamber_volume_2": 280e-6})
+    assert ModelOptions.of(stated) == ModelOptions()
+    batches = [simulate_batch([run], [3e-9]) for run in (plain, stated)]
+    for signal in SIGNALS:
+        np.testing.assert_array_equal(*(getattr(batch, signal) for batch in batches))
+    modes = [hydraulic_mode(run, batch) for run, batch in zip((plain, stated), batches, strict=True)]
+    assert modes[0] == modes[1]
+
+
+def test_nearly_equal_chambers_are_the_limit_of_equal_ones() -> None:
+    plain = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5})
+    near = plain.with_values({"actuator.piston_area_2": 633e-6 * (1.0 - 1e-12)})
+    assert ModelOptions.of(near).unequal_chambers
+    batch, limit = simulate_batch([plain, near], [3e-9] * 2), 1e-6  # a root at ΔP = 0 enlarges 1e-12
+    for signal in SIGNALS:
+        one, other = getattr(batch, signal)
+        assert np.abs(one - other).max() < limit * np.ptp(one), signal
+    modes = [hydraulic_mode(run, batch, row) for row, run in enumerate((plain, near))]
+    assert modes[1].frequency == pytest.approx(modes[0].frequency, rel=limit)
+    assert modes[1].damping_ratio == pytest.approx(modes[0].damping_ratio, rel=1e-3)
+
+
+HELD = {"load.constant_force": 3e3, "actuator.inclination": math.radians(-50.0), "friction.scale": 0.0}
+
+
+def test_a_shut_cylinder_starts_in_equilibrium_with_weight_and_load() -> None:
+    run = ROW.with_values({**HELD, "input.amplitude": 0.0, "actuator.foundation_stiffness": 50e6})
+    batch = simulate_batch([run], [0.0])
+    assert np.abs(batch.piston_position).max() < 1e-12
+    force = BORE * batch.chamber_1_pressure - ROD * batch.chamber_2_pressure
+    np.testing.assert_allclose(force, 3e3 - 250.0 * 9.80665 * math.sin(math.radians(50.0)), atol=1e-3)
+
+
+MATCHED = {f"{edge}_2_edge.flow_gain_ratio": ROD / BORE for edge in ("supply", "return")}
+
+
+def test_a_controlled_cylinder_at_rest_has_the_static_pressures_whether_its_edges_are_matched_or_not() -> (
+    None
+):
+    control = {
+        "control.law": "pi", "control.amplitude": 0.0, "control.integral_gain": 1e3, "record.duration": 20.0,
+    }  # fmt: skip
+    valves = ({"valve.lap_leakage": 2e-12}, {"valve.lap": -4e-6}, {"valve.lap": -4e-6, **MATCHED})
+    runs = [ROW.with_values(HELD | control | valve) for valve in valves]
+    batch, (first, second) = simulate_batch(runs, [0.0] * 3), runs[0].start_pressures
+    assert np.abs(batch.piston_velocity[:, -500:]).max() < 1e-7
+    np.testing.assert_allclose(batch.chamber_1_pressure[:, -1], first, rtol=2e-3)
+    np.testing.assert_allclose(batch.chamber_2_pressure[:, -1], second, rtol=2e-3)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_a_free_piston_has_the_two_speeds_of_the_closed_formula(ratio: float) -> None:
+    opening, incline = 100e-6, math.radians(30.0)
+    values = MACHINE | {
+        **FRICTIONLESS,
+        "actuator.piston_area_2": ratio * BORE,
+        "actuator.chamber_volume_2": None,
+    }
+    values |= {
+        "actuator.inclination": incline,
+        "supply.return_pressure": 0.4e6,
+        "supply_2_edge.flow_gain_ratio": 0.8,
+    }
+    motion = free_motion([values] * 2, [{}, {}], [opening, -opening], 1.5, 1e-4)
+    k, weight = 0.0292 * 20.75e-3 * opening, 250.0 * 9.80665 * math.sin(incline)
+    out = steady_speed(21e6, 0.4e6, BORE, ratio * BORE, k, k, weight)
+    back = steady_speed(21e6, 0.4e6, ratio * BORE, BORE, 0.8 * k, k, -weight)
+    np.testing.assert_allclose(motion["velocity"][:, -200:].mean(axis=1), [out, -back], rtol=1e-3)
+    if ratio == 1.0:
+        load = (21e6 - 0.4e6 - weight / BORE) / 2.0
+        assert out == pytest.approx(k * math.sqrt(load) / BORE, rel=1e-12)
+    else:
+        assert (out > back) == (weight < 0.0 or out / back > 1.0)
+
+
+def test_the_mode_has_its_frequency_over_the_stroke_and_its_damping_with_unequal_chambers() -> None:
+    """Weight balances equal pressures at the mean, where clearances and a laminar gap carry no flow."""
+    step, clearance, extra, coefficient, angle = 2e-5, 0.5e-12, 0.8e-12, 5e-9, math.radians(80.0)
+    mean = 250.0 * 9.80665 * math.sin(angle) / (BORE - ROD)
+    softest = softest_position((BORE, ROD), (443e-6, 320e-6))
+    values = MACHINE | {
+        **FRICTIONLESS, "friction.viscous": 500.0, "supply.pressure": 2.0 * mean,
+        "actuator.inclination": angle, "valve.lap_leakage": clearance, "supply_2_edge.lap_leakage": extra,
+        "return_2_edge.lap_leakage": extra, "leakage.law": "laminar",
+        "leakage.internal_coefficient": coefficient,
+    }  # fmt: skip
+    positions = [0.0, softest, -0.15, 0.15]
+    start = [{"position": x, "velocity": 1e-4, "pressure_1": mean, "pressure_2": mean} for x in positions]
+    motion = free_motion([values] * len(positions), start, [0.0] * len(positions), 0.3, step)
+    expected = []
+    for x in positions:
+        volumes = 443e-6 + BORE * x, 320e-6 - ROD * x
+        omega = mode_frequency(1.2e9, (BORE, ROD), volumes, 250.0, 0.0)
+        flows = damping_of_chamber_1(
+            (BORE, ROD), volumes, (2.0 * clearance, 2.0 * (clearance + extra)), coefficient / math.sqrt(10e6)
+        )
+        expected.append((omega, mode_damping_ratio(omega, 1.2e9, volumes[0], 250.0, 500.0, *flows)))
+    measured = [_measured(velocity, step) for velocity in motion["velocity"]]
+    np.testing.assert_allclose(measured, expected, rtol=0.02)
+    assert min(expected)[0] == expected[1][0]
+    nearby = [mode_frequency(1.2e9, (BORE, ROD), (443e-6 + BORE * x, 320e-6 - ROD * x), 250.0, 0.0)
+              for x in (softest - 1e-3, softest + 1e-3)]  # fmt: skip
+    assert min(nearby) > expected[1][0]
+
+
+def test_figures_of_the_machine_are_those_of_its_records() -> None:
+    run = ROW.with_values({
+        **HELD, "actuator.stroke": 0.4, "valve.lap_leakage": 1e-14, "record.duration": 2.0,
+        "input.period": 2.0, "friction.viscous": 0.0,
+    })  # fmt: skip
+    figures, batch = machine_figures(run), simulate_batch([run], [0.0])
+    extending, retracting = (batch.piston_velocity[0, k - 100 : k].mean() for k in (500, 1000))
+    assert extending == pytest.approx(figures["speed_extending"], rel=0.01)
+    assert -retracting == pytest.approx(figures["speed_retracting"], rel=0.01)
+    assert figures["frequency_centred"] == pytest.approx(hydraulic_mode(run, batch).frequency, rel=1e-12)
+    ends = figures["frequency_retracted"], figures["frequency_extended"]
+    assert figures["least_frequency"] < figures["frequency_centred"] < min(ends)
+    # The gain is the slope of the load pressure over a small spool travel of a blocked piston.
+    blocked = (
+        MACHINE | HELD | {"valve.lap_leakage": 1e-12, "actuator.mass": 1e15, "actuator.inclination": 0.0}
+    )
+    travel = 1e-9
+    pressures = free_motion([blocked] * 2, [{}, {}], [travel, -travel], 2.0, 1e-4)
+    load = (pressures["pressure_1"] - ROD / BORE * pressures["pressure_2"])[:, -1]
+    gain = machine_figures(RunParameters().with_values(blocked))["pressure_gain"]
+    assert gain > 1e6
+    assert (load[0] - load[1]) / (2.0 * travel) * 22e-6 == pytest.approx(gain, rel=0.02)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_balances_close_for_every_ratio_and_open_where_an_area_is_forged(ratio: float) -> None:
+    values = {
+        "actuator.piston_area_2": ratio * BORE, "actuator.chamber_volume_2": None, "record.step": 2e-5,
+        "actuator.inclination": math.radians(60.0), "record.sampling_frequency": 50e3,
+        "load.constant_force": 1e3, "input.period": 2.0,
+    }  # fmt: skip
+    run = ROW.with_values(values)
+    batch = simulate_batch([run], [5e-9])
+    residuals = balance_residuals([run], batch)
+    assert residuals.volume[0] < 2e-6
+    assert residuals.energy[0] < 2e-6
+    for name, value, balance in (
+        ("piston_area_2", 1.001 * ratio * BORE, "volume"), ("inclination", math.radians(58.0), "energy"),
+    ):  # fmt: skip
+        forged = balance_residuals([run.with_values({f"actuator.{name}": value})], batch)
+        assert getattr(forged, balance)[0] > 1e-4
+
+
+def test_a_leak_is_calibrated_and_the_extremes_of_the_stroke_hold() -> None:
+    leaking = ROW.with_values({"leakage.internal_flow": 2e-6})
+    (solved,) = solve_leakage_coefficients([leaking])
+    flow = simulate_batch([leaking], [solved.coefficient]).mean_internal_leakage_flow[0]
+    assert flow == pytest.approx(2e-6, rel=1e-6)
+    far = {"input.amplitude": 5.0, "record.duration": 4.0, "input.period": 8.0, "actuator.stroke": 0.3}
+    stopped = {"actuator.end_stops": "elastic"}
+    batch = simulate_batch([ROW.with_values(far), ROW.with_values(far | stopped)], [0.0] * 2)
+    assert [outcome.status for outcome in batch.outcomes] == ["stroke_exceeded", "ok"]
+    assert 0.15 < batch.piston_position[1].max() < 0.153
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("stroke: 0.9 m", "actuator"), ("inclination: 90", "actuator.inclination"),
+        ("end_stops: elastic, piston_area_2: 700 mm²", "actuator"),
+        ("piston_area_2: 0", "actuator.piston_area_2"),
+    ],
+)  # fmt: skip
+def test_impossible_cylinders_are_mistakes_with_their_place(tmp_path, text: str, key: str) -> None:
+    file = tmp_path / "rod.yaml"
+    more = ", chamber_volume_2: 100 cm³" if "elastic" in text else ""
+    file.write_text(f"name: rod\nactuator: {{{text}{more}}}\n")
+    with pytest.raises(ConfigError) as error:
+        load_experiment(file)
+    (mistake,) = error.value.mistakes
+    assert (mistake.origin, mistake.where) == (f"{file}:2", key)
+
+
+def test_degrees_are_read() -> None:
+    for text in ("-90 deg", "-90 °"):
+        assert load_experiment(None, [f"actuator.inclination={text}"]).actuator.inclination == -math.pi / 2.0
+
+
+@cache
+def random_machines() -> tuple[list[RunParameters], list[float]]:
+    generator, runs = np.random.default_rng(27), []
+    for _ in range(20):
+        area, ratio = generator.uniform(0.5e-3, 4e-3), generator.uniform(0.4, 0.95)
+        stroke, dead = generator.uniform(0.2, 0.5), generator.uniform(30e-6, 100e-6, 2)
+        runs.append(ROW.with_values({
+            "actuator.mass": generator.uniform(30.0, 600.0), "actuator.piston_area": area,
+            "actuator.piston_area_2": ratio * area, "actuator.stroke": stroke,
+            "actuator.chamber_volume": dead[0] + 0.5 * stroke * area,
+            "actuator.chamber_volume_2": dead[1] + 0.5 * stroke * ratio * area,
+            "actuator.inclination": generator.uniform(-0.5 * math.pi, 0.5 * math.pi),
+            "load.constant_force": generator.uniform(-0.2, 0.2) * 10e6 * area,
+            "fluid.bulk_modulus": generator.uniform(0.7e9, 1.6e9),
+            "friction.viscous": generator.uniform(500.0, 5e3), "input.amplitude": generator.uniform(1.0, 3.0),
+            "input.period": 0.25, "record.duration": 0.5, "supply.pressure": generator.uniform(12e6, 28e6),
+            "supply.return_pressure": generator.uniform(0.0, 0.5e6),
+        }))  # fmt: skip
+    return runs, generator.uniform(0.0, 2e-8, 20).tolist()
+
+
+@pytest.mark.parametrize("n_run", [2, pytest.param(20, marks=pytest.mark.long)])
+def test_radau_agrees_on_random_machines(n_run: int) -> None:
+    runs, coefficients = ([*each][:n_run] for each in random_machines())
+    fine = [run.with_values({"record.step": 2e-5}) for run in runs]
+    kernel = simulate_batch(fine, coefficients)
+    opinion = simulate_with_solver(fine, coefficients, "radau", 1e-7)
+    for batch in (kernel, opinion):
+        assert all(outcome.is_ok for outcome in batch.outcomes)
+    for signal in SIGNALS:
+        difference = np.abs(getattr(kernel, signal) - getattr(opinion, signal)).max(axis=1)
+        assert np.all(difference < 1e-4 * getattr(kernel, signal).std(axis=1)), signal
+
+
+def independent_record(p: RunParameters, leak: float, step: float) -> np.ndarray:
+    """x, v, P_1, P_2 and leakage at the samples: textbook equations and Runge-Kutta, without hydrofdi."""
+    a1, a2 = p.actuator.piston_area, p.actuator.piston_area_2
+    v1, v2 = p.actuator.chamber_volume, p.actuator.chamber_volume_2
+    mass, beta, ps, pr = p.actuator.mass, p.fluid.bulk_modulus, p.supply.pressure, p.supply.return_pressure
+    constant = p.load.constant_force + mass * 9.80665 * math.sin(p.actuator.inclination)
+    kv, wn, zeta = 0.0292 * 20.75e-3, 2.0 * math.pi * 175.0, 0.7
+    f = p.friction
+
+    def flow(opening: float, drop: float) -> float:
+        return kv * opening * math.copysign(math.sqrt(abs(drop)), drop)
+
+    def rubbing(v: float) -> float:
+        speed = max(abs(v), f.velocity_threshold)
+        dry = f.coulomb + (f.breakaway - f.coulomb) * math.exp(-f.transition * speed)
+        if abs(v) < f.velocity_threshold:
+            return (dry + f.viscous * speed) * v / speed
+        return math.copysign(dry, v) + f.viscous * v
+
+    def leakage(p1: float, p2: float) -> float:
+        return leak * math.copysign(math.sqrt(abs(p1 - p2)), p1 - p2)
+
+    def rates(y: list[float], u: float) -> list[float]:
+        x, v, p1, p2, xv, vv = y
+        if xv >= 0.0:
+            q1, q2 = flow(xv, ps - p1), flow(xv, p2 - pr)
+        else:
+            q1, q2 = flow(xv, p1 - pr), flow(xv, ps - p2)
+        through = leakage(p1, p2)
+        return [
+            v,
+            (a1 * p1 - a2 * p2 - rubbing(v) - constant) / mass,
+            beta * (q1 - through - a1 * v) / (v1 + a1 * x),
+            beta * (a2 * v + through - q2) / (v2 - a2 * x),
+            vv,
+            wn * wn * (22e-6 * u - xv) - 2.0 * zeta * wn * vv,
+        ]
+
+    def moved(y: list[float], time: float, slope: list[float]) -> list[float]:
+        return [value + time * rate for value, rate in zip(y, slope, strict=True)]
+
+    total = ps + pr
+    y = [0.0, 0.0, (a2 * total + constant) / (a1 + a2), (a1 * total - constant) / (a1 + a2), 0.0, 0.0]
+    every, half = round(1.0 / p.record.sampling_frequency / step), round(0.5 * p.input.period / step)
+    rows = []
+    for k in range(round(p.record.duration / step)):
+        if k % every == 0:
+            rows.append([*y[:4], leakage(y[2], y[3])])
+        u = p.input.amplitude if k // half % 2 == 0 else -p.input.amplitude
+        one = rates(y, u)
+        two = rates(moved(y, step / 2.0, one), u)
+        three = rates(moved(y, step / 2.0, two), u)
+        four = rates(moved(y, step, three), u)
+        mean = [(a + 2.0 * b + 2.0 * c + d) / 6.0 for a, b, c, d in zip(one, two, three, four, strict=True)]
+        y = moved(y, step, mean)
+    return np.array(rows).T
+
+
+def test_an_independent_simulation_at_a_tenth_of_the_step_agrees() -> None:
+    runs, coefficients = ([*each][:4] for each in random_machines())
+    batch = simulate_batch(runs, coefficients)
+    for row, (run, leak) in enumerate(zip(runs, coefficients, strict=True)):
+        other = independent_record(run, leak, 0.1 * run.record.step)
+        for signal, expected in zip(SIGNALS, other, strict=True):
+            difference = np.abs(getattr(batch, signal)[row] - expected).max()
+            assert difference < 1e-3 * expected.std(), signal

@@ -128,4 +128,4 @@ def test_the_table_names_what_is_unusual_causes_first(tmp_path):
     assert outside(experiment=made, area_gradient="1 mm")[:1] == ["speed"]
     assert outside(experiment=made, mass="400 t", step="0.1 ms")[0] == "natural"
     assert outside(experiment=made, constant_force="-60 kN")[0] == "load"
-    assert outside(experiment=made, inclination="-90 deg", mass="2.6 t")[-1] == "time"
+    assert outside(experiment=made, inclination="-90 deg", mass="2 t") == ["time"]

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, model_validator
 
 from hydrofdi.physics.cylinder import STANDARD_GRAVITY
-from hydrofdi.physics.oil import COOLING, Oil, oil_of
+from hydrofdi.physics.oil import COOLING, Oil
 from hydrofdi.physics.steady_state import steady_speed
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
@@ -78,7 +78,7 @@ class DataSheet(Section):
     mass: Annotated[float, SI("kg", above=0, usual=("10 g", "100000 kg"))]
     """Moved mass: piston, rod and load [kg]."""
 
-    oil: Annotated[str, _checked(oil_of)] = "HLP46"
+    oil: Annotated[str, _checked(Oil.named)] = "HLP46"
     """Oil: HLP or HVLP with 22, 32, 46 or 68 (ISO VG), MIL-H-5606, or its viscosities at 40 and 100 °C and
     its density: '46 mm²/s, 6.8 mm²/s, 877 kg/m³'."""
 
@@ -109,7 +109,7 @@ class DataSheet(Section):
     @cached_property
     def fluid(self) -> Oil:
         """The oil."""
-        return oil_of(self.oil)
+        return Oil.named(self.oil)
 
     @cached_property
     def areas(self) -> tuple[float, float]:

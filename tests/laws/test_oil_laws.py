@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.physics.fluid import effective_bulk_modulus
-from hydrofdi.physics.oil import KELVIN, OILS, oil_of
+from hydrofdi.physics.oil import KELVIN, OILS, Oil
 
 TEMPERATURES = KELVIN + np.arange(-10.0, 91.0, 10.0)
 
@@ -54,12 +54,12 @@ def test_aviation_oil_has_the_bulk_modulus_of_a_table_of_fluids():
     ],
 )  # fmt: skip
 def test_an_oil_has_several_spellings(text, name):
-    assert oil_of(text) is OILS[name]
+    assert Oil.named(text) is OILS[name]
 
 
 def test_three_numbers_are_an_oil_and_nothing_else_is():
-    oil, same = oil_of("46 cSt, 6.8 mm²/s, 0.877 g/cm³"), OILS["HLP46"]
+    oil, same = Oil.named("46 cSt, 6.8 mm²/s, 0.877 g/cm³"), OILS["HLP46"]
     assert oil.viscosity(KELVIN + 60.0) == pytest.approx(same.viscosity(KELVIN + 60.0), rel=1e-12)
     for text in ("HLP47", "water", "46 cSt", "6.8 cSt, 46 cSt, 877 kg/m³", "46 cSt, 6.8 cSt, 877 Pa"):
         with pytest.raises(ValueError, match=r"oil|unit"):
-            oil_of(text)
+            Oil.named(text)

@@ -155,8 +155,8 @@ class Oil:
                 raise ValueError(f"{text!r}: the oil must be thinner at 100 than at 40 °C, and above 1 mm²/s")
             return cls(text, cold, hot, density)
         raise ValueError(
-            f"{text!r} is not a known oil; known are {', '.join(OILS)}; or give its viscosities at 40 and 100 °C"
-            " and its density at 15 °C: '46 mm²/s, 6.8 mm²/s, 877 kg/m³'"
+            f"{text!r} is not a known oil; known are {', '.join(OILS)}; or give its viscosities at 40 and 100"
+            " °C and its density at 15 °C: '46 mm²/s, 6.8 mm²/s, 877 kg/m³'"
         )
 
 

@@ -32,8 +32,9 @@ def rates(y, spool, h, k):
     leak, swept = internal_leakage_flow(p1 - p2, h.internal_leakage[k]), h.area[k] * v
     net_1 = q_1 - leak - external_leakage_flow(p1, h.external_leakage_1[k]) - swept
     net_2 = leak - q_2 - external_leakage_flow(p2, h.external_leakage_2[k]) + swept
-    rate_1, rate_2 = chamber_pressure_rates(x, net_1, net_2, h.bulk_modulus[k], h.volume[k], h.area[k])
-    return v, piston_acceleration(x, p1, p2, friction, h.mass[k], h.area[k], h.stiffness[k]), rate_1, rate_2
+    volume, area = h.volume[k], h.area[k]
+    rate_1, rate_2 = chamber_pressure_rates(x, net_1, net_2, h.bulk_modulus[k], volume, volume, area, area)
+    return v, piston_acceleration(x, area * (p1 - p2), friction, h.mass[k], h.stiffness[k]), rate_1, rate_2
 
 
 @equation

@@ -47,6 +47,8 @@ CHOICES: dict[str, dict[str, Any]] = {
     "scored bore": {"leakage.scored_width": 10e-3},
     "hoses": {"actuator.hose_volume": 50e-6},
     "foundation": {"actuator.foundation_stiffness": 20e6},
+    "unequal chambers": {"actuator.piston_area_2": 380e-6},
+    "inclined": {"actuator.inclination": 0.5},
     "measured feedback": {"control.law": "pid", "control.feedback": "measured"},
 }
 CHOICES["all compatible options"] = {

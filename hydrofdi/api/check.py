@@ -68,7 +68,7 @@ class Check(SimpleNamespace):
         Runge-Kutta step [s].
     step_limits : dict
         Part of the model → longest stable step over all runs [s]; ``binding`` is the part with the shortest.
-    machine : dict
+    figures : dict
         Statics, speeds and hydraulic mode of the nominal machine, as far as its parameters tell [SI].
     modes : list of dict
         The hydraulic mode of each run that is looked at; ``n_left_out`` further ones differ in more than
@@ -165,7 +165,7 @@ def check(
         step=step,
         step_limits=limits,
         binding=min(limits, key=limits.__getitem__),
-        machine=machine_figures(loaded.nominal_parameters),
+        figures=machine_figures(loaded.nominal_parameters),
         modes=modes,
         bands=bands,
         n_sample=record.n_sample,
@@ -353,7 +353,7 @@ def _learnt(found: Information) -> dict[str, Any]:
 def machine_table(found: Check) -> Table:
     """Statics, speeds and hydraulic mode of the nominal machine, in readable units."""
     named = {
-        FIGURES[name][1]: shown_quantity(value, FIGURES[name][0]) for name, value in found.machine.items()
+        FIGURES[name][1]: shown_quantity(value, FIGURES[name][0]) for name, value in found.figures.items()
     }
     return Table.of({"figure": [*named], "value": [*named.values()]}, title="Machine, nominal", key="machine")
 

@@ -106,6 +106,7 @@ def _is(*values: Any) -> Callable[[Any], bool]:
 
 RULES: tuple[Rule, ...] = (
     ("actuator.end_stops", _is("elastic"), ("actuator.end_stop_position", "actuator.end_stop_stiffness")),
+    ("actuator.stroke", lambda stroke: stroke is None, ("actuator.end_stop_position",)),
     (
         "actuator.hose_volume",
         bool,

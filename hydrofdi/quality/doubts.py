@@ -207,8 +207,8 @@ _RETRY = "a sweep with retry_failed computes it again"
 REMEDIES = {
     "diverged": "shorten record.step; 'hydrofdi check' names the longest step that is stable",
     "stroke_exceeded": (
-        "lower input.amplitude or input.period, enlarge actuator.chamber_volume, or set actuator.end_stops:"
-        " elastic"
+        "lower input.amplitude or input.period, correct actuator.stroke or actuator.chamber_volume, or set"
+        " actuator.end_stops: elastic"
     ),
     "unreachable_leakage": "lower leakage.internal_flow; 'hydrofdi calibrate' shows what a flow takes",
     "timeout": f"raise limits.time_per_job, or shorten record.duration; {_RETRY}",

@@ -128,8 +128,7 @@ def _at_speed(run: RunParameters, motion: float) -> tuple[float, Pair]:
         edge.flow_gain * run.valve.area_gradient * _opening(run, edge, largest_travel(run))
         for edge in (first, second)
     ]
-    turned = slice(None, None, round(motion))
-    (area_in, area_out), (fed, drained) = areas[turned], opened[turned]
+    (area_in, fed), (area_out, drained) = list(zip(areas, opened, strict=True))[:: round(motion)]
     if not fed or not drained:
         return 0.0, external
     force = motion * run.held_force

@@ -16,7 +16,11 @@ from hydrofdi.store.experiment_data import ExperimentData
 
 _MACHINE = {
     "actuator.piston_area": "Piston area",
+    "actuator.piston_area_2": "Piston area of chamber 2",
     "actuator.chamber_volume": "Volume of a chamber",
+    "actuator.chamber_volume_2": "Volume of chamber 2",
+    "actuator.stroke": "Stroke",
+    "actuator.inclination": "Inclination",
     "actuator.mass": "Moving mass",
     "supply.pressure": "Supply pressure",
     "fluid.bulk_modulus": "Effective bulk modulus (EBM)",
@@ -25,13 +29,14 @@ _MACHINE = {
     "record.duration": "Record",
     "record.sampling_frequency": "Sampling frequency",
 }
-"""What says which machine an experiment is about, and how people call it."""
+"""What says which machine an experiment is about, and how people call it; left out if it is not stated."""
 
 
 def machine_block(data: ExperimentData) -> Block:
     """The nominal machine and its records, as on a data sheet."""
-    values = [shown_value(name, data.experiment.value(name)) for name in _MACHINE]
-    table = Table.of({"Machine": [*_MACHINE.values()], "Nominal": values, "Key": [*_MACHINE]}, key="machine")
+    stated = {name: value for name in _MACHINE if (value := data.experiment.value(name))}
+    names, values = [_MACHINE[name] for name in stated], [*map(shown_value, stated, stated.values())]
+    table = Table.of({"Machine": names, "Nominal": values, "Key": [*stated]}, key="machine")
     return Block("machine", "The machine", (), (table,))
 
 

@@ -11,7 +11,8 @@ from typing import Any
 _SYNONYMS = {
     "ebm": "bulk_modulus", "beta": "bulk_modulus", "ki": "internal_coefficient", "leak": "internal_flow",
     "fs": "sampling_frequency", "dt": "step", "ps": "pressure", "pt": "return_pressure",
-    "kp": "proportional_gain", "oil": "fluid", "bore": "piston_area", "rod": "piston_area",
+    "kp": "proportional_gain", "oil": "fluid", "bore": "piston_area", "rod": "piston_area_2",
+    "mounting": "inclination", "angle": "inclination", "tilt": "inclination",
     "jobs": "workers",
 }  # fmt: skip
 _MOST_LISTED, _MOST_CHOICES = 12, 6

@@ -38,7 +38,9 @@ def matched_signals(spool, coefficient, bulk_modulus, duration, frequency, start
         speed = (CYLINDER.area_1 * (p1 - p2) - STIFFNESS * x) / DAMPING
         swept, leak = CYLINDER.area_1 * speed, internal_leakage_flow(p1 - p2, coefficient)
         net = q1 - swept - leak, swept + leak - q2
-        return *chamber_pressure_rates(x, *net, bulk_modulus, CYLINDER.volume_1, CYLINDER.area_1), speed
+        c = CYLINDER
+        rates = chamber_pressure_rates(x, *net, bulk_modulus, c.volume_1, c.volume_2, c.area_1, c.area_2)
+        return *rates, speed
 
     time = np.arange(round(duration * frequency)) / frequency
     found = solve_ivp(rates, (0.0, time[-1]), start, "RK45", time, rtol=1e-9, atol=1e-6, max_step=5e-3)

@@ -195,7 +195,7 @@ COEFFICIENTS = [3e-9] * len(RUNS)
 def test_balances_close_under_every_option(name: str) -> None:
     run = SHORT.with_values(CHOICES[name] | {"record.sampling_frequency": 50e3})
     residuals = balance_residuals([run], simulate_batch([run], [3e-9]))
-    assert residuals.volume[0] < 2e-6
+    assert residuals.volume[0] < (4e-6 if run.actuator.has_unequal_chambers else 2e-6)  # of both chambers
     assert residuals.energy[0] < 2e-6
 
 

@@ -143,21 +143,14 @@ def rates(moving: Moving, spool: float, a: Actual, plant: Plant) -> Moving:
     leak = internal_leakage_flow(p_1 - p_2, a.leakage_coefficient)
     x, v, beta = moving.position, moving.velocity, a.bulk_modulus
     net_1, net_2 = q_1 - leak - plant.area_1 * v, leak - q_2 + plant.area_2 * v
-    # Equations (5) and (6), each with its own volume and area; (2), with P_2 on its share of A_1.
-    rate_1, _ = chamber_pressure_rates(x, net_1, net_2, beta, plant.volume_1, plant.area_1)
-    _, rate_2 = chamber_pressure_rates(x, net_1, net_2, beta, plant.volume_2, plant.area_2)
+    rate_1, rate_2 = chamber_pressure_rates(
+        x, net_1, net_2, beta, plant.volume_1, plant.volume_2, plant.area_1, plant.area_2
+    )
     resistance = a.resistance
     if plant.has_friction_model is not None:
         resistance = resistance + threshold_friction(v, 0.0, plant)[0]
-    acceleration = piston_acceleration(
-        x,
-        p_1,
-        p_2 * (plant.area_2 / plant.area_1),
-        resistance,
-        plant.mass,
-        plant.area_1,
-        plant.stiffness,
-    )
+    force = plant.area_1 * (p_1 - p_2 * (plant.area_2 / plant.area_1))
+    acceleration = piston_acceleration(x, force, resistance, plant.mass, plant.stiffness)
     return Moving(rate_1, rate_2, v, acceleration)
 
 

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 from hydrofdi.api.step_limits import undamped_frequency
 from hydrofdi.config import RunParameters
+from hydrofdi.quality.machine import machine_figures
 from hydrofdi.report.table import Table
 from hydrofdi.settings.readable import plain
-from hydrofdi.simulation.drive import no_load_speed
 
 
 class Quantity(NamedTuple):
@@ -71,12 +71,16 @@ def load_share(run: RunParameters, furthest: float) -> float:
 
 
 def speed_ratio(run: RunParameters) -> float:
-    """No-load speed of the open valve over the largest mean speed that a reference asks for [-], else NaN."""
+    """Speed that the valve allows in the slower direction over the largest that a reference asks for [-].
+
+    NaN without a reference whose period states a speed.
+    """
     shares = {"square": 4.0, "steps": 2.0, "sine": 2.0 * math.pi}
     if not run.control.is_closed or run.input.shape not in shares or not run.control.amplitude:
         return math.nan
     asked = shares[run.input.shape] * abs(run.control.amplitude) / run.input.period
-    return no_load_speed(run) / asked
+    figures = machine_figures(run)
+    return min(figures[f"speed_{direction}"] for direction in ("extending", "retracting")) / asked
 
 
 def plausibility(

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.results import report as report
     from hydrofdi.api.run import Run as Run
     from hydrofdi.api.run import simulate as simulate
+    from hydrofdi.api.starting import init as init
     from hydrofdi.api.sweep import collect as collect
     from hydrofdi.api.sweep import sweep as sweep
     from hydrofdi.config import load_experiment as load_experiment
@@ -64,6 +65,7 @@ _HOMES = {
         "api.replaying": "replay",
         "api.results": "Results load report",
         "api.run": "Run simulate",
+        "api.starting": "init",
         "api.sweep": "collect sweep",
         "config": "load_experiment",
         "errors": "HydrofdiError",

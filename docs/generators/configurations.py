@@ -23,6 +23,7 @@ GROUPS = {
     "delays": "Delays",
     "detectability": "Studies of detection",
     "detectors": "Detectors that know a model",
+    "machines": "Machines",
     "measured": "Measured records",
     "monitoring": "Monitoring",
     "motions": "Motions",

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.api.arguments import positive_of
+from hydrofdi.api.plausible import plausibility
 from hydrofdi.api.step_limits import Distinct, lag_limit, step_limits, too_long_sentence
 from hydrofdi.api.warnings import experiment_warnings, period_count, place_in_bands
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
@@ -77,7 +78,9 @@ class Check(SimpleNamespace):
         list of dict Of each level of the chamber-1 pressure: RMS of the details of the ``noise`` of the
         sensor, as the anti-alias filter leaves it, and of quantisation, of the noisiest run [Pa];
         ``weakest_rms``, least detail RMS of the pressure itself over the runs that ended well [Pa]. Empty
-        without noise. observability : list of dict What the first run, without a leak, tells each indicator
+        without noise. plausibility : list of dict Quantities of the machine and its motion, causes first,
+        with their ``usual`` range and what to ``change`` if they are outside; see `plausibility`.
+        observability : list of dict What the first run, without a leak, tells each indicator
         that estimates unknowns; see `observability`. problems, warnings : list of str What makes results
         wrong, and what to keep in mind when reading them. convergence : dict or None Change of the features
         when the step is halved (see `converge`); None if this was not requested.
@@ -172,6 +175,7 @@ def check(
         n_left_out=selection.n_left_out,
         n_run=selection.n_run,
         sampling_frequency=record.sampling_frequency,
+        plausibility=plausibility([job.parameters for job in jobs], rows, modes),
         observability=observability(jobs[0]),
         problems=problems,
         warnings=list(dict.fromkeys(warnings)),

@@ -130,7 +130,7 @@ def application(names: Iterable[str] = _HOMES, *, with_settings: bool = True) ->
 
 def _options(name: str, module: Any) -> dict[str, Any]:
     """The options of a command that follow from a configuration, or from a function."""
-    stated = module.train_options() if name == "train" else {}
+    stated: dict[str, Any] = getattr(module, f"{name}_options", dict)()
     if name in _KEYWORDS:
         stated |= options_like(attrgetter(_FUNCTIONS.get(name, name))(hydrofdi), _KEYWORDS[name])
     return stated

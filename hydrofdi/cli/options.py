@@ -47,7 +47,15 @@ SamplingFrequency = Annotated[
     ),
 ]
 
-_METAVARS = {"s": "TIME", "1": "SHARE"}
+_METAVARS = {
+    "s": "TIME",
+    "1": "SHARE",
+    "m": "LENGTH",
+    "Pa": "PRESSURE",
+    "kg": "MASS",
+    "K": "TEMPERATURE",
+    "Hz": "FREQUENCY",
+}
 """Unit of a quantity → what the help writes for it."""
 
 
@@ -115,7 +123,7 @@ def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any
         choices = members or [each for each in kinds if isinstance(each, str)]
         metadata = [*field.metadata, *(each for kind in kinds for each in getattr(kind, "__metadata__", ()))]
         unit = next((each.unit for each in metadata if isinstance(each, SI)), "")
-        if unit or choices or isinstance(field.default, str | bool):
+        if unit or choices or str in kinds or isinstance(field.default, bool):
             kind = "bool" if isinstance(field.default, bool) else "str"
             default = f"{100 * field.default:g} %" if unit == "1" else field.default
             options[name] = _option(

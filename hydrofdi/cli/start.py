@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -21,10 +20,6 @@ if TYPE_CHECKING:
     from hydrofdi.api.check import Check
     from hydrofdi.indicators.registry import Description
 
-_NAME = re.compile(r"^name: .*$", re.MULTILINE)
-
-_COMMANDS = re.compile(r"^#\n#   hydrofdi init .*\n", re.MULTILINE)
-
 
 def init(
     name: Annotated[
@@ -34,37 +29,34 @@ def init(
         Literal["actuator", "paper", "online"],
         typer.Option(
             "--from",
-            help="actuator: the smallest leak that is found on your actuator. online: the delay until a "
-            "new leak is found. paper: the actuator and the sweep of the paper.",
+            help="Without a data sheet. actuator: the smallest leak that is found on your actuator. online:"
+            " the delay until a new leak is found. paper: the actuator and the sweep of the paper.",
         ),
     ] = "actuator",
+    **data_sheet: Any,
 ) -> int:
     """Write a commented configuration for your own actuator.
 
-    It contains the data sheet, motion, load, sensors and study, with units, and runs unchanged. An existing
-    file is never overwritten.
+    With --bore, --rod, --stroke, --supply, --valve and --mass: from its data sheet, with each derived number
+    beside its formula. Else an example to fill in. It contains motion, load, sensors and study, with units,
+    and runs unchanged. An existing file is never overwritten.
     """
-    from hydrofdi.settings.ready import ready_copy
-    from hydrofdi.settings.yaml_source import scalar
-
-    experiment = name.removesuffix(".yaml")
-    hydrofdi.load_experiment({"name": experiment}, {})
-    stated = experiment if isinstance(scalar(experiment), str) else f"'{experiment}'"
-    text = _NAME.sub(f"name: {stated}", ready_copy(f"templates/{template}"), count=1)
-    file = Path(f"{experiment}.yaml")
-    try:
-        with open(file, "x", encoding="utf-8") as new:
-            new.write(_COMMANDS.sub("", text, count=1))
-    except FileExistsError:
-        raise ConfigError(f"{file}: already exists; choose another name") from None
-    except OSError as error:
-        raise ConfigError(f"{file}: cannot be written: {error.strerror}") from None
+    file = hydrofdi.init(name, template=template, **data_sheet)
+    look = f"check {file} && hydrofdi plan {file}" if data_sheet else f"plan {file}"
     write_out(
-        f"{file}: enter your numbers, then run\n"
-        f"  hydrofdi plan {file}\n"
-        f"  hydrofdi sweep {file} && hydrofdi report results/{experiment}\n"
+        f"{file}: {'look at the guesses' if data_sheet else 'enter your numbers'}, then run\n"
+        f"  hydrofdi {look}\n"
+        f"  hydrofdi sweep {file} && hydrofdi report results/{file.stem}\n"
     )
     return 0
+
+
+def init_options() -> dict[str, Any]:
+    """The options of `init` that follow from the model of a data sheet."""
+    from hydrofdi.cli.options import options_of
+    from hydrofdi.config.data_sheet import DataSheet
+
+    return options_of(DataSheet, {name: (name,) for name in DataSheet.model_fields})
 
 
 def configs(
@@ -100,8 +92,9 @@ def configs(
 def check(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
     """Inspect an experiment before running it.
 
-    Shows step, statics and speeds, hydraulic mode and bands, record, leakage, stroke and sensor noise, and
-    how well a healthy record determines the unknowns of model-based indicators.
+    Shows what is unusual about the machine and what to change; step, statics and speeds, hydraulic mode and
+    bands, record, leakage, stroke and sensor noise; and how well a healthy record determines the unknowns of
+    model-based indicators.
 
     Simulates up to 60 of the runs that differ in more than their sensors; step limits cover all runs.
     Exit code 1 if results would be wrong.
@@ -120,7 +113,9 @@ def _checked(found: Check) -> Iterator[Any]:
     from rich.text import Text
 
     from hydrofdi.api.check import convergence_table, machine_table, modes_table, noise_table, unknowns_table
+    from hydrofdi.api.plausible import plausibility_table
 
+    yield from (plausibility_table(found.plausibility), "")
     limits = sorted(found.step_limits.items(), key=lambda item: item[1])
     yield Text("Step", "bold")
     yield (

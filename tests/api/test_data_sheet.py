@@ -1,158 +1,132 @@
-"""Constants of the actuator come from one place: the plant of the experiment, or the description of files."""
+"""From a data sheet to a file that runs: numbers by hand, errors, ready machines, and plausibility."""
 
-import json
+import math
+import shlex
+from itertools import pairwise
 
-import numpy as np
 import pytest
 
 import hydrofdi
+from hydrofdi.api.starting import sheet_text
 from hydrofdi.config import load_experiment
-from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
+from hydrofdi.config.data_sheet import DataSheet
 from hydrofdi.errors import ConfigError
-from hydrofdi.indicators import indicator_kind, indicator_names
-from hydrofdi.records.data_sheet import PLANT_PARAMETERS, MachineSheet, PlantConstant
-from hydrofdi.settings.quantities import field_quantity
-from tests.commands import run
-from tests.single_rod import RATE, STROKE, data_sheet, recorded
+from hydrofdi.physics.steady_state import steady_speed
+from hydrofdi.settings.ready import ready_folder, ready_names
+from tests.commands import run, run_json
 
-RATIO = 0.7
-
-
-def constants():
-    """Each option of an indicator or a description that is marked as a constant of the plant."""
-    for kind in (MachineSheet, *(indicator_kind(name).Options for name in indicator_names())):
-        for name, info in kind.model_fields.items():
-            if any(isinstance(mark, PlantConstant) for mark in info.metadata):
-                yield name, info
+PRESS = {
+    "bore": "50 mm", "rod": "28 mm", "stroke": "400 mm", "supply": "210 bar",
+    "valve": "40 L/min at 70 bar", "mass": "250 kg", "oil": "HLP46", "hose": "2 m x 12 mm",
+}  # fmt: skip
 
 
-def test_every_constant_of_the_plant_is_a_parameter_in_the_same_unit_with_the_same_default():
-    found = list(constants())
-    assert len({name for name, _ in found}) >= 19
-    for name, info in found:
-        parameter = PLANT_PARAMETERS[name]
-        if parameter not in parameter_names():
-            assert info.default is None
-            continue
-        assert field_quantity(info).unit == parameter_unit(parameter)
-        assert info.default == RunRequest().value(parameter)
+def written(folder, **sheet):
+    """The experiment of a data sheet."""
+    return load_experiment(hydrofdi.init("press", folder=folder, **(PRESS | sheet)))
 
 
-OF_PLANT = {
-    "name": "press",
-    "actuator": {"piston_area": "766 mm²", "load_stiffness": 0.0},
-    "supply": {"pressure": "160 bar", "return_pressure": "5 bar"},
-    "sweep": {"grid": {"supply.pressure": ["150 bar", "170 bar"]}},
-}
+def test_the_numbers_of_the_file_are_those_by_hand(tmp_path):
+    made = written(tmp_path)
+    actuator, valve = made.actuator, made.valve
+    volumes = actuator.chamber_volume, actuator.chamber_volume_2
+    bore, annulus = math.pi / 4 * 0.05**2, math.pi / 4 * (0.05**2 - 0.028**2)
+    hose = math.pi / 4 * 0.012**2 * 2.0
+    assert actuator.areas == pytest.approx((bore, annulus), rel=1e-3)
+    assert volumes == pytest.approx([0.22 * area + hose for area in (bore, annulus)], rel=1e-3)
+    flow = valve.flow_gain * valve.area_gradient * 10.0 * valve.spool_gain * math.sqrt(35e5)
+    assert flow == pytest.approx(40e-3 / 60.0, rel=1e-3)
+    share = 2.0 * hose / sum(volumes)
+    oil = 1.0 / (1.0 / made.fluid.bulk_modulus - share / 400e6) * (1.0 - share)
+    assert 1.4e9 < oil < 2.0e9
+    force = made.load.constant_force + made.load.random_force
+    assert force == pytest.approx(0.3 * 210e5 * annulus, rel=0.01)
+    assert 4.0 * made.control.amplitude == pytest.approx(0.4)
+    # The slower direction crosses half of the stroke within a period, with time left to settle.
+    gain = 40e-3 / 60.0 / math.sqrt(35e5)
+    slow = steady_speed(210e5, 0.0, annulus, bore, gain, gain, 0.0)
+    assert 0.2 / slow < made.input.period < 0.2 / slow + 1.0
+    stiffness = made.fluid.bulk_modulus * sum(
+        area**2 / volume for area, volume in zip(actuator.areas, volumes, strict=True)
+    )
+    crossover = made.control.proportional_gain * 0.0723
+    assert crossover == pytest.approx(0.05 * math.sqrt(stiffness / 250.0), rel=0.02)
 
 
-def options_in(experiment, label="flow_balance"):
-    return experiment.indicator_choice.made(experiment.wavelet)[label].options
+def test_two_rods_mounting_and_oil_change_what_they_should(tmp_path):
+    double = written(tmp_path, double_rod=True)
+    assert double.actuator.piston_area_2 is None
+    assert double.actuator.piston_area == pytest.approx(math.pi / 4 * (0.05**2 - 0.028**2), rel=1e-3)
+    (tmp_path / "press.yaml").unlink()
+    hanging = written(tmp_path, mounting="vertical-rod-down", oil="HLP22", hose="")
+    assert hanging.actuator.weight == pytest.approx(-250.0 * 9.80665)
+    assert hanging.load.constant_force == 0.0
+    assert hanging.fluid.bulk_modulus > 2.0 * double.fluid.bulk_modulus
 
 
-def test_an_indicator_has_the_nominal_constants_of_the_plant_unless_it_states_its_own():
-    own = {
-        "flow_balance": {"supply": "nominal"}, "weak_rls": {"piston_area": "633 mm²"},
-        "two": {"kind": "weak_rls", "piston_area_2": "500 mm²"},
-        "end": {"kind": "weak_rls", "position_zero": "retracted", "stroke": "400 mm"},
-    }  # fmt: skip
-    experiment = load_experiment(OF_PLANT | {"indicators": own})
-    balance = options_in(experiment)
-    assert (balance.piston_area, balance.supply_pressure, balance.return_pressure) == (766e-6, 16e6, 5e5)
-    assert options_in(experiment, "weak_rls").piston_area == 633e-6
-    told = [each for each in hydrofdi.plan(experiment).warnings if "another machine" in each]
-    assert [each.partition(":")[0] for each in told] == ["weak_rls", "two", "end"]
-    assert told[1].endswith("piston_area_2 500 mm², but actuator.piston_area_2 not stated")
-    single_rod = OF_PLANT["actuator"] | {"piston_area_2": "500 mm²", "stroke": "400 mm"}
-    same = load_experiment(OF_PLANT | {"actuator": single_rod, "indicators": {"flow_balance": {}}})
-    assert options_in(same).areas == (766e-6, 500e-6)
-    assert not any("another machine" in each for each in hydrofdi.plan(same).warnings)
+def test_the_command_is_the_function_and_its_file_is_planned_as_it_is(tmp_path):
+    options = [part for key, value in PRESS.items() for part in (f"--{key}", value)]
+    done = run("init", "press", *options, cwd=tmp_path, check=0)
+    assert "hydrofdi check press.yaml" in done.stdout
+    text = (tmp_path / "press.yaml").read_text()
+    assert text == sheet_text("press", PRESS)
+    plan = run_json("plan", "press.yaml", cwd=tmp_path)
+    assert plan["planned"] == 1760
+    assert not plan["unusual_values"]
+    assert not plan["idle_parameters"]
+    assert not [each for each in plan["warnings"] if "study" in each or "machine" in each]
 
 
-def test_the_identity_of_an_analysis_has_the_constants_of_the_plant():
-    def identity(**sections):
-        experiment = load_experiment({"name": "one", "indicators": {"flow_balance": {}}, **sections})
-        return experiment.indicator_choice.identity
-
-    assert identity() == identity(actuator={"piston_area": "633 mm²"}, friction={"viscous": "90 N·s/m"})
-    assert identity() != identity(actuator={"piston_area": "634 mm²"})
-    with pytest.raises(ConfigError, match="ekf_joint"):
-        load_experiment({"actuator": {"mass": 2e6}, "indicators": {"ekf_joint": {}}})
-
-
-@pytest.fixture
-def machine(tmp_path, monkeypatch):
-    """Records of a single-rod cylinder with position zero at the retracted end, and their description."""
-    monkeypatch.chdir(tmp_path)
-    for name, leakage in (("healthy", 0.0), ("leaking", 0.5)):
-        of = recorded(RATIO, leakage)
-        columns = [*of.values(), np.full(of["piston_position"].size, 21e6)]
-        columns[2] = columns[2] + STROKE / 2.0
-        header = "P1 [Pa],P2 [Pa],x [m],xv [m],Ps [Pa]"
-        np.savetxt(f"{name}.csv", np.column_stack(columns), "%.9g", ",", header=header, comments="")
-        describe(name, name)
-    return tmp_path
+@pytest.mark.parametrize(
+    ("wrong", "key"),
+    [
+        ({"oil": "HLP47"}, "oil"), ({"valve": "40 L/min"}, "valve"), ({"valve": "40 bar at 70 bar"}, "valve"),
+        ({"hose": "2 m"}, "hose"), ({"rod": "60 mm"}, "rod"), ({"mass": None}, "mass"),
+        ({"bore": "50"}, "bore"), ({"mounting": "upside-down"}, "mounting"), ({"boor": "50 mm"}, "boor"),
+    ],
+)  # fmt: skip
+def test_a_wrong_number_names_its_key_and_writes_nothing(wrong, key, tmp_path):
+    sheet = {name: value for name, value in (PRESS | wrong).items() if value is not None}
+    with pytest.raises(ConfigError, match=rf"(?m)^{key}: "):
+        hydrofdi.init("press", folder=tmp_path, **sheet)
+    assert not list(tmp_path.iterdir())
 
 
-def describe(file, of, **more):
-    sheet = data_sheet(RATIO) | {"position_zero": "retracted", "stroke": "400 mm"} | more
-    label = {"label": of, "healthy": ["healthy"]}
-    described = {"files": f"{of}.csv", "sampling_frequency": RATE, **label, "actuator": sheet}
-    with open(f"{file}.yaml", "w") as out:
-        json.dump(described, out)
+MACHINES = [name for name in ready_names() if name.startswith("machines/")]
 
 
-@pytest.mark.parametrize("indicator", ["flow_balance", "weak_rls"])
-def test_measured_records_are_judged_with_the_data_sheet_of_their_description(machine, indicator):
-    table = hydrofdi.measure(["healthy.yaml", "leaking.yaml"], indicator)
-    leak, error = (60e3 * table[f"{indicator}.{name}"] for name in ("leakage", "leakage_error"))
-    np.testing.assert_array_less(abs(leak - [0.0, 0.5]), 3.0 * error)
-    assert list(table["status"]) == ["ok", "ok"]
-    assert not any("not given" in remark and "piston_area" in remark for remark in table.remarks)
-    own = hydrofdi.measure("leaking.yaml", {indicator: {"piston_area": "30 cm²"}})
-    assert own["status"][0] == "doubtful"
-    found = hydrofdi.inspect("leaking.yaml", {indicator: {}})
-    assert "doubtful" not in found.remarks
-    judged = hydrofdi.evaluate(["healthy.yaml", "leaking.yaml"], indicator)
-    assert not any("piston_area" in remark for remark in judged.remarks)
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_ready_machine_is_what_its_own_command_writes_and_plans(name):
+    text = (ready_folder() / f"{name}.yaml").read_text()
+    head, _, body = text.partition("\n\n")
+    assert head.count("\n") >= 3
+    command = body.partition("#   hydrofdi init ")[2].partition("\n#\n")[0].replace("\\\n#", "")
+    stated, *words = shlex.split(command)
+    given = dict.fromkeys((word[2:].replace("-", "_") for word in words if word.startswith("--")), True)
+    for key, word in pairwise(words):
+        if not word.startswith("--"):
+            given[key[2:].replace("-", "_")] = word
+    given = {key: value for key, value in given.items() if key in DataSheet.model_fields}
+    assert stated == name.removeprefix("machines/")
+    assert body == sheet_text(stated, given)
+    plan = hydrofdi.plan(name)
+    assert plan.planned == 1760
 
 
-def test_records_of_two_machines_are_not_measured_together(machine):
-    describe("other", "leaking", piston_area="30 cm²")
-    with pytest.raises(ConfigError, match="flow_balance"):
-        hydrofdi.measure(["healthy.yaml", "other.yaml"], "flow_balance")
-    assert len(hydrofdi.measure(["healthy.yaml", "other.yaml"], "pressure_statistics")) == 2
+def outside(**settings):
+    """Quantities of the nominal press that are outside their usual range, in their order."""
+    found = hydrofdi.check(settings.pop("experiment"), **settings).plausibility
+    return [each["quantity"].partition(" ")[0] for each in found if each["change"]]
 
 
-def test_a_detector_keeps_the_data_sheet_and_refuses_records_of_another_machine(machine):
-    train = ("--output", "leakage", "--window", "2 s", "--false-alarm-rate", "20 %", "--out", "d.json")
-    run("train", "healthy.yaml", "--indicator", "flow_balance", *train, check=0)
-    options = json.loads((machine / "d.json").read_text())["config"]["options"]
-    assert options["piston_area_2"] == data_sheet(RATIO)["piston_area_2"]
-    assert options["position_zero"] == "retracted"
-    assert all(hydrofdi.detect("d.json", "leaking.yaml")["alarm"])
-    describe("other", "leaking", piston_area_2="14 cm²")
-    for command in (("detect", "d.json", "other.yaml"), ("monitor", "d.json", "leaking.csv", "--config")):
-        refused = run(*command, *(["other.yaml"] if command[0] == "monitor" else []), check=2).stderr
-        assert "piston_area_2 = 1400 mm²" in refused
-    # of what the options of the detector state themselves, only a change is another machine
-    own = hydrofdi.train(
-        "healthy.yaml", {"flow_balance": {"piston_area_2": "13 cm²"}}, window="2 s", false_alarm_rate="20 %",
-        accept=True,
-    )  # fmt: skip
-    assert len(own.judge("leaking.yaml")) == 10
-    with pytest.raises(ConfigError, match="piston_area_2"):
-        own.judge("other.yaml")
-
-
-def test_the_description_that_inspect_writes_has_the_data_sheet_as_comments(machine):
-    hydrofdi.inspect("healthy.yaml")
-    header = "time [s],P1 [Pa],P2 [Pa]\n"
-    (machine / "plain.csv").write_text(header + "".join(f"{n / 500},{n}e5,{n + 1}e5\n" for n in range(99)))
-    hydrofdi.inspect("plain.csv", write="plain.yaml")
-    text = (machine / "plain.yaml").read_text()
-    before, _, after = text.partition("# actuator:")
-    (machine / "plain.yaml").write_text(before + "actuator:" + after.replace("#   ", "  "))
-    assert hydrofdi.inspect("plain.yaml").n_record == 1
-    for name in MachineSheet.model_fields:
-        assert f"\n#   {name}: " in text
+def test_the_table_names_what_is_unusual_causes_first(tmp_path):
+    file = hydrofdi.init("press", folder=tmp_path, **PRESS)
+    made = load_experiment(file).model_dump(exclude_defaults=True)
+    made.pop("study")
+    made |= {"record": {"duration": 4.0, "sampling_frequency": 500.0}}
+    assert outside(experiment=made) == []
+    assert outside(experiment=made, random_force=0.0, constant_force=0.0) == ["load"]
+    assert outside(experiment=made, area_gradient="1 mm")[:1] == ["speed"]
+    assert outside(experiment=made, mass="400 t", step="0.1 ms")[0] == "natural"
+    assert outside(experiment=made, constant_force="-60 kN")[0] == "load"
+    assert outside(experiment=made, inclination="-90 deg", mass="2 t") == ["time"]

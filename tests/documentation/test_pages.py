@@ -12,8 +12,8 @@ from tests.documentation.pages import ROOT, blocks, compare, follow
 
 DOCS = ROOT / "docs"
 LONG = {
-    "my-actuator.md", "my-csv.md", "my-single-rod-cylinder.md", "monitor-a-machine.md",
-    "what-can-i-detect.md",
+    "my-actuator.md", "my-csv.md", "my-single-rod-cylinder.md", "my-single-rod-cylinder-records.md",
+    "monitor-a-machine.md", "what-can-i-detect.md",
     "another-oil-as-a-shift.md", "compare-two-sensors.md", "write-a-report.md", "after-an-alarm.md",
     "run-in-ci.md",
 }  # fmt: skip

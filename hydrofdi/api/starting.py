@@ -1,0 +1,251 @@
+"""Commented configurations of an own actuator, from a template or from its data sheet."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from string import Template
+from typing import Any, Literal
+
+from hydrofdi.api.arguments import path_of
+from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, DataSheet, rated_flow
+from hydrofdi.config.loading import load_experiment
+from hydrofdi.errors import ConfigError
+from hydrofdi.physics.oil import KELVIN
+from hydrofdi.settings.messages import brief, nearest
+from hydrofdi.settings.readable import plain
+from hydrofdi.settings.ready import ready_copy, ready_folder
+from hydrofdi.settings.validation import validated
+from hydrofdi.settings.yaml_source import Source, scalar
+from hydrofdi.settings.yaml_source import plain as plain_data
+from hydrofdi.units import convert
+
+TEMPLATES = ("actuator", "paper", "online")
+
+_NAME = re.compile(r"^name: .*$", re.MULTILINE)
+_COMMENT = re.compile(r"^([^#\n]*[^#\s]) {2,}(# .*)$", re.MULTILINE)
+_COMMANDS = re.compile(r"^#\n#   hydrofdi init .*\n", re.MULTILINE)
+
+
+def init(
+    name: str = "my-actuator",
+    *,
+    template: Literal["actuator", "paper", "online"] = "actuator",
+    folder: str | PathLike[str] = ".",
+    **data_sheet: Any,
+) -> Path:
+    """Write a commented configuration for your own actuator, as ``hydrofdi init`` does.
+
+    Parameters
+    ----------
+    name : str
+        Name of the experiment; the file is ``NAME.yaml``. An existing file is never overwritten.
+    template : str
+        What is copied if no data sheet is given.
+    folder : path
+        Where the file is written.
+    **data_sheet
+        Numbers of the data sheet, as fields of `DataSheet`: ``bore="50 mm"``, ``rod``, ``stroke``,
+        ``supply``, ``valve="40 L/min at 70 bar"``, ``mass``; and, if known, ``oil``, ``air``,
+        ``temperature``, ``valve_frequency``, ``hose``, ``mounting``, ``double_rod``. Areas, volumes, valve,
+        oil, motion, load, friction, controller, sensors and population follow, each beside its formula.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ConfigError
+        With every mistake, or the file exists.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> sheet = dict(bore="50 mm", rod="28 mm", stroke="400 mm", supply="210 bar", mass="250 kg")
+    >>> hydrofdi.init("press", valve="40 L/min at 70 bar", **sheet).name
+    'press.yaml'
+    """
+    experiment = name.removesuffix(".yaml")
+    load_experiment({"name": experiment}, {})
+    if template not in TEMPLATES:
+        raise ConfigError(f"template: {brief(template)} is unknown{nearest(str(template), TEMPLATES)}")
+    if data_sheet:
+        text = sheet_text(experiment, data_sheet)
+    else:
+        copied = _NAME.sub(f"name: {_stated(experiment)}", ready_copy(f"templates/{template}"), count=1)
+        text = _COMMANDS.sub("", copied, count=1)
+    file = path_of(folder) / f"{experiment}.yaml"
+    try:
+        with open(file, "x", encoding="utf-8") as new:
+            new.write(text)
+    except FileExistsError:
+        raise ConfigError(f"{file}: already exists; choose another name") from None
+    except OSError as error:
+        raise ConfigError(f"{file}: cannot be written: {error.strerror}") from None
+    return file
+
+
+def _stated(name: str) -> str:
+    """A name that YAML reads as text."""
+    return name if isinstance(scalar(name), str) else f"'{name}'"
+
+
+def sheet_text(name: str, given: Mapping[str, Any]) -> str:
+    """The file of a cylinder with this data sheet."""
+    sheet = validated(DataSheet, Source(plain_data(dict(given))))
+    layout = (ready_folder() / "templates" / "data-sheet.txt").read_text(encoding="utf-8")
+    options = layout.partition("  flow_balance:")[2].partition("\n")[2].partition("  weak_rls:")[0]
+    again = "\n".join(line.partition("  #")[0] for line in options.splitlines() if "    #" not in line)
+    layout = layout.replace("    $same_options", again)
+    return _COMMENT.sub(_aligned, Template(layout).substitute(_texts(name, given, sheet)))
+
+
+def _aligned(line: re.Match[str]) -> str:
+    """A line whose comment begins in column 41 or 65, if there is room."""
+    before, comment = line.groups()
+    width = next((each for each in (40, 64) if len(before) < each), len(before) + 2)
+    return f"{before:{width}}{comment}"
+
+
+def _command(name: str, given: Mapping[str, Any]) -> str:
+    """The command that writes the file, in lines of a comment."""
+    lines = [f"hydrofdi init {name}"]
+    for key, value in given.items():
+        option = f"--{key.replace('_', '-')}" + ("" if value is True else f" {shlex.quote(str(value))}")
+        if len(lines[-1]) + len(option) > 100:
+            lines.append(f"   {option}")
+        else:
+            lines[-1] += f" {option}"
+    return " \\\n#   ".join(lines)
+
+
+def _shown(value: float, unit: str, n_digit: int = 4) -> str:
+    return f"{plain(convert(value, unit), n_digit)} {unit}"
+
+
+def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, str]:
+    """Place in the layout → number with its unit, or lines."""
+    (area_1, area_2), (volume_1, volume_2), oil = sheet.areas, sheet.volumes, sheet.fluid
+    flow, drop = rated_flow(sheet.valve)
+    warm = sheet.temperature
+    bore, rod, stroke = (_shown(each, "mm") for each in (sheet.bore, sheet.rod, sheet.stroke))
+    mode, (speed_out, speed_in) = _shown(sheet.natural_frequency, "Hz", 3), sheet.speeds
+    return {
+        "title": f"{name}: {'double' if sheet.double_rod else 'single'}-rod cylinder"
+        f" {bore.removesuffix(' mm')}/{rod.removesuffix(' mm')} × {stroke} at {_shown(sheet.supply, 'bar')}",
+        "command": _command(name, given),
+        "name": _stated(name),
+        "actuator": "\n".join(_areas_and_volumes(sheet, bore, rod)),
+        "areas_again": "\n".join(
+            f"    {key}: *{key}"
+            for key in ("piston_area", "piston_area_2", "chamber_volume", "chamber_volume_2")
+            if not (sheet.double_rod and key.endswith("_2"))
+        ),
+        "volumes_vary": "\n".join(
+            f"      actuator.{key}: {{uniform: ±7 %}}  # guess: ports and manifold are not on the data sheet"
+            for key in ("chamber_volume", "chamber_volume_2")[: 1 if sheet.double_rod else 2]
+        ),
+        "mass": _shown(sheet.mass, "kg"),
+        "stroke": stroke,
+        "inclination": f"{ {'vertical-rod-up': 90, 'vertical-rod-down': -90}.get(sheet.mounting, 0)} deg",
+        "supply": _shown(sheet.supply, "bar"),
+        "oil": oil.name,
+        "temperature": f"{warm - KELVIN:.4g} °C",
+        "density": _shown(sheet.density, "kg/m³"),
+        "viscosity": _shown(oil.kinematic_viscosity(warm), "mm²/s"),
+        "oil_modulus": _shown(sheet.oil_modulus, "MPa"),
+        "oil_table": "\n".join(_oil_table(sheet)),
+        "bulk_modulus": _shown(sheet.bulk_modulus, "MPa"),
+        "modulus_formula": "that of the oil; no hoses"
+        if not sheet.hose
+        else f"1/({1.0 - sheet.hose_share:.3f}/{_shown(sheet.oil_modulus, 'MPa')} +"
+        f" {sheet.hose_share:.3f}/{_shown(HOSE_MODULUS, 'MPa')}); guess: oil and wall of a hose",
+        "air": f"{100.0 * sheet.air:.4g} %",
+        "least_air": f"{30.0 * sheet.air:.4g} %",
+        "most_air": f"{200.0 * sheet.air:.4g} %",
+        "modulus_slope": f"{sheet.modulus_slope:.3g}",
+        "viscosity_slope": f"{sheet.viscosity_slope:.3g}",
+        "flow_gain": f"{sheet.flow_gain:.4g}",
+        "rated_flow": _shown(flow, "L/min"),
+        "rated_drop": _shown(drop, "bar"),
+        "edge_drop": _shown(sheet.edge_drop, "bar"),
+        "area_gradient": _shown(sheet.area_gradient, "mm"),
+        "valve_frequency": _shown(sheet.valve_frequency, "Hz"),
+        "clearance": f"{sheet.clearance(0.005):.3g}",
+        "least_clearance": f"{sheet.clearance(0.001):.3g}",
+        "most_clearance": f"{sheet.clearance(0.01):.3g}",
+        "clearance_deviation": f"{sheet.clearance(0.006):.3g}",
+        "push": _shown(sheet.push, "kN"),
+        "coulomb": _shown(0.02 * sheet.push, "N", 3),
+        "breakaway": _shown(0.03 * sheet.push, "N", 3),
+        "viscous": f"{plain(0.05 * sheet.push / speed_out, 3)} N·s/m",
+        "velocity_threshold": _shown(sheet.velocity_threshold, "mm/s", 3),
+        "speed_out": _shown(speed_out, "m/s", 3),
+        "speed_in": _shown(speed_in, "m/s", 3),
+        "mode": mode,
+        "period": f"{sheet.period:.4g} s",
+        "load_period": f"{0.5 * sheet.period:.4g} s",
+        "duration": f"{sheet.duration:.4g} s",
+        "sampling": _shown(sheet.sampling_frequency, "Hz"),
+        "amplitude": _shown(0.25 * sheet.stroke, "mm"),
+        "proportional_gain": plain(sheet.proportional_gain, 3),
+        "integral_gain": plain(0.1 * sheet.crossover * sheet.proportional_gain, 3),
+        "random_force": _shown(sheet.random_force, "N", 3),
+        "constant_force": _shown(sheet.constant_force, "N", 3),
+        "less_weight": f", less the weight of {_shown(sheet.weight, 'kN')}" if sheet.weight else "",
+        "load_formula": _load_formula(sheet),
+        "full_scale": _shown(sheet.full_scale, "bar"),
+        "pressure_noise": _shown(2e-4 * sheet.full_scale, "kPa", 2),
+        "pressure_bias": _shown(2.5e-3 * sheet.full_scale, "kPa", 2),
+        "position_noise": _shown(5e-5 * sheet.stroke, "µm", 2),
+        "leakage_deviation": _shown(0.1 * flow, "L/min", 3),
+        "least_leak": _shown(1e-4 * flow, "L/min", 2),
+        "most_leak": _shown(0.03 * flow, "L/min", 2),
+        "supply_known": "sum" if area_1 == area_2 else "nominal",
+        "volume_1": _shown(volume_1, "cm³"),
+        "volume_2": _shown(volume_2, "cm³"),
+    }  # fmt: skip
+
+
+def _areas_and_volumes(sheet: DataSheet, bore: str, rod: str) -> list[str]:
+    """Lines of the section ``actuator``."""
+    annulus, hose = f"π/4 · (({bore})² − ({rod})²)", f" + hose {sheet.hose}" if sheet.hose else ""
+    first = annulus if sheet.double_rod else f"π/4 · ({bore})²"
+    lines = []
+    for key, area, volume, formula in (
+        ("", *((sheet.areas[0], sheet.volumes[0], first))),
+        ("_2", *((sheet.areas[1], sheet.volumes[1], annulus))),
+    ):
+        half = f"area · ½ stroke + {100 * DEAD_SHARE:g} % of area · stroke (guess: ports){hose}"
+        named = [
+            (f"piston_area{key}", _shown(area, "mm²"), formula),
+            (f"chamber_volume{key}", _shown(volume, "cm³"), half),
+        ]
+        lines += [f"  {name}: &{name} {number}  # {text}" for name, number, text in named]
+    return lines[:2] if sheet.double_rod else lines
+
+
+def _oil_table(sheet: DataSheet) -> list[str]:
+    """β, density and viscosity of the oil over temperature and pressure, in lines of a comment."""
+    oil, lines = sheet.fluid, ["#     °C   bar   β [MPa]   density [kg/m³]   viscosity [mPa·s]"]
+    for celsius in sorted({20.0, round(sheet.temperature - KELVIN, 1), 70.0}):
+        for pressure in (0.0, sheet.supply):
+            at = KELVIN + celsius, pressure
+            modulus, viscosity = 1e-6 * oil.bulk_modulus(*at), 1e3 * oil.viscosity(*at)
+            row = f"#   {celsius:4.0f}{1e-5 * pressure:6.0f}{modulus:10.0f}{oil.density(*at):18.0f}"
+            lines.append(f"{row}{viscosity:20.3g}")
+    return lines
+
+
+def _load_formula(sheet: DataSheet) -> str:
+    """How the random load follows."""
+    ratio = sheet.areas[1] / sheet.areas[0]
+    share = f"{100.0 * sheet.load_share:.3g} % of supply pressure · A_2 = {_shown(sheet.pull, 'kN')}"
+    if sheet.load_share < 0.3 - 1e-12:
+        share += f" (0.7 · (A_2/A_1 = {ratio:.3f})²: from (A_2/A_1)² on, a pulling load cavitates chamber 1)"
+    return share

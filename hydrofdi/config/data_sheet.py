@@ -1,0 +1,263 @@
+"""The data sheet of a cylinder with its valve and oil, and the numbers that follow from it."""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cached_property
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, model_validator
+
+from hydrofdi.physics.cylinder import STANDARD_GRAVITY
+from hydrofdi.physics.oil import COOLING, Oil
+from hydrofdi.physics.steady_state import steady_speed
+from hydrofdi.settings import readable as usual
+from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.units import parse_quantity
+
+_VALVE = re.compile(r"(.+?)\s*(?:at|@)\s*(.+)")
+_HOSE = re.compile(r"(.+?)\s*[x×]\s*(.+)")
+
+LENGTH = SI("m", above=0, usual=("1 mm", "20 m"))
+
+
+def _pair(text: str, form: re.Pattern[str], units: tuple[str, str], what: str) -> tuple[float, float]:
+    """Two quantities above zero of a text such as ``2 m x 12 mm``."""
+    found = form.fullmatch(text.strip())
+    if found is None:
+        raise ValueError(f"{text!r} is not {what}")
+    first, second = (parse_quantity(part, unit) for part, unit in zip(found.groups(), units, strict=True))
+    if not (first > 0.0 and second > 0.0):
+        raise ValueError(f"{text!r} must be above zero")
+    return first, second
+
+
+def rated_flow(text: str) -> tuple[float, float]:
+    """Flow [m³/s] and pressure drop over both edges [Pa] of a text such as ``40 L/min at 70 bar``."""
+    what = "a rated flow; write it like '40 L/min at 70 bar', the drop over both metering edges together"
+    return _pair(text, _VALVE, ("m^3/s", "Pa"), what)
+
+
+def hose_size(text: str) -> tuple[float, float]:
+    """Length and inner diameter [m] of a text such as ``2 m x 12 mm``; both 0 of an empty one."""
+    if not text:
+        return 0.0, 0.0
+    return _pair(text, _HOSE, ("m", "m"), "a hose; write length and inner diameter like '2 m x 12 mm'")
+
+
+def _checked(parse: Any) -> AfterValidator:
+    """Check a text, which stays as it is written."""
+    return AfterValidator(lambda text: (parse(text), text)[1])
+
+
+HOSE_MODULUS, DEAD_SHARE, RATED_VOLTAGE, TRAVEL, STEP = 400e6, 0.05, 10.0, 220e-6, 1e-4
+"""Guesses of oil and wall of a hose [Pa] and of the dead volume over the swept one [-]; the voltage [V] and
+the travel [m] of the rated flow; and the Runge-Kutta step [s].
+"""
+
+
+class DataSheet(Section):
+    """Numbers of a data sheet. Properties are in SI; chamber 1 is on the bore side."""
+
+    bore: Annotated[float, LENGTH]
+    """Bore of the cylinder, e.g. '50 mm' [m]."""
+
+    rod: Annotated[float, LENGTH]
+    """Diameter of the rod [m]."""
+
+    stroke: Annotated[float, LENGTH]
+    """Full stroke [m]."""
+
+    supply: Annotated[float, SI("Pa", above=0, usual=usual.SUPPLY_PRESSURE)]
+    """Supply pressure [Pa]."""
+
+    valve: Annotated[str, _checked(rated_flow)]
+    """Rated flow of the valve and its pressure drop over both metering edges, e.g. '40 L/min at 70 bar'."""
+
+    mass: Annotated[float, SI("kg", above=0, usual=("10 g", "100000 kg"))]
+    """Moved mass: piston, rod and load [kg]."""
+
+    oil: Annotated[str, _checked(Oil.named)] = "HLP46"
+    """Oil: HLP or HVLP with 22, 32, 46 or 68 (ISO VG), MIL-H-5606, or its viscosities at 40 and 100 °C and
+    its density: '46 mm²/s, 6.8 mm²/s, 877 kg/m³'."""
+
+    air: Annotated[float, SI("1", above=0, most=0.2)] = 0.01
+    """Volume of free air over that of the oil at atmospheric pressure [-]."""
+
+    temperature: Annotated[float, SI("K", least=230, most=400)] = 318.15
+    """Temperature of the oil, by default '45 °C' [K]."""
+
+    valve_frequency: Annotated[float, SI("Hz", above=0, usual=("1 Hz", "10 kHz"))] = 80.0
+    """Frequency at which the spool lags by 90°, by default '80 Hz' [Hz]."""
+
+    hose: Annotated[str, _checked(hose_size)] = ""
+    """Length and inner diameter of the hose between valve and each chamber, e.g. '2 m x 12 mm'."""
+
+    mounting: Literal["horizontal", "vertical-rod-up", "vertical-rod-down"] = "horizontal"
+    """Direction of the axis, along which the mass weighs."""
+
+    double_rod: bool = False
+    """The rod passes through both chambers: equal areas."""
+
+    @model_validator(mode="after")
+    def _rod_fits(self) -> Self:
+        if self.rod >= self.bore:
+            raise ValueError(f"rod: {self.rod:g} m must be below the bore, {self.bore:g} m")
+        return self
+
+    @cached_property
+    def fluid(self) -> Oil:
+        """The oil."""
+        return Oil.named(self.oil)
+
+    @cached_property
+    def areas(self) -> tuple[float, float]:
+        """A_1 and A_2 [m²]."""
+        bore, annulus = self.bore**2, self.bore**2 - self.rod**2
+        return 0.25 * math.pi * (annulus if self.double_rod else bore), 0.25 * math.pi * annulus
+
+    @property
+    def hose_volume(self) -> float:
+        """Volume of the hose at each chamber [m³]."""
+        length, diameter = hose_size(self.hose)
+        return 0.25 * math.pi * diameter**2 * length
+
+    @cached_property
+    def volumes(self) -> tuple[float, float]:
+        """V_1 and V_2 with the piston at the centre [m³]."""
+        first, second = ((0.5 + DEAD_SHARE) * self.stroke * area + self.hose_volume for area in self.areas)
+        return first, second
+
+    @property
+    def oil_modulus(self) -> float:
+        """Bulk modulus of the oil at half the supply pressure [Pa]."""
+        return self.fluid.bulk_modulus(self.temperature, 0.5 * self.supply)
+
+    @property
+    def hose_share(self) -> float:
+        """Share of the hoses in the volume of both chambers [-]."""
+        return 2.0 * self.hose_volume / sum(self.volumes)
+
+    @cached_property
+    def bulk_modulus(self) -> float:
+        """β of oil and hoses in series [Pa]."""
+        return 1.0 / ((1.0 - self.hose_share) / self.oil_modulus + self.hose_share / HOSE_MODULUS)
+
+    @property
+    def density(self) -> float:
+        """ρ of the oil at its temperature [kg/m³]."""
+        return self.fluid.density(self.temperature)
+
+    @property
+    def viscosity_slope(self) -> float:
+        """d ln ν/dT [1/K]."""
+        warm, cold = (self.fluid.kinematic_viscosity(self.temperature + each) for each in (0.5, -0.5))
+        return math.log(warm / cold)
+
+    @property
+    def modulus_slope(self) -> float:
+        """d ln β/dT [1/K]."""
+        return -COOLING
+
+    @cached_property
+    def flow_gain(self) -> float:
+        """K_v [m^1.5/kg^0.5]."""
+        return 0.6 * math.sqrt(2.0 / self.density)
+
+    @property
+    def edge_drop(self) -> float:
+        """Pressure drop of one edge at the rated flow [Pa]."""
+        return 0.5 * rated_flow(self.valve)[1]
+
+    @property
+    def area_gradient(self) -> float:
+        """w [m]."""
+        return rated_flow(self.valve)[0] / (self.flow_gain * TRAVEL * math.sqrt(self.edge_drop))
+
+    @cached_property
+    def speeds(self) -> tuple[float, float]:
+        """Steady speeds out and in without load and friction, with the valve at its rated signal [m/s]."""
+        gain, (first, second) = rated_flow(self.valve)[0] / math.sqrt(self.edge_drop), self.areas
+        out, back = (
+            steady_speed(self.supply, 0.0, fed, drained, gain, gain, 0.0)
+            for fed, drained in ((first, second), (second, first))
+        )
+        return out, back
+
+    @cached_property
+    def natural_frequency(self) -> float:
+        """f_h with the piston at the centre [Hz]."""
+        stiffness = sum(area**2 / volume for area, volume in zip(self.areas, self.volumes, strict=True))
+        return math.sqrt(self.bulk_modulus * stiffness / self.mass) / (2.0 * math.pi)
+
+    @property
+    def crossover(self) -> float:
+        """Crossover of the position loop, 5 % of the natural frequency [rad/s]."""
+        return 0.05 * 2.0 * math.pi * self.natural_frequency
+
+    @property
+    def proportional_gain(self) -> float:
+        """K_p [V/m]."""
+        return self.crossover / (self.speeds[0] / RATED_VOLTAGE)
+
+    @cached_property
+    def period(self) -> float:
+        """Time for half the stroke in the slower direction, and five time constants of the loop [s]."""
+        return 0.1 * math.ceil(10.0 * (0.5 * self.stroke / min(self.speeds) + 5.0 / self.crossover))
+
+    @property
+    def duration(self) -> float:
+        """Length of a record: six periods, at least 10 s [s]."""
+        return max(10.0, math.ceil(6.0 * self.period - 1e-9))
+
+    @property
+    def sampling_frequency(self) -> float:
+        """At least eight samples per period of the natural frequency [Hz]."""
+        return next((each for each in (500.0, 1000.0) if each >= 8.0 * self.natural_frequency), 2000.0)
+
+    @property
+    def push(self) -> float:
+        """Supply pressure times A_1 [N]."""
+        return self.supply * self.areas[0]
+
+    @property
+    def pull(self) -> float:
+        """Supply pressure times A_2 [N]."""
+        return self.supply * self.areas[1]
+
+    @property
+    def weight(self) -> float:
+        """Force of the mass along the axis [N]."""
+        return 0.0 if self.mounting == "horizontal" else STANDARD_GRAVITY * self.mass
+
+    @property
+    def load_share(self) -> float:
+        """Load over the pulling force [-]."""
+        return min(0.3, 0.7 * (self.areas[1] / self.areas[0]) ** 2)
+
+    @property
+    def random_force(self) -> float:
+        """Half of the load [N]."""
+        return 0.5 * self.load_share * self.pull
+
+    @property
+    def constant_force(self) -> float:
+        """The other half beyond the weight, pressing the rod in [N]; none on a mass that hangs on the rod."""
+        hangs = self.mounting == "vertical-rod-down"
+        return 0.0 if hangs else max(self.random_force - self.weight, 0.0)
+
+    @property
+    def velocity_threshold(self) -> float:
+        """v_th [m/s]."""
+        return max(1e-3, 1.5 * 0.03 * self.push * STEP / self.mass)
+
+    @property
+    def full_scale(self) -> float:
+        """Range of the pressure sensors: the next usual one above 1.2 times the supply pressure [Pa]."""
+        ranges = (60e5, 100e5, 160e5, 250e5, 315e5, 400e5, 600e5, 1000e5)
+        return next((each for each in ranges if each >= 1.2 * self.supply), 2.0 * self.supply)
+
+    def clearance(self, share: float) -> float:
+        """Conductance of the valve's clearances for a null leakage over the rated flow [m³/(s·Pa)]."""
+        return share * rated_flow(self.valve)[0] / self.supply

@@ -44,6 +44,9 @@ class Output:
     is_fit : bool
         Whether the output states how well the model explains the record; then values outside of `possible`
         are possible, but the other outputs are doubtful.
+    clearances : tuple of (str, float)
+        Output with the flow through all clearances, and the share of its growth in warmer oil that this one
+        takes up; by default all of its own.
     """
 
     name: str
@@ -55,6 +58,7 @@ class Output:
     possible: tuple[float | None, float | None] = (None, None)
     error: str = ""
     is_fit: bool = False
+    clearances: tuple[str, float] = ("", 1.0)
 
     @classmethod
     def quality(cls, name: str, unit: str, long_name: str) -> Output:

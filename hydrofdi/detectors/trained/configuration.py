@@ -21,7 +21,6 @@ from hydrofdi.detectors.scores.configuration import (
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators import Indicator, Output
-from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.registry import indicator_kind, sound_indicator
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Array
@@ -199,10 +198,7 @@ def feature_of(config: DetectorConfig) -> Feature:
     """What a detector judges."""
     if config.score is None:
         indicator = sound_indicator(config.indicator, config.options)
-        offered = indicator.outputs
-        if config.window.by == "estimate" and isinstance(indicator, RecursiveIndicator):
-            offered = indicator.estimates
-        first = next(each.name for each in offered if each.is_score)
+        first = next(each.name for each in indicator.outputs if each.is_score)
         name = f"{indicator.name}.{config.output or first}"
         numbers = _numbers({indicator.name: indicator}, only_scores=False)
         if name not in numbers:

@@ -50,6 +50,8 @@ class Measured:
         Outputs that state how well the model explains a window.
     conditions : mapping of str to ndarray, shape (n_window,)
         As from `conditions_of`.
+    clearances : ndarray, shape (n_window,)
+        Share of the flow through clearances that moves the first number in warmer oil.
     """
 
     numbers: Array
@@ -57,6 +59,7 @@ class Measured:
     doubts: list[tuple[Issue, ...]]
     fits: Mapping[str, Array]
     conditions: Mapping[str, Array]
+    clearances: Array
 
 
 def measured_numbers(
@@ -66,12 +69,16 @@ def measured_numbers(
     measures, indicators = measure(records, feature.indicators), feature.indicators
     doubts = [doubts_of(each, measures.values, f"{label}.", fits) for label, each in indicators.items()]
     obstacles = zip(*(measures.obstacles[label] for label in indicators), strict=True)
+    numbers = feature.values(measures.values)
+    flow, share = feature.described.clearances
+    clearances = measures.values[f"{next(iter(indicators))}.{flow}"] if flow else numbers[:, 0]
     return Measured(
-        feature.values(measures.values),
+        numbers,
         [next(filter(None, reasons), None) for reasons in obstacles],
         [tuple(chain.from_iterable(each)) for each in zip(*doubts, strict=True)],
         {name: measures.values[name] for name, output in feature.outputs.items() if output.is_fit},
         conditions_of(feature, measures.values, records),
+        share * clearances,
     )
 
 

@@ -49,6 +49,8 @@ class HealthyScores:
         Output that states how well the model explains a window → largest value.
     conditions : dict of str to (float, float)
         Condition → its lowest and highest value.
+    clearances : list of float
+        As from `measured_numbers`, of the windows that set limits.
     """
 
     def __init__(self, feature: Feature, windower: Windower, estimator: Estimator | None = None) -> None:
@@ -70,6 +72,7 @@ class HealthyScores:
         self.n_not_positive: Counter[str] = Counter()
         self.fits: dict[str, float] = {}
         self.conditions: dict[str, tuple[float, float]] = {}
+        self.clearances: list[float] = []
         self._waiting: list[tuple[int, bool, Window]] = []
 
     def take(self, batch: RecordBatch) -> None:
@@ -115,6 +118,7 @@ class HealthyScores:
                 self._doubt(found.doubts[row], {name: float(own[row]) for name, own in found.fits.items()})
                 own = {name: float(values[row]) for name, values in found.conditions.items()}
                 self.conditions = widened(self.conditions, own)
+                self.clearances.append(float(found.clearances[row]))
             if are_apart[row] and found.obstacles[row] is not None:
                 self._leave_out(Issue(found.obstacles[row] or "", kind="no_number"))
 
@@ -124,6 +128,7 @@ class HealthyScores:
             state, found = estimator.step(state, piece)
             for each in found:
                 self._add(np.array([each.score]), True, each.fault)
+                self.clearances.append(each.score)
                 self._doubt(each.doubts, each.fits)
                 self.conditions = widened(self.conditions, each.conditions)
 

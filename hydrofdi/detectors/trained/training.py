@@ -118,7 +118,7 @@ def train(
         limits = limits_of(found, config, direction, has_chart=chart is not None)
         own = _scale(found.scores)
         if is_measured and TEMPERATURE not in channels and config.compensate and config.score is None:
-            limits = _with_allowance(limits, own, feature.described.unit)
+            limits = _with_allowance(limits, found, feature.described.unit)
     except NotStatedError:
         if fleet is None or fleet.fleet is None or config.threshold != "quantile":
             raise
@@ -365,11 +365,11 @@ _WARMER = 0.6
 """Growth of the flow through clearances with oil that is 15 K warmer, at 3 % less viscosity per kelvin."""
 
 
-def _with_allowance(limits: Limits, healthy: Scale, unit: str) -> Limits:
+def _with_allowance(limits: Limits, found: HealthyScores, unit: str) -> Limits:
     """The limits of a flow, which contains that of the valve clearances, with an allowance for warmer oil."""
-    if unit != "m^3/s" or limits.high is None or limits.low is not None or healthy.centre <= 0.0:
+    allowance = _WARMER * float(np.nanmedian(found.clearances))
+    if unit != "m^3/s" or limits.high is None or limits.low is not None or not allowance > 0.0:
         return limits
-    allowance = _WARMER * healthy.centre
     return limits.model_copy(update={"high": limits.high + allowance, "allowance": allowance})
 
 

@@ -77,14 +77,9 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
     @property
     def estimates(self) -> tuple[Output, ...]:
-        """Outputs of a volume balance; the trace is that of the leakage."""
+        """Outputs of a volume balance, the leakage first."""
         kept = balance_outputs(self.options.reference_pressure)
         return tuple(sorted(kept, key=lambda output: not output.name.startswith("leakage")))
-
-    @property
-    def outputs(self) -> tuple[Output, ...]:
-        """The same, the mean leakage first, and the trace."""
-        return tuple(sorted(super().outputs, key=lambda output: not output.name.startswith("mean_leakage")))
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is too short for estimates, or has too few windows."""

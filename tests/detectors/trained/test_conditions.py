@@ -146,7 +146,7 @@ def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
     assert allowing.limits[1] == pytest.approx(exact.limits[1] + allowing.file.limits.allowance)
     assert exact.file.limits.allowance == 0.0
     by_time = config | {"window": {"duration": 2.5}, "false_alarm_rate": 0.2}
-    with pytest.raises(NotStatedError, match=r"no healthy record has weak_rls\.mean_leakage"):
+    with pytest.raises(NotStatedError, match=r"no healthy record has weak_rls\.leakage"):
         hydrofdi.train(channels, config=by_time | {"window": {"duration": 0.2}}, sampling_frequency=frequency)
     summary = hydrofdi.train(channels, config=by_time, sampling_frequency=frequency).summary
     assert "Warning: weak_rls: not given" in summary  # the temperature assumes no actuator

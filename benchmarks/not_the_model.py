@@ -62,8 +62,9 @@ def study(name: str, entries: str, healthy: dict[str, int], asked: Any, each: in
     """Runs of machines that have the entries of real-rig whose names begin like this.
 
     ``score`` rises with a leak: the flow of K_i at 8 MPa [L/min], or minus d2 [Pa]; ``all``: that of any
-    law with the clearance of the valve, or the same; ``wrong``: K_i differs from 0 by more than 3 deviations; ``covered``: the true
-    mean flow is within 2 deviations of its estimate; ``ratio``: of the estimate to that flow.
+    law with the clearance of the valve, or the same; ``wrong``: K_i differs from 0 by more than 3
+    deviations; ``covered``: the true mean flow is within 2 deviations of its estimate; ``ratio``: of the
+    estimate to that flow.
     """
     own = [key for key in DRAWN if re.match(entries, key)]
     needed = [section for section, start in NEEDED_BY.items() if any(key.startswith(start) for key in own)]

@@ -224,7 +224,7 @@ def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
             "mean_leakage", "m^3/s", "mean flow across piston and closed valve, for any leakage law",
             direction=rising,
         ),
-        Output.quality("mean_leakage_error", "m^3/s", "standard deviation of the mean flow across the piston"),
+        Output.quality("mean_leakage_error", "m^3/s", "standard deviation of the mean flow of the piston"),
         Output(
             "cross_port_leakage", "m^3/s", f"flow across piston and closed valve, for any leakage law, {at}",
             direction=rising,

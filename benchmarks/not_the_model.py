@@ -1,6 +1,7 @@
 """Detectors on machines whose physics they do not know: the tables of docs/not-the-model.md.
 
     python benchmarks/not_the_model.py [--small] [--workers 2] [--out results/not-the-model]
+    python benchmarks/not_the_model.py --figure answer.png      # and a picture
     python benchmarks/not_the_model.py --parts
 
 Machines are those of configs/populations/unknown-plant.yaml plus some or all entries of real-rig.yaml, which
@@ -134,6 +135,31 @@ def table(title: str, rows: dict[str, list[str]], columns: list[str]) -> None:
     print("", *(f"| {' | '.join(cells)} |" for cells in lines), sep="\n", flush=True)
 
 
+FOUND: dict[tuple[str, str], list[str]] = {}
+"""Loop, and where limits and machines come from → smallest leak found by each detector [L/min]."""
+
+
+def picture(file: str) -> None:
+    """Draw the smallest leaks of `FOUND`: one row for each detector, one mark for each loop and origin."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(8.0, 3.2), layout="constrained")
+    marks = {"mild": ("o", "data sheet, mild machines"), "rig": ("s", "data sheet, real rig"),
+             "own": ("D", "own history, real rig")}  # fmt: skip
+    for (loop, origin), cells in FOUND.items():
+        place = np.arange(len(cells)) + 0.14 * ((loop == "closed") * 3 + [*marks].index(origin) - 2.5)
+        leaks = np.array([3.0 if cell == "–" else float(cell.lstrip("≤")) for cell in cells])
+        colour, (mark, text) = "C0" if loop == "open" else "C1", marks[origin]
+        axes.plot(leaks, place, mark, color=colour, markersize=6, label=f"{text}, {loop} loop")
+    axes.set(xscale="log", xlim=(0.007, 4.5), xlabel="smallest leak found nine times in ten [L/min]")
+    axes.set_xticks([0.01, 0.03, 0.1, 0.3, 1.0, 3.0], ["≤ 0.01", "0.03", "0.1", "0.3", "1", "none up to 1"])
+    axes.set_yticks(range(len(DETECTORS)), [name.replace("`", "") for name in DETECTORS])
+    axes.invert_yaxis()
+    axes.grid(axis="x", alpha=0.3)
+    figure.legend(loc="outside right center", fontsize=8)
+    figure.savefig(file, dpi=150)
+
+
 def fleets(loop: str, asked: Any) -> dict[str, Any]:
     """Table of a loop: limits from the mild fleet and from that of real-rig. Returns the runs."""
     runs = {}
@@ -152,6 +178,10 @@ def fleets(loop: str, asked: Any) -> dict[str, Any]:
             smallest(leaking.score.values > rig, leaking.mean_internal_leakage_flow.values),
         )
         alarms[row] = joined(rates(scores > mild), rates(scores > rig), size)
+        if row == "none":
+            size = smallest(leaking.score.values > mild, leaking.mean_internal_leakage_flow.values)
+        if row in ("none", "all"):
+            FOUND[loop, "rig" if row == "all" else "mild"] = size
         large = leaking.ratio.values[:, leaking.mean_internal_leakage_flow.values > 0.1 * LITRE_PER_MINUTE]
         ends = zip(*np.nanquantile(large, (0.1, 0.9), axis=1), strict=True)
         sizes = [f"{low:.2f} to {high:.2f}" for low, high in ends]
@@ -195,7 +225,8 @@ def histories(loop: str, fleet: dict[str, Any], asked: Any) -> None:
             flows.append(of(runs, "fault").mean_internal_leakage_flow.values)
         inside, outside, leaks = (np.hstack(found) for found in alarms.values())
         title = f"{row}, limit raised" if warmer else row
-        rows[title] = joined(rates(inside), rates(outside), smallest(leaks, np.hstack(flows)))
+        FOUND[loop, "own"] = smallest(leaks, np.hstack(flows))
+        rows[title] = joined(rates(inside), rates(outside), FOUND[loop, "own"])
     table(f"{loop} loop, own history", rows, [*DETECTORS])
 
 
@@ -235,6 +266,7 @@ def main() -> None:
     parser.add_argument("--parts", action="store_true", help="one entry at a time")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", default="results/not-the-model")
+    parser.add_argument("--figure", help="file of a picture of the smallest leaks")
     asked = parser.parse_args()
     sizes = {"fit": 199, "healthy": 150, "leaking": 20, "machines": 5, "own": 4, "pairs": 8}
     few = {"fit": 6, "healthy": 4, "leaking": 3, "machines": 1, "own": 1, "pairs": 2}
@@ -244,6 +276,8 @@ def main() -> None:
         return
     for loop in ("open", "closed"):
         histories(loop, fleets(loop, asked), asked)
+    if asked.figure:
+        picture(asked.figure)
 
 
 if __name__ == "__main__":

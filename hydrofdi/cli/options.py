@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from inspect import Parameter, Signature, cleandoc, signature
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import typer
 
@@ -123,7 +123,8 @@ def options_of(model: Any, keys: Mapping[str, tuple[str, ...]]) -> dict[str, Any
         choices = members or [each for each in kinds if isinstance(each, str)]
         metadata = [*field.metadata, *(each for kind in kinds for each in getattr(kind, "__metadata__", ()))]
         unit = next((each.unit for each in metadata if isinstance(each, SI)), "")
-        if unit or choices or str in kinds or isinstance(field.default, bool):
+        is_text = str in kinds and get_origin(field.annotation) is not dict
+        if unit or choices or is_text or isinstance(field.default, bool):
             kind = "bool" if isinstance(field.default, bool) else "str"
             default = f"{100 * field.default:g} %" if unit == "1" else field.default
             options[name] = _option(

@@ -143,7 +143,7 @@ def picture(file: str) -> None:
     """Draw the smallest leaks of `FOUND`: one row for each detector, one mark for each loop and origin."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(figsize=(8.0, 3.2), layout="constrained")
+    figure, axes = plt.subplots(figsize=(8.0, 4.2), layout="constrained")
     marks = {"mild": ("o", "data sheet, mild machines"), "rig": ("s", "data sheet, real rig"),
              "own": ("D", "own history, real rig")}  # fmt: skip
     for (loop, origin), cells in FOUND.items():
@@ -152,11 +152,12 @@ def picture(file: str) -> None:
         colour, (mark, text) = "C0" if loop == "open" else "C1", marks[origin]
         axes.plot(leaks, place, mark, color=colour, markersize=6, label=f"{text}, {loop} loop")
     axes.set(xscale="log", xlim=(0.007, 4.5), xlabel="smallest leak found nine times in ten [L/min]")
-    axes.set_xticks([0.01, 0.03, 0.1, 0.3, 1.0, 3.0], ["≤ 0.01", "0.03", "0.1", "0.3", "1", "none up to 1"])
+    axes.set_xticks([0.01, 0.03, 0.1, 0.3, 1.0, 3.0], ["≤ 0.01", "0.03", "0.1", "0.3", "1", "none\nup to 1"])
     axes.set_yticks(range(len(DETECTORS)), [name.replace("`", "") for name in DETECTORS])
     axes.invert_yaxis()
     axes.grid(axis="x", alpha=0.3)
-    figure.legend(loc="outside right center", fontsize=8)
+    axes.minorticks_off()
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
     figure.savefig(file, dpi=150)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 from collections.abc import Mapping
@@ -195,6 +196,7 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
         "pressure_noise": _shown(2e-4 * sheet.full_scale, "kPa", 2),
         "pressure_bias": _shown(2.5e-3 * sheet.full_scale, "kPa", 2),
         "position_noise": _shown(5e-5 * sheet.stroke, "µm", 2),
+        "balance_error": _shown(math.sqrt(2.0) * area_1 * 5e-5 * sheet.stroke, "mm³", 2),
         "least_leak": _shown(1e-4 * flow, "L/min", 2),
         "most_leak": _shown(0.03 * flow, "L/min", 2),
         "supply_known": "sum" if area_1 == area_2 else "nominal",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 from collections.abc import Mapping
@@ -99,9 +100,6 @@ def sheet_text(name: str, given: Mapping[str, Any]) -> str:
     """The file of a cylinder with this data sheet."""
     sheet = validated(DataSheet, Source(plain_data(dict(given))))
     layout = (ready_folder() / "templates" / "data-sheet.txt").read_text(encoding="utf-8")
-    options = layout.partition("  flow_balance:")[2].partition("\n")[2].partition("  weak_rls:")[0]
-    again = "\n".join(line.partition("  #")[0] for line in options.splitlines() if "    #" not in line)
-    layout = layout.replace("    $same_options", again)
     return _COMMENT.sub(_aligned, Template(layout).substitute(_texts(name, given, sheet)))
 
 
@@ -130,7 +128,7 @@ def _shown(value: float, unit: str, n_digit: int = 4) -> str:
 
 def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, str]:
     """Place in the layout → number with its unit, or lines."""
-    (area_1, area_2), (volume_1, volume_2), oil = sheet.areas, sheet.volumes, sheet.fluid
+    (area_1, area_2), oil = sheet.areas, sheet.fluid
     flow, drop = rated_flow(sheet.valve)
     warm = sheet.temperature
     bore, rod, stroke = (_shown(each, "mm") for each in (sheet.bore, sheet.rod, sheet.stroke))
@@ -141,11 +139,6 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
         "command": _command(name, given),
         "name": _stated(name),
         "actuator": "\n".join(_areas_and_volumes(sheet, bore, rod)),
-        "areas_again": "\n".join(
-            f"    {key}: *{key}"
-            for key in ("piston_area", "piston_area_2", "chamber_volume", "chamber_volume_2")
-            if not (sheet.double_rod and key.endswith("_2"))
-        ),
         "volumes_vary": "\n".join(
             f"      actuator.{key}: {{uniform: ±7 %}}  # guess: ports and manifold are not on the data sheet"
             for key in ("chamber_volume", "chamber_volume_2")[: 1 if sheet.double_rod else 2]
@@ -203,12 +196,10 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
         "pressure_noise": _shown(2e-4 * sheet.full_scale, "kPa", 2),
         "pressure_bias": _shown(2.5e-3 * sheet.full_scale, "kPa", 2),
         "position_noise": _shown(5e-5 * sheet.stroke, "µm", 2),
-        "leakage_deviation": _shown(0.1 * flow, "L/min", 3),
+        "balance_error": _shown(math.sqrt(2.0) * area_1 * 5e-5 * sheet.stroke, "mm³", 2),
         "least_leak": _shown(1e-4 * flow, "L/min", 2),
         "most_leak": _shown(0.03 * flow, "L/min", 2),
         "supply_known": "sum" if area_1 == area_2 else "nominal",
-        "volume_1": _shown(volume_1, "cm³"),
-        "volume_2": _shown(volume_2, "cm³"),
     }  # fmt: skip
 
 
@@ -226,7 +217,7 @@ def _areas_and_volumes(sheet: DataSheet, bore: str, rod: str) -> list[str]:
             (f"piston_area{key}", _shown(area, "mm²"), formula),
             (f"chamber_volume{key}", _shown(volume, "cm³"), half),
         ]
-        lines += [f"  {name}: &{name} {number}  # {text}" for name, number, text in named]
+        lines += [f"  {name}: {number}  # {text}" for name, number, text in named]
     return lines[:2] if sheet.double_rod else lines
 
 

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from hydrofdi.indicators.estimation.plant import Plant, spool_transition
 from hydrofdi.indicators.nominal_actuator import NominalActuator, PlantConstant
 from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records.data_sheet import MachineSheet
 from hydrofdi.settings.quantities import SI
 
 Share = Annotated[float, SI("1", least=0, most=1e3)]
@@ -92,10 +93,7 @@ class UncertainActuator(NominalActuator):
         return {name: deviation for name, deviation in deviations.items() if deviation > 0.0}
 
 
-_OF_FRICTION = PlantConstant("friction", ("model",))
-
-
-class NominalPlant(UncertainActuator):
+class NominalPlant(UncertainActuator, MachineSheet):
     """An uncertain actuator whose motion is predicted from one sample to the next."""
 
     spool: Literal["command", "measured"] = "command"
@@ -106,27 +104,12 @@ class NominalPlant(UncertainActuator):
     """Initial supply pressure of the estimate. ``measured``: its channel. ``nominal``:
     ``supply_pressure``. ``auto``: measured if available, else nominal."""
 
-    load_stiffness: Annotated[float, SI("N/m", above=0, most=1e12), PlantConstant()] = 150e3
+    load_stiffness: Annotated[float, SI("N/m", least=0, most=1e12), PlantConstant()] = 150e3
     """Stiffness K_ex of the spring that loads the piston [N/m]."""
-
-    mass: Annotated[float, SI("kg", above=0, most=1e6), PlantConstant()] = 12.3
-    """Mass m of piston and load [kg]."""
 
     friction: Literal["random_walk", "model"] = "random_walk"
     """Resisting force on the piston. ``random_walk``: an estimated force for friction and load together.
     ``model``: the nominal friction plus such a force."""
-
-    coulomb_friction: Annotated[float, SI("N", least=0), _OF_FRICTION] = 200.0
-    """Coulomb friction F_c [N], for ``friction: model``."""
-
-    breakaway_friction: Annotated[float, SI("N", least=0), _OF_FRICTION] = 250.0
-    """Breakaway friction F_brk [N], for ``friction: model``."""
-
-    viscous_friction: Annotated[float, SI("N*s/m", least=0), _OF_FRICTION] = 50.0
-    """Coefficient f of viscous friction [N·s/m], for ``friction: model``."""
-
-    friction_transition: Annotated[float, SI("s/m", least=0), _OF_FRICTION] = 40.0
-    """Coefficient c_v of the transition from breakaway to Coulomb friction [s/m], for ``friction: model``."""
 
     velocity_threshold: Annotated[float, SI("m/s", above=0)] = 10e-3
     """Speed v_th below which dry friction is linear [m/s], for ``friction: model``; larger than that of a

@@ -40,6 +40,10 @@ def _of(parameter: str) -> PlantConstant:
     return PlantConstant(parameter=parameter)
 
 
+def _of_friction(parameter: str) -> PlantConstant:
+    return PlantConstant("friction", ("model",), f"friction.{parameter}")
+
+
 class DataSheet(Section):
     """Cylinder, fluid, valve and supply; the defaults are those of the paper."""
 
@@ -163,17 +167,17 @@ class MachineSheet(DataSheet):
     mass: Annotated[float, SI("kg", above=0, most=1e6), _of("actuator.mass")] = 12.3
     """Mass m of piston and load [kg]."""
 
-    coulomb_friction: Annotated[float, SI("N", least=0), _of("friction.coulomb")] = 200.0
-    """Coulomb friction F_c [N]."""
+    coulomb_friction: Annotated[float, SI("N", least=0), _of_friction("coulomb")] = 200.0
+    """Coulomb friction F_c [N], for ``friction: model``."""
 
-    breakaway_friction: Annotated[float, SI("N", least=0), _of("friction.breakaway")] = 250.0
-    """Breakaway friction F_brk [N]."""
+    breakaway_friction: Annotated[float, SI("N", least=0), _of_friction("breakaway")] = 250.0
+    """Breakaway friction F_brk [N], for ``friction: model``."""
 
-    viscous_friction: Annotated[float, SI("N*s/m", least=0), _of("friction.viscous")] = 50.0
-    """Coefficient f of viscous friction [N·s/m]."""
+    viscous_friction: Annotated[float, SI("N*s/m", least=0), _of_friction("viscous")] = 50.0
+    """Coefficient f of viscous friction [N·s/m], for ``friction: model``."""
 
-    friction_transition: Annotated[float, SI("s/m", least=0), _of("friction.transition")] = 40.0
-    """Coefficient c_v of the transition from breakaway to Coulomb friction [s/m]."""
+    friction_transition: Annotated[float, SI("s/m", least=0), _of_friction("transition")] = 40.0
+    """Coefficient c_v of the transition from breakaway to Coulomb friction [s/m], for ``friction: model``."""
 
     @property
     def given(self) -> dict[str, Any]:

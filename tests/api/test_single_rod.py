@@ -182,7 +182,7 @@ def told_of(ratio, indicator, distance=0.0, without=(), leakage=0.5):
     """What an indicator says of a leak [L/min at 8 MPa], its deviation, and the status of the record."""
     options = {name: value for name, value in data_sheet(ratio).items() if name not in without}
     options |= {"spool": "measured", "supply": "nominal"}
-    options |= {"mass": MASS, "load_stiffness": 1.0} if indicator in FILTERS else {}
+    options |= {"mass": MASS, "load_stiffness": 0.0} if indicator in FILTERS else {}
     signals = moved(recorded(ratio, leakage), distance)
     table = hydrofdi.measure(signals, {indicator: options}, sampling_frequency=RATE)
     names = {"reduced_order": ("residual", "residual"), "adaptive_observer": ("leakage", "leakage_spread")}

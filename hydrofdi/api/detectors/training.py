@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -259,6 +260,8 @@ def _winner(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
             f"{best.scored.name} is the best score known to keep its false-alarm rate; undecided, as too few"
             f" records test it, but better: {', '.join(better[:_MOST_NAMED])}"
         )
+    if not found_from(best) < math.inf:
+        _log.warning(f"{best.scored.name} finds none of the tested leaks nine times in ten")
     study, made_by = stored.experiment.study, best.scored.made_by
     numbers = [best.scored.name] if made_by is None else [*made_by.of, *made_by.by]
     is_drawn = study is not None and "wavelet.phase" in study.population.per_record

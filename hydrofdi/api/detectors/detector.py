@@ -129,8 +129,8 @@ def _basis(file: DetectorFile, left: LeftOut, *, is_unlabelled: bool) -> Iterato
             yield f"Warning: {name} is physically impossible in {count:,} of them."
     if unfit := [name for name in is_fit if 2 * basis.impossible.get(name, 0) > basis.n_window]:
         yield (
-            f"Warning: by {' and '.join(sorted(unfit))} of most of them, the data sheet does not fit the"
-            " machine: the limits rest on its own history, but stated sizes of leaks may be wrong."
+            f"Warning: by {' and '.join(sorted(unfit))} of most of them, the data sheet does not fit: the"
+            " limits hold for machines like these, but stated sizes of leaks may be wrong."
         )
     if basis.outlying:
         far = [f"{name} ({counted(count, 'window')})" for name, count in basis.outlying.items()]

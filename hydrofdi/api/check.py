@@ -155,6 +155,7 @@ def check(
     ends = Counter((mode["status"], mode["verdict"]) for mode in modes)
     told = {end: f"{end[1]}: {n} of {counted(len(modes), 'run')}" for end, n in ends.items()}
     problems += [text for (status, _), text in told.items() if status != "ok"]
+    problems += selection.unreached
     convergence = converge(jobs, accepted) if halve_step else None
     if convergence is not None and convergence["good_enough"] is None:
         problems.append("none of the tested steps is short enough")
@@ -466,8 +467,8 @@ _USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coeff
 @dataclass(frozen=True)
 class Selection:
     """Runs to look at: distinct ones with their K_i and ideal sensors, and their varied parameters besides
-    EBM, internal leakage, sensors and analysis; how many distinct ones are left out, and how many runs there
-    are.
+    EBM, internal leakage, sensors and analysis; how many distinct ones are left out, how many runs there
+    are, and which leakage flows no run reaches.
     """
 
     jobs: list[Job]
@@ -475,6 +476,7 @@ class Selection:
     n_left_out: int
     n_run: int
     distinct: Distinct
+    unreached: Sequence[str] = ()
 
 
 def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selection:
@@ -493,14 +495,25 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
     turn = defaultdict[Any, Iterator[int]](count)
     turns = [next(turn[kinds[position]]) for position in distinct.tolist()]
     chosen = sorted(distinct[np.argsort(turns, kind="stable")][:most].tolist())
-    runs = list(table.runs.at(chosen))
+    runs, unreached = list(table.runs.at(chosen)), list[str]()
     required = "none" if experiment.has_scenarios else "any"
-    coefficients = leakage_coefficients(runs, InProcessEngine(), {}, required=required)  # type: ignore[arg-type]
+    try:
+        coefficients = leakage_coefficients(runs, InProcessEngine(), {}, required=required)  # type: ignore[arg-type]
+    except ConfigError as mistake:
+        # A machine that moves too little for its leaks is shown without them: its other figures say why.
+        coefficients, unreached = (
+            leakage_coefficients(runs, InProcessEngine(), {}, required="none"),
+            [str(mistake)],
+        )
+        if not any(map(math.isfinite, coefficients)):
+            raise
     jobs = [
         Job(str(position), run.request.with_defaults(SENSING).parameters, coefficient, run.analysis)
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
+        if not unreached or math.isfinite(coefficient)
     ]
-    return Selection(jobs, labels, len(distinct) - len(chosen), len(table.runs), table.runs.distinct)
+    n_left_out = len(distinct) - len(jobs)
+    return Selection(jobs, labels, n_left_out, len(table.runs), table.runs.distinct, unreached)
 
 
 def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:

@@ -69,7 +69,7 @@ class DataSheet(Section):
     stroke: Annotated[float, LENGTH]
     """Full stroke [m]."""
 
-    supply: Annotated[float, SI("Pa", above=0, usual=usual.SUPPLY_PRESSURE)]
+    supply: Annotated[float, SI("Pa", above=0, most=2e8, usual=usual.SUPPLY_PRESSURE)]
     """Supply pressure [Pa]."""
 
     valve: Annotated[str, _checked(rated_flow)]

@@ -109,7 +109,7 @@ def _null(run: RunParameters, rest: Pair) -> tuple[Pair, Pair]:
             gain += edge.flow_gain * width * slope * math.sqrt(drop)
             opening = _opening(run, edge, 0.0)
             coefficient += edge.lap_leakage
-            if opening:
+            if opening and drop > 0.0:
                 coefficient += valve_flow_pressure_coefficient(opening, drop, edge.flow_gain, width)
         gains.append(gain)
         coefficients.append(coefficient)

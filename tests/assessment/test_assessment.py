@@ -60,6 +60,22 @@ def test_every_distinct_run_is_inspected_once(tmp_path):
     assert (found.n_left_out, found.n_run, found.n_period) == (0, 12, 2.0)
 
 
+def test_a_machine_that_cannot_lift_its_load_is_shown_without_the_leaks_that_it_does_not_reach():
+    found = hydrofdi.check(
+        {
+            "load": {"constant_force": 20e3},
+            "actuator": {"load_stiffness": 0.0},
+            "record": {"duration": 2.0},
+            "sweep": {"grid": {"leakage.internal_flow": [0.0, 1.0]}},
+        }
+    )
+    assert [mode["leakage_coefficient"] for mode in found.modes] == [0.0]
+    assert found.n_left_out == 1
+    assert any("no K_i" in each for each in found.problems)
+    changed = [each["quantity"] for each in found.plausibility if each["change"]]
+    assert changed[0].startswith("load")
+
+
 def test_runs_beyond_a_number_are_left_out_but_every_leakage_bulk_modulus_and_population_is_kept(tmp_path):
     file = tmp_path / "sweep.yaml"
     file.write_text(SWEEP)

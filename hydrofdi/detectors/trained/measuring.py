@@ -71,14 +71,15 @@ def measured_numbers(
     obstacles = zip(*(measures.obstacles[label] for label in indicators), strict=True)
     numbers = feature.values(measures.values)
     flow, share = feature.described.clearances
-    clearances = measures.values[f"{next(iter(indicators))}.{flow}"] if flow else numbers[:, 0]
+    through_all = measures.values.get(f"{next(iter(indicators))}.{flow}")
+    clearances = numbers[:, 0] if through_all is None else share * through_all
     return Measured(
         numbers,
         [next(filter(None, reasons), None) for reasons in obstacles],
         [tuple(chain.from_iterable(each)) for each in zip(*doubts, strict=True)],
         {name: measures.values[name] for name, output in feature.outputs.items() if output.is_fit},
         conditions_of(feature, measures.values, records),
-        share * clearances,
+        clearances,
     )
 
 

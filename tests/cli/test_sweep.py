@@ -119,10 +119,13 @@ def test_a_sweep_without_any_possible_leak_names_each_condition_and_stores_nothi
     assert (result.returncode, os.listdir(tmp_path)) == (2, [config.name])
     settings = ["--set", "record.duration=2 s", "--set", "valve.lap=50 um"]
     leak = ["--set", "leakage.internal_flow=2 L/min"]
-    for command in (["simulate", *leak], ["check", *leak], ["calibrate", "--flow", "2 L/min"]):
+    for command in (["simulate", *leak], ["calibrate", "--flow", "2 L/min"]):
         result = hydrofdi(*command, *settings)
         line = f"{SENTENCE}; the most that this actuator leaks is 0 L/min\n"
         assert (result.returncode, result.stderr) == (2, line)
+    result = hydrofdi("check", *leak, *settings, "--json")
+    (problem,) = [each for each in json.loads(result.stdout)["problems"] if "no K_i" in each]
+    assert (result.returncode, problem) == (1, line.removeprefix("hydrofdi: ").strip())
 
 
 SHORT = ("--set", "record.duration=2 s")

@@ -1,4 +1,4 @@
-"""The priors of the estimators are narrower than the machines of configs/populations/real-rig.yaml."""
+"""Priors are narrower than the machines of real-rig, and those of a data-sheet file than its own."""
 
 from pathlib import Path
 
@@ -6,37 +6,47 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import load_experiment
+from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.sweeps.sweep import quantiles
-from hydrofdi.indicators.nominal_plant import _SUPPLY, UncertainActuator
+from hydrofdi.indicators.nominal_plant import _SUPPLY
+from hydrofdi.indicators.registry import sound_indicator
 
-POPULATIONS = Path(__file__).parents[2] / "configs" / "populations"
-PRIORS = UncertainActuator()
-OF_PARAMETER = {
-    "fluid.bulk_modulus": PRIORS.bulk_modulus_deviation,
-    "actuator.chamber_volume": PRIORS.chamber_volume_deviation,
-    "valve.flow_gain": PRIORS.flow_gain_deviation,
-    "supply.pressure": _SUPPLY["nominal"],
-    "valve.null_offset": PRIORS.offset_deviation,
-    "valve.lap": PRIORS.lap_deviation,
-    "valve.lap_leakage": PRIORS.clearance_deviation,
-    "pressure_1_sensor.bias": PRIORS.pressure_bias,
-    "pressure_2_sensor.bias": PRIORS.pressure_bias,
+CONFIGS = Path(__file__).parents[2] / "configs"
+PARAMETERS = {
+    "fluid.bulk_modulus": "bulk_modulus_deviation",
+    "actuator.chamber_volume": "chamber_volume_deviation",
+    "valve.flow_gain": "flow_gain_deviation",
+    "supply.pressure": "supply_deviation",
+    "valve.null_offset": "offset_deviation",
+    "valve.lap": "lap_deviation",
+    "valve.lap_leakage": "clearance_deviation",
+    "pressure_1_sensor.bias": "pressure_bias",
+    "pressure_2_sensor.bias": "pressure_bias",
 }
 """Parameter → prior standard deviation, relative for the first four."""
 
-RELATIVE = list(OF_PARAMETER)[:4]
+RELATIVE = list(PARAMETERS)[:4]
 
 
-@pytest.mark.parametrize("name", OF_PARAMETER)
-def test_real_rig_spreads_beyond_the_prior(name: str, tmp_path: Path) -> None:
-    file = tmp_path / "rig.yaml"
+@pytest.fixture(scope="module", params=["populations/real-rig", "machines/rudder"])
+def experiment(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> ExperimentConfig:
+    """A population, with flow_balance as the file states it, else with its defaults."""
+    file = tmp_path_factory.mktemp("priors") / "rig.yaml"
     study = "study: {healthy: {fit: 100, test: 100}}\n"
-    file.write_text(f"extends: {POPULATIONS / 'real-rig.yaml'}\n{study}", encoding="utf-8")
-    experiment = load_experiment(file)
+    if request.param == "populations/real-rig":
+        study += "indicators: {flow_balance: {}}\n"
+    file.write_text(f"extends: {CONFIGS / request.param}.yaml\n{study}", encoding="utf-8")
+    return load_experiment(file)
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_the_population_spreads_beyond_the_prior(name: str, experiment: ExperimentConfig) -> None:
     assert experiment.study is not None
-    values = np.array(quantiles(experiment.study.population.over[name], (np.arange(2000) + 0.5) / 2000))
-    spread = values.std() / (experiment.value(name) if name in RELATIVE else 1.0)
+    options = sound_indicator("flow_balance", experiment.indicators["flow_balance"]).options
+    prior = getattr(options, PARAMETERS[name]) or _SUPPLY["nominal"]
+    drawn = quantiles(experiment.study.population.over[name], (np.arange(2000) + 0.5) / 2000)
+    spread = np.std(drawn) / (experiment.value(name) if name in RELATIVE else 1.0)
     if name == "fluid.bulk_modulus":  # a prior that is wide by intention: oil is the least known
-        assert not 0.9 < spread / OF_PARAMETER[name] < 1.1
+        assert not 0.9 < spread / prior < 1.1
     else:
-        assert spread > 1.1 * OF_PARAMETER[name]
+        assert spread > 1.1 * prior

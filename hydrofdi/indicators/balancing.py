@@ -333,7 +333,7 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         balance = VolumeBalance(records, options, both, self.by_spring, options.half_window)
         deviations, supply = options.deviations(records), np.mean(balance.supply, axis=1)[:, None]
         columns, targets = balance.equations()
-        counts = _counting_windows(balance.spool, records.sampling_frequency, options)
+        counts = counting_windows(balance.spool, records.sampling_frequency, options)
         weights = np.ones(targets.shape)
         for _ in range(_REWEIGHTING if options.robust else 0):
             found = self._found(records, columns, targets, counts, weights, deviations)
@@ -379,7 +379,7 @@ def _add_error(found: Array, flow: Array, root: float) -> None:
         found[:, place] = np.hypot(found[:, place], flow / unit)
 
 
-def _counting_windows(spool: Array, frequency: float, options: BalanceOptions) -> Array:
+def counting_windows(spool: Array, frequency: float, options: BalanceOptions) -> Array:
     """1 for windows with the valve open to one side and without a jump, else 0; (n_record, n_window)."""
     # The trapezoidal rule fails at a jump and at a kink, such as that of a spool that lags a jump.
     change = np.diff(spool, axis=1, prepend=spool[:, :1])

@@ -1,0 +1,231 @@
+"""Volume balance of both chambers, with an unknown for each thing that a fault may change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows, known_balance
+from hydrofdi.indicators.estimation.chamber_balance import (
+    UNKNOWNS,
+    new_sums,
+    weak_weights,
+    window_equations,
+)
+from hydrofdi.physics.equation import signed_root
+from hydrofdi.records import Array, RecordBatch
+
+N_PLACE = 6
+"""Number of places on the stroke at which K_i is an unknown of its own."""
+
+LEAKS = tuple(f"internal_coefficient_{place}" for place in range(N_PLACE))
+
+_MORE = ("laminar", "external_1", "external_2", "gain_1", "gain_2", "position_gain", "lag", "position_lag")
+
+NAMES = (*LEAKS, *UNKNOWNS[1:], *_MORE)
+"""Unknowns: K_i along the stroke, those of `chamber_balance`, conductances of a laminar seal leak and of
+leaks of each chamber to the outside, relative gain errors of the pressures and the position, and how much
+spool and position are behind [s]."""
+
+PLACE = {name: place for place, name in enumerate(NAMES)}
+
+EDGES = {"supply 1": (1, 1), "return 1": (1, -1), "supply 2": (-1, -1), "return 2": (-1, 1)}
+"""Metering edge → sign of its chamber, and of the spool position that opens it."""
+
+_OF_EDGES = ("lap", "offset", "lap_by_feeding", "lap_by_chamber")
+
+CONTRASTS = np.array([(1, side, chamber * side, chamber) for chamber, side in EDGES.values()], dtype=float)
+"""Lap of each edge from `_OF_EDGES`."""
+
+_N_FIT, _FARTHEST = 3, 0.2
+"""Number of fits, each about the laps found before; largest lap over the largest spool position."""
+
+_CORRELATED = 25.0
+"""Number of windows that share an error of the model, as in `weak_rls`."""
+
+
+class Fitted(NamedTuple):
+    """Equations of records about their laps: moments (n_record, N + 1, N + 1), counts and laps (n_record, 4)."""
+
+    moments: Array
+    counts: Array
+    laps: Array
+
+
+class Estimates(NamedTuple):
+    """Unknowns over their scales (n_record, N), misfits (n_record,), gain matrices from the true unknowns to
+    these, and covariances (n_record, N, N)."""
+
+    values: Array
+    misfits: Array
+    gains: Array
+    covariances: Array
+
+
+@dataclass(frozen=True)
+class FaultBalance:
+    """The balance of a machine: its data sheet and sensors, the largest spool position, and the positions at
+    which K_i is an unknown of its own.
+    """
+
+    options: BalanceOptions
+    largest_opening: float
+    places: tuple[float, ...]
+
+    @property
+    def both(self) -> bool:
+        """Whether both chamber pressures are measured."""
+        return self.options.chambers == "both"
+
+    @cached_property
+    def flow(self) -> float:
+        """Flow through the valve at the largest opening, half of the supply pressure over an edge [m³/s]."""
+        options = self.options
+        gain = options.flow_gain * options.area_gradient * self.largest_opening
+        return float(gain * np.sqrt(0.5 * options.supply_pressure))
+
+    @cached_property
+    def scales(self) -> Array:
+        """Size of a change of each unknown that the estimate expects; its prior deviation (N,)."""
+        options, flow = self.options, 0.2 * self.flow
+        supply, modulus, lap = options.supply_pressure, options.bulk_modulus, 0.05 * self.largest_opening
+        at = options.reference_pressure
+        own = {
+            "compressibility": options.bulk_modulus_deviation / modulus, "flow_gain": 0.05, "supply": 0.1,
+            "offset": lap, "lap": lap, "clearance": 0.2 * flow / at, "bias_1": 0.01 * supply,
+            "bias_2": 0.01 * supply, "return_pressure": 0.05 * supply, "free_air": 0.05,
+            "supply_resistance": 0.01 * supply / self.flow, "gain_by_direction": 0.015,
+            "gain_by_feeding": 0.015, "gain_by_chamber": 0.015, "lap_by_feeding": lap,
+            "lap_by_chamber": lap, "laminar": flow / at, "external_1": flow / at, "external_2": flow / at,
+            "gain_1": 0.02, "gain_2": 0.02, "position_gain": 0.02, "lag": 2e-3, "position_lag": 2e-3,
+        }  # fmt: skip
+        if not self.both:
+            for name in ("bias_2", "gain_2", "external_2", "gain_by_chamber", "lap_by_chamber"):
+                own[name] *= 1e-6
+        return np.array([own.get(name, flow / np.sqrt(at)) for name in NAMES])
+
+    def fit(self, records: RecordBatch) -> Fitted:
+        """Equations about the laps of each record; the valve is not linear in its laps."""
+        laps = np.zeros((records.n_record, len(EDGES)))
+        reach = _FARTHEST * self.largest_opening
+        places = [PLACE[name] for name in _OF_EDGES]
+        for trial in range(_N_FIT):
+            moments, counts = self._moments(records, laps)
+            if trial < _N_FIT - 1:
+                values = self._settled(moments, counts)
+                # Gauss-Newton: the laps found so far move the spool, the others are found about it.
+                found = (values[:, places] * self.scales[places]) @ CONTRASTS.T
+                laps = np.clip(laps + found, -reach, reach)
+        return Fitted(moments, counts, laps)
+
+    def estimate(self, fitted: Fitted, variance: float) -> Estimates:
+        """Estimates if the squared error of the equations is `variance` times the stated one."""
+        normal, right, square = self._normal(fitted.moments)
+        covariances = np.linalg.inv(normal / variance + np.eye(len(NAMES)))
+        values = np.einsum("rij,rj->ri", covariances, right / variance)
+        misfits = self._misfits(values, normal, right, square, fitted.counts)
+        values = values.copy()
+        own = fitted.laps @ np.linalg.inv(CONTRASTS).T
+        for column, name in enumerate(_OF_EDGES):
+            values[:, PLACE[name]] += own[:, column] / self.scales[PLACE[name]]
+        return Estimates(values, misfits, covariances @ (normal / variance), covariances)
+
+    def variance(self, fitted: Fitted) -> float:
+        """Squared error of the equations over the stated one that agrees with the misfit of the records."""
+        normal, right, square = self._normal(fitted.moments)
+        values = self._settled(fitted.moments, fitted.counts)
+        misfits = self._misfits(values, normal, right, square, fitted.counts)
+        return float(1.0 + _CORRELATED * max(float(np.median(misfits)) ** 2 - 1.0, 0.0))
+
+    def _settled(self, moments: Array, counts: Array) -> Array:
+        """Estimates (n_record, N) with errors that agree with the misfit of each record."""
+        normal, right, square = self._normal(moments)
+        variances = np.full(len(moments), 10.0)
+        for _ in range(4):
+            weighted = normal / variances[:, None, None] + np.eye(len(NAMES))
+            values = np.linalg.solve(weighted, (right / variances[:, None])[..., None])[..., 0]
+            misfits = self._misfits(values, normal, right, square, counts)
+            variances = 1.0 + _CORRELATED * np.maximum(misfits**2 - 1.0, 0.0)
+        return np.asarray(values)
+
+    def _normal(self, moments: Array) -> tuple[Array, Array, Array]:
+        scaled = moments / self.options.error**2
+        normal = scaled[:, :-1, :-1] * self.scales[:, None] * self.scales
+        return normal, scaled[:, :-1, -1] * self.scales, scaled[:, -1, -1]
+
+    def _misfits(self, values: Array, normal: Array, right: Array, square: Array, counts: Array) -> Array:
+        left = square - 2.0 * np.sum(values * right, axis=1)
+        left += np.einsum("ri,rij,rj->r", values, normal, values)
+        return np.sqrt(np.maximum(left, 0.0) / np.maximum(counts, 1.0))
+
+    def _moments(self, records: RecordBatch, laps: Array) -> tuple[Array, Array]:
+        """Sums of products of regressors and target, and numbers of equations, of both chambers."""
+        options, half = self.options, self.options.half_window
+        frequency, n_record = records.sampling_frequency, records.n_record
+        balance = VolumeBalance(records, options, self.both, False, half)
+        shape = (n_record, records.n_time)
+        supply = np.ascontiguousarray(np.broadcast_to(balance.supply, shape))
+        first, second = (np.ascontiguousarray(each) for each in balance.pressures)
+        position = np.ascontiguousarray(balance.position)
+        weights = weak_weights(half, frequency)
+        known = known_balance(options, records, self.both, half)
+        n_chamber = 2 if self.both else 1
+        moments = np.zeros((n_record, len(NAMES) + 1, len(NAMES) + 1))
+        counts = np.zeros(n_record)
+        leaks = self._leaks(first - second, position)
+        speed = np.gradient(position, axis=1) * frequency
+
+        def integral(signal: Array, row: int = 0) -> Array:
+            blocks = signal[:, : signal.shape[1] // half * half].reshape(n_record, -1, half)
+            return np.asarray((blocks @ weights[0, row])[:, :-1] + (blocks @ weights[1, row])[:, 1:])
+
+        for chamber, pressure in enumerate((first, second)[:n_chamber]):
+            sign, area = 1.0 - 2.0 * chamber, options.areas[chamber]
+            spool = self._moved(balance.spool, laps, chamber)
+            regular, targets = window_equations(
+                spool, position, np.stack((first, second)), supply, supply, weights, 0, known,
+                new_sums(n_record, n_chamber),
+            )  # fmt: skip
+            regular = regular[:, :, chamber]
+            feeds = sign * spool >= 0.0
+            root = signed_root(np.where(feeds, supply - pressure, pressure - options.return_pressure))
+            gain = options.flow_gain * options.area_gradient
+            slope = 0.5 * gain * spool / np.maximum(np.abs(root), 300.0) * np.where(feeds, -1.0, 1.0)
+            external = sign * integral(pressure)
+            of_gain = integral(slope * pressure) - regular[:, :, PLACE_OF_MODULUS] / options.bulk_modulus
+            nothing = np.zeros_like(external)
+            own = [external, nothing] if chamber == 0 else [nothing, external]
+            own += [of_gain, nothing] if chamber == 0 else [nothing, of_gain]
+            columns = [
+                *(integral(leak) for leak in leaks),
+                *np.moveaxis(regular[:, :, 1:], 2, 0),
+                integral(first - second),
+                *own,
+                -area * integral(position, 1),
+                integral(gain * root * np.gradient(spool, axis=1) * frequency),
+                area * integral(speed, 1),
+                targets[:, :, chamber],
+            ]
+            kept = counting_windows(spool, frequency, options)
+            equations = np.stack(columns, axis=2) * kept[:, :, None]
+            moments += np.swapaxes(equations, 1, 2) @ equations
+            counts += kept.sum(axis=1)
+        return moments, counts
+
+    def _leaks(self, difference: Array, position: Array) -> list[Array]:
+        """Flow per K_i at places along the stroke: hat functions with sum 1."""
+        place = np.interp(position, self.places, np.arange(N_PLACE))
+        root = signed_root(difference)
+        return [root * np.clip(1.0 - np.abs(place - each), 0.0, 1.0) for each in range(N_PLACE)]
+
+    def _moved(self, spool: Array, laps: Array, chamber: int) -> Array:
+        """Spool position less the lap of the edge of a chamber that it opens; zero in between."""
+        plus, minus = (laps[:, [0]], laps[:, [1]]) if chamber == 0 else (laps[:, [3]], laps[:, [2]])
+        opened = np.where(spool < np.minimum(plus, -minus), spool + minus, 0.0)
+        return np.ascontiguousarray(np.where(spool > np.maximum(plus, -minus), spool - plus, opened))
+
+
+PLACE_OF_MODULUS = UNKNOWNS.index("compressibility")

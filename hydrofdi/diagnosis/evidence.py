@@ -1,0 +1,259 @@
+"""Probabilities of faults from how a record differs from a healthy history.
+
+The signature z of a healthy record follows a multivariate Student distribution about the centre of the
+history (Gelman et al., Bayesian Data Analysis, 2013, section 3.6). A fault of size s shifts it by s G b, with
+the gain matrix G of the estimates, and an error of the model that is a share of the shift in any direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from hydrofdi.diagnosis.balance import NAMES
+from hydrofdi.diagnosis.history import History
+from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, SENSORS, Hypothesis, hypotheses
+from hydrofdi.records import Array
+
+PRIOR_HEALTHY, PRIOR_NONE = 0.9, 0.05
+"""Probability that nothing is wrong before the record is seen; share of a fault without a hypothesis in the
+rest, which the other hypotheses divide equally."""
+
+_SIZES = np.logspace(-1.5, 1.5, 25)
+"""Sizes over the usual one, all equally probable."""
+
+_MODEL = 0.3
+"""Error of the model's shift over the shift, in any direction."""
+
+_MISFIT = 0.1
+"""Deviation of the logarithm of the misfit that every fault may add."""
+
+_FREE = 30.0
+"""Deviation of a quantity that a fault changes by an unknown amount, over its healthy one."""
+
+_SCALES = np.logspace(np.log10(1.5), 3.0, 16)
+"""Scatter of a record with an unknown fault, over the healthy one."""
+
+_TOLD_APART = 2.0 * np.log(20.0)
+"""Squared distance at which one fault is expected to be twenty times as likely as the other."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A hypothesis after a record was seen.
+
+    Attributes
+    ----------
+    name, title, unit, advice : str
+    probability, low, high : float
+        With its range if the healthy scatter is as small or large as its 95 % interval allows.
+    size, size_low, size_high : float
+        Estimate of the size and its 95 % interval, in `unit`; NaN if it has none.
+    looks_like : tuple of str
+        Other faults that the sensors would not tell from it at this size.
+    told_by : mapping of str to str
+        Such a fault → what to measure to tell it apart; missing if nothing that is known does.
+    """
+
+    name: str
+    title: str
+    unit: str
+    advice: str
+    probability: float
+    low: float
+    high: float
+    size: float = float("nan")
+    size_low: float = float("nan")
+    size_high: float = float("nan")
+    looks_like: tuple[str, ...] = ()
+    told_by: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class _Shift:
+    """Whitened: the difference from the centre, the shift per size of each direction, ln det of the scatter."""
+
+    difference: Array
+    directions: Array
+    log_determinant: float
+
+
+class Judge:
+    """States probabilities of faults of records with one history."""
+
+    def __init__(self, history: History) -> None:
+        self.history = history
+        self.hypotheses = hypotheses(history)
+
+    def judge(
+        self, signature: Array, gain: Array, covariance: Array, repaired: Mapping[str, Array] | None = None
+    ) -> list[Finding]:
+        """Findings, the most probable first.
+
+        Parameters
+        ----------
+        signature : ndarray, shape (n_name,)
+            That of the record.
+        gain, covariance : ndarray, shape (N, N)
+            Gain matrix and covariance of its estimates.
+        repaired : mapping of str to ndarray, optional
+            Name in `REPAIRS` → signature of the repaired record.
+        """
+        difference = signature - self.history.centre
+        scatter = self.history.scatter_of(gain, covariance)
+        shifts = {
+            each.name: [
+                self._shift(difference, scatter, gain, each, is_free=is_free)
+                for is_free in ((False, True) if each.free else (False,))
+            ]
+            for each in self.hypotheses
+        }
+        healthy = self._whitened(scatter, difference[None])
+        others = {
+            name: self._whitened(scatter, (each - self.history.centre)[None])
+            for name, each in (repaired or {}).items()
+        }
+        chances = [self._probabilities(shifts, healthy, others, factor) for factor in self._factors()]
+        best = chances[0]
+        order = sorted(best, key=lambda name: -best[name])
+        return [self._finding(name, chances, shifts, scatter, gain) for name in order]
+
+    def _factors(self) -> tuple[float, float, float]:
+        """Factors on the scatter: as estimated, and the ends of its 95 % interval."""
+        from scipy.stats import chi2
+
+        dof = self.history.dof
+        low, high = (float(dof / chi2.ppf(share, dof)) for share in (0.975, 0.025))
+        return 1.0, low, high
+
+    def _shift(
+        self, difference: Array, scatter: Array, gain: Array, hypothesis: Hypothesis, *, is_free: bool = True
+    ) -> _Shift:
+        scatter = scatter.copy()
+        for name in hypothesis.free if is_free else ():
+            if name in self.history.names:
+                place = self.history.names.index(name)
+                scatter[place, place] *= 1.0 + _FREE**2
+        scatter[-1, -1] += _MISFIT**2
+        moved = hypothesis.directions.copy()
+        moved[:, : len(NAMES)] = moved[:, : len(NAMES)] @ gain.T
+        white, log_determinant = self._whitened(scatter, np.vstack((difference, moved)))
+        return _Shift(white[0], white[1:], log_determinant)
+
+    def _whitened(self, scatter: Array, rows: Array) -> tuple[Array, float]:
+        factor = np.linalg.cholesky(scatter)
+        return np.linalg.solve(factor, rows.T).T, 2.0 * float(np.sum(np.log(np.diag(factor))))
+
+    def _log_density(self, squares: Array, log_determinant: Array | float) -> Array:
+        """Logarithm of a Student density, up to a constant."""
+        dof, size = self.history.dof, len(self.history.names)
+        return np.asarray(-0.5 * log_determinant - 0.5 * (dof + size) * np.log1p(squares / dof))
+
+    def _probabilities(
+        self,
+        shifts: Mapping[str, Sequence[_Shift]],
+        healthy: tuple[Array, float],
+        others: Mapping[str, tuple[Array, float]],
+        factor: float,
+    ) -> dict[str, float]:
+        """Name → probability, if the scatter is `factor` times the one of the history."""
+        size = len(self.history.names)
+        square = float(np.sum(healthy[0] ** 2)) / factor
+        logs = {HEALTHY: float(self._log_density(np.array(square), healthy[1])) + np.log(PRIOR_HEALTHY)}
+        spread = _SCALES**2
+        wide = self._log_density(square / spread, healthy[1] + size * np.log(spread))
+        logs[NONE] = _log_mean(wide) + np.log((1.0 - PRIOR_HEALTHY) * PRIOR_NONE)
+        n_other = len(shifts) + len(REPAIRS)
+        each = np.log((1.0 - PRIOR_HEALTHY) * (1.0 - PRIOR_NONE) / n_other)
+        for hypothesis in self.hypotheses:
+            densities = [
+                self._density(shift, hypothesis.usual * _SIZES, factor) for shift in shifts[hypothesis.name]
+            ]
+            logs[hypothesis.name] = _log_mean(np.array(densities)) + each
+        for name, (white, log_determinant) in others.items():
+            found = float(self._log_density(np.array(np.sum(white**2) / factor), log_determinant))
+            logs[name] = found + each
+        top = max(logs.values())
+        weights = {name: float(np.exp(value - top)) for name, value in logs.items()}
+        total = sum(weights.values())
+        return {name: weight / total for name, weight in weights.items()}
+
+    def _density(self, shift: _Shift, sizes: Array, factor: float) -> float:
+        """Logarithm of the mean density over sizes and directions."""
+        count, sizes = len(self.history.names), sizes[:, None]
+        moved = sizes**2 * np.sum(shift.directions**2, axis=1)
+        left = np.sum(shift.difference**2) - 2.0 * sizes * (shift.directions @ shift.difference) + moved
+        # The true shift differs from the model's by a share of it, in any direction.
+        wider = 1.0 + _MODEL**2 * moved / factor / count
+        determinant = shift.log_determinant + count * np.log(wider)
+        return _log_mean(self._log_density(left / factor / wider, determinant))
+
+    def _finding(
+        self, name: str, chances: Sequence[Mapping[str, float]], shifts: Mapping[str, Sequence[_Shift]],
+        scatter: Array, gain: Array,
+    ) -> Finding:
+        found = [each[name] for each in chances]
+        stated: dict[str, object] = {"probability": found[0], "low": min(found), "high": max(found)}
+        if name not in shifts:
+            titles = REPAIRS | {HEALTHY: "nothing is wrong", NONE: "none of these"}
+            advice = "compare the description of the channels with the wiring" if name in REPAIRS else ""
+            return Finding(name, titles[name], "", advice, **stated)  # type: ignore[arg-type]
+        hypothesis = next(each for each in self.hypotheses if each.name == name)
+        shift = shifts[name][-1]
+        moved = np.sum(shift.directions**2, axis=1)
+        sizes = np.maximum(shift.directions @ shift.difference, 0.0) / moved
+        best = int(np.argmax(sizes**2 * moved))
+        deviation = np.hypot(1.0 / np.sqrt(moved[best]), _MODEL * sizes[best] / np.sqrt(len(self.history.names)))
+        looks_like, told_by = self._confusable(hypothesis, best, float(sizes[best]), scatter, gain)
+        return Finding(
+            name, hypothesis.title, hypothesis.unit, hypothesis.advice, *found[:1], min(found), max(found),
+            float(sizes[best]), max(0.0, float(sizes[best] - 1.96 * deviation)),
+            float(sizes[best] + 1.96 * deviation), looks_like, told_by,
+        )  # fmt: skip
+
+    def _confusable(
+        self, hypothesis: Hypothesis, best: int, size: float, scatter: Array, gain: Array
+    ) -> tuple[tuple[str, ...], dict[str, str]]:
+        """Faults of which some size looks like this one, and what would tell them apart."""
+        alike, told, nothing = list[str](), dict[str, str](), np.zeros(len(self.history.names))
+        for other in self.hypotheses if size > 0.0 else ():
+            if other.name == hypothesis.name:
+                continue
+            # Both may move what either may move by an unknown amount.
+            together = np.vstack((hypothesis.directions[[best]], other.directions))
+            both = replace(other, directions=together, free=(*hypothesis.free, *other.free))
+            mine, *rest = self._shift(nothing, scatter, gain, both).directions
+            mine, rows = size * mine, np.array(rest)
+            factors = np.maximum(rows @ mine, 0.0) / np.sum(rows**2, axis=1)
+            left = np.sum((mine - factors[:, None] * rows) ** 2, axis=1)
+            place = int(np.argmin(left))
+            if factors[place] == 0.0 or left[place] >= _TOLD_APART:
+                continue
+            alike.append(other.name)
+            change = size * hypothesis.directions[best] - factors[place] * other.directions[place]
+            sensor = self._telling(change, float(left[place]))
+            if sensor:
+                told[other.name] = sensor
+        return tuple(alike), told
+
+    def _telling(self, change: Array, known: float) -> str:
+        """The sensor that tells a change of the true quantities best; empty if none does."""
+        scales = np.concatenate((self.history.balance.scales, np.ones(len(change) - len(NAMES))))
+        best, found = known, ""
+        for sensor, errors in SENSORS.items():
+            square = known
+            for name, error in errors.items():
+                if name in self.history.names:
+                    place = self.history.names.index(name)
+                    square += float(change[place] * scales[place] / error) ** 2
+            if square > max(best, _TOLD_APART):
+                best, found = square, sensor
+        return found
+
+
+def _log_mean(logs: Array) -> float:
+    """Logarithm of the mean of exponentials."""
+    top = float(np.max(logs))
+    return top + float(np.log(np.mean(np.exp(logs - top))))

@@ -1,0 +1,224 @@
+"""What records of a healthy machine look like: centre and scatter of what faults may change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hydrofdi.diagnosis.balance import LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance
+from hydrofdi.errors import DataError
+from hydrofdi.indicators.balancing import P1, P2, X, BalanceOptions
+from hydrofdi.records import Array, RecordBatch
+
+FORCES = ("coulomb", "viscous", "force", "stiffness")
+"""Friction at all speeds [N] and per speed [N·s/m], force that remains [N], and force per position [N/m]."""
+
+OTHERS = ("pressure", "log_misfit")
+"""Mean of the measured chamber pressures [Pa], and logarithm of the misfit."""
+
+FEWEST = 3
+"""Fewest healthy records that state a history; with fewer, the data sheet does."""
+
+_PRIOR_RECORDS = 20
+"""Number of records that the expected scatter counts for."""
+
+_SMOOTHING, _DIFFERENCE, _SLOW = 0.018, 0.1, 0.05
+"""Time over which speeds are smoothed and between which forces are compared [s]; speed below which dry
+friction is linear, over the largest speed."""
+
+_FRICTION = 2.5e-3
+"""Usual change of friction from record to record, over supply pressure times area."""
+
+_ANY = 1e3
+"""Deviation of what a data sheet does not state, over that of the record."""
+
+
+def signature_names(options: BalanceOptions) -> tuple[str, ...]:
+    """What is compared, in order: unknowns of the balance, forces if both pressures are measured, others."""
+    return (*NAMES, *(FORCES if options.chambers == "both" else ()), *OTHERS)
+
+
+def signatures(
+    balance: FaultBalance, records: RecordBatch, variance: float | None = None
+) -> tuple[Array, Estimates, float]:
+    """What is compared of each record (n_record, n_name), the estimates, and the variance of their errors."""
+    fitted = balance.fit(records)
+    variance = balance.variance(fitted) if variance is None else variance
+    found = balance.estimate(fitted, variance)
+    columns = [found.values]
+    pressures = [records[P1]]
+    if balance.both:
+        columns.append(forces(balance, records))
+        pressures.append(records[P2])
+    mean = np.mean(pressures, axis=(0, 2))
+    columns.append(np.stack((mean, np.log(np.maximum(found.misfits, 0.03))), axis=1))
+    return np.concatenate(columns, axis=1), found, variance
+
+
+def forces(balance: FaultBalance, records: RecordBatch) -> Array:
+    """`FORCES` of each record (n_record, 4), robust against jumps of the load."""
+    from scipy.ndimage import uniform_filter1d
+
+    options, frequency = balance.options, records.sampling_frequency
+    position = options.position(records)
+    n_smooth = max(3, round(_SMOOTHING * frequency))
+    speed = uniform_filter1d(np.gradient(position, axis=1) * frequency, n_smooth, axis=1)
+    acceleration = np.gradient(speed, axis=1) * frequency
+    slow = _SLOW * max(float(np.quantile(np.abs(speed), 0.99)), 1e-9)
+    pushed = options.areas[0] * records[P1] - options.areas[1] * records[P2]
+    columns = np.stack((np.tanh(speed / slow), speed, position, acceleration), axis=2)[:, n_smooth:-n_smooth]
+    pushed = pushed[:, n_smooth:-n_smooth]
+    behind = max(1, round(_DIFFERENCE * frequency))
+    found = np.zeros((records.n_record, len(FORCES)))
+    for row in range(records.n_record):
+        # Differences leave out a load that lasts longer; weights those during which it jumps.
+        own, force = columns[row, behind:] - columns[row, :-behind], pushed[row]
+        change = force[behind:] - force[:-behind]
+        weights = np.ones(len(change))
+        for _ in range(6):
+            values = np.linalg.lstsq(own * weights[:, None], change * weights, rcond=None)[0]
+            left = np.abs(change - own @ values)
+            weights = 1.0 / (1.0 + (left / (2.0 * 1.4826 * np.median(left) + 1e-30)) ** 2)
+        remains = np.mean(force - columns[row] @ values)
+        found[row] = values[0], values[1], remains, values[2]
+    return found
+
+
+@dataclass(frozen=True)
+class History:
+    """A healthy machine: centre (n_name,) and scatter (n_name, n_name) of a further record's signature.
+
+    `dof`: degrees of freedom of the scatter; `variance`: of the errors of equations; `noise` (N,): variances
+    of estimates that it expects of a record like these, and their `share` that scatters; `n_record`: healthy
+    records that it rests on, 0 if on the data sheet.
+    """
+
+    balance: FaultBalance
+    names: tuple[str, ...]
+    centre: Array
+    scatter: Array
+    dof: float
+    variance: float
+    noise: Array
+    share: float
+    n_record: int
+
+    def scatter_of(self, gain: Array, covariance: Array) -> Array:
+        """Scatter of a record with this gain and covariance: larger if it tells less than those before."""
+        own = self.share * np.maximum(np.diag(covariance @ gain.T) - self.noise, 0.0)
+        return self.scatter + np.diag(np.concatenate((own, np.zeros(len(self.names) - len(own)))))
+
+    def value(self, name: str) -> float:
+        """Centre of a quantity that has no scale of its own."""
+        return float(self.centre[self.names.index(name)])
+
+
+def balance_of(batches: Sequence[RecordBatch], options: BalanceOptions) -> FaultBalance:
+    """The balance, with the largest opening and the places of K_i in some records."""
+    shares, positions, opening = np.linspace(0.02, 0.98, N_PLACE), list[Array](), 0.0
+    for batch in batches:
+        opening = max(opening, float(np.quantile(np.abs(options.spool_position(batch)), 0.99)))
+        positions.append(options.position(batch).ravel())
+    at = np.quantile(np.concatenate(positions), shares)
+    if not (opening > 0.0 and at[-1] > at[0]):
+        raise DataError("the valve or the piston does not move: nothing can be told of the machine")
+    # Half way to even steps: each place has samples, and none coincide where the piston rests.
+    return FaultBalance(options, opening, tuple((0.5 * (at + np.linspace(at[0], at[-1], N_PLACE))).tolist()))
+
+
+def history_of(healthy: Sequence[RecordBatch], balance: FaultBalance) -> History:
+    """History of a machine from its healthy records, at least `FEWEST`."""
+    first = balance.fit(replace_joined(healthy))
+    variance = balance.variance(first)
+    parts = [signatures(balance, batch, variance) for batch in healthy]
+    found = np.concatenate([part[0] for part in parts])
+    names = signature_names(balance.options)
+    n_record, n_own = len(found), len(NAMES)
+    deviations = found - found.mean(axis=0)
+    squares = np.sum(deviations**2, axis=0) / (n_record - 1)
+    covariances = np.concatenate([part[1].covariances for part in parts])
+    gains = np.concatenate([part[1].gains for part in parts])
+    noise = _symmetric(np.mean(covariances @ np.swapaxes(gains, 1, 2), axis=0))
+    expected = np.diag(squares)
+    # The errors of the model repeat from record to record, so that these scatter less than it says.
+    share = float(np.median(squares[:n_own] / np.diag(noise)))
+    gain, changes = gains.mean(axis=0), np.diag(_daily(balance) ** 2)
+    expected[:n_own, :n_own] = share * noise + gain @ changes @ gain.T
+    expected[-1, -1] = max(squares[-1], 0.1**2)
+    if balance.both:
+        options = balance.options
+        expected[n_own, n_own] += (_FRICTION * options.supply_pressure * min(options.areas)) ** 2
+    own = _PRIOR_RECORDS + n_record - 1
+    scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
+    spread = _regular(scatter)
+    return History(
+        balance, names, found.mean(axis=0), spread, own, variance, np.diag(noise), share, n_record
+    )
+
+
+def history_of_sheet(records: RecordBatch, balance: FaultBalance) -> History:
+    """What the data sheet alone says of a machine, and of records like these."""
+    found, estimates, variance = signatures(balance, records)
+    names, n_own = signature_names(balance.options), len(NAMES)
+    stated = balance.options.prior_deviations(records, 2 if balance.both else 1)
+    leaks = 0.002 * balance.flow / np.sqrt(balance.options.reference_pressure)
+    deviations = np.array([0.0 if name in LEAKS else stated.get(name, 0.0) for name in NAMES])
+    deviations[: len(LEAKS)] = leaks
+    for name in ("gain_1", "gain_2", "position_gain"):
+        deviations[PLACE[name]] = 0.005
+    gain = estimates.gains.mean(axis=0)
+    scatter = np.zeros((len(names), len(names)))
+    scatter[:n_own, :n_own] = _symmetric(np.mean(estimates.covariances @ np.swapaxes(estimates.gains, 1, 2), 0))
+    scatter[:n_own, :n_own] += gain @ np.diag((deviations / balance.scales) ** 2) @ gain.T
+    centre = np.zeros(len(names))
+    for place in range(n_own, len(names)):
+        centre[place] = float(np.mean(found[:, place]))
+        scatter[place, place] = (_ANY * max(abs(centre[place]), 1e-9)) ** 2
+    centre[-1], scatter[-1, -1] = 0.5 * np.log(max(1.0, variance / 25.0)), 0.5**2
+    noise = np.full(n_own, np.inf)
+    return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance, noise, 1.0, 0)
+
+
+def replace_joined(batches: Sequence[RecordBatch]) -> RecordBatch:
+    """Records of equal length side by side; of unequal lengths, those of the first batch."""
+    first = batches[0]
+    alike = [each for each in batches if each.n_time == first.n_time]
+    channels = {name: np.concatenate([each[name] for each in alike]) for name in first.channels}
+    n_record = sum(each.n_record for each in alike)
+    blind = first.rows([]) if n_record == first.n_record else first
+    numbers = tuple(map(str, range(n_record)))
+    return replace(
+        blind, channels=channels, record_ids=numbers, sources=(), groups=(), remarks=(), labels=None
+    )
+
+
+def _daily(balance: FaultBalance) -> Array:
+    """Usual changes of a healthy machine from record to record, over the scales (N,): oil 6 K warmer or
+    colder, supply, drift of sensors and of the null."""
+    options, opening = balance.options, balance.largest_opening
+    changes = {
+        "compressibility": 0.04 / options.bulk_modulus,
+        "clearance": 1e-4 * balance.flow / options.reference_pressure,
+        "free_air": 0.002,
+        "offset": 2e-3 * opening,
+        "lap": 1e-3 * opening,
+        "supply": 0.005,
+        "return_pressure": 1e-3 * options.supply_pressure,
+        "flow_gain": 0.005,
+        "bias_1": 3e-4 * options.supply_pressure,
+        "bias_2": 3e-4 * options.supply_pressure,
+    }
+    return np.array([changes.get(name, 0.0) for name in NAMES]) / balance.scales
+
+
+def _symmetric(matrix: Array) -> Array:
+    return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def _regular(scatter: Array) -> Array:
+    """A scatter that can be inverted: a ten-thousandth of each variance, and of the unknowns' scales."""
+    floor = np.diag(scatter) * 1e-4
+    floor[: len(NAMES)] += 0.005**2
+    return _symmetric(scatter) + np.diag(floor + 1e-30)

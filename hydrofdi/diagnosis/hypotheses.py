@@ -1,0 +1,182 @@
+"""What may be wrong with a machine, and in which direction each fault moves what is compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hydrofdi.diagnosis.balance import EDGES, LEAKS, NAMES
+from hydrofdi.diagnosis.history import History
+from hydrofdi.records import Array
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A fault.
+
+    Attributes
+    ----------
+    name, title, unit : str
+        Name in files, what a person calls it, and the SI unit of its size.
+    usual : float
+        A usual size.
+    directions : ndarray, shape (n_direction, n_name)
+        Change of the true quantities per size, over the scales of the unknowns; any of them may be true.
+    free : tuple of str
+        Quantities that it changes by an amount that is not known.
+    advice : str
+        What to look at.
+    """
+
+    name: str
+    title: str
+    unit: str
+    usual: float
+    directions: Array
+    free: tuple[str, ...] = ()
+    advice: str = ""
+
+
+HEALTHY, NONE = "healthy", "none_of_these"
+
+SEALS = ("seal_orifice", "seal_laminar", "seal_scored")
+
+SENSORS: Mapping[str, Mapping[str, float]] = {
+    "supply pressure": {"supply": 2e-3},
+    "return pressure": {"return_pressure": 2e4},
+    "load force": {"coulomb": 10.0, "force": 50.0},
+    "a second gauge on chamber 1": {"bias_1": 1e4, "gain_1": 1e-3},
+    "a second gauge on chamber 2": {"bias_2": 1e4, "gain_2": 1e-3},
+    "a second position sensor": {"position_gain": 1e-3},
+    "spool position": {"flow_gain": 5e-3},
+    "an oil sample (air, bulk modulus)": {"free_air": 1e-3},
+}
+"""What can be measured in addition → quantities that it states, and their errors in SI."""
+
+
+def hypotheses(history: History) -> list[Hypothesis]:
+    """All faults that the sensors can show."""
+    shown = set(history.names)
+    if not history.balance.both:
+        shown -= {"bias_2", "gain_2", "external_2"}
+    return [each for each in _all(history) if each.name not in _NEEDS or _NEEDS[each.name] in shown]
+
+
+_NEEDS = {
+    "external_2": "external_2", "bias_P2": "bias_2", "gain_P2": "gain_2", "friction_up": "coulomb",
+    "friction_down": "coulomb",
+}  # fmt: skip
+"""Fault → quantity without which nothing shows it."""
+
+
+def _all(history: History) -> Iterator[Hypothesis]:
+    balance, names = history.balance, history.names
+    options, order = balance.options, {name: place for place, name in enumerate(names)}
+    first, second = options.areas
+    at, supply, flow = options.reference_pressure, options.supply_pressure, 0.03 * balance.flow
+    mean = history.value("pressure")
+
+    def moves(*changes: Mapping[str, float]) -> Array:
+        made = np.zeros((len(changes), len(names)))
+        for row, change in enumerate(changes):
+            for name, value in change.items():
+                if name in order:
+                    place = order[name]
+                    made[row, place] = value / (balance.scales[place] if place < len(NAMES) else 1.0)
+        return made
+
+    def both_signs(change: Mapping[str, float]) -> Array:
+        return moves(change, {name: -value for name, value in change.items()})
+
+    leak, worn = 1.0 / np.sqrt(at), []
+    yield Hypothesis(
+        "seal_orifice", "piston seal leaks (a hole)", "m^3/s", flow, moves(dict.fromkeys(LEAKS, leak)),
+        advice="stop the piston, close the valve and watch whether it drifts; plan to replace the seal",
+    )  # fmt: skip
+    yield Hypothesis(
+        "seal_laminar", "piston seal leaks (a gap)", "m^3/s", flow, moves({"laminar": 1.0 / at}),
+        advice="stop the piston, close the valve and watch whether it drifts; plan to replace the seal",
+    )  # fmt: skip
+    places = np.array(balance.places)
+    stroke = (places - places[0]) / (places[-1] - places[0])
+    scored = [np.exp(-(((stroke - centre) / 0.19) ** 4)) for centre in np.linspace(0.2, 0.8, 5)]
+    yield Hypothesis(
+        "seal_scored", "cylinder bore is scored", "m^3/s", flow,
+        moves(*(dict(zip(LEAKS, leak * part, strict=True)) for part in scored)),
+        advice="move slowly over the stroke and look where the piston drifts",
+    )  # fmt: skip
+    for chamber in (1, 2):
+        yield Hypothesis(
+            f"external_{chamber}", f"chamber {chamber} leaks to the outside", "m^3/s", flow,
+            moves({f"external_{chamber}": 1.0 / at}), ("pressure",),
+            "look for oil at rod seal, fittings and hoses; a worn return edge of the valve looks the same",
+        )  # fmt: skip
+    for chamber, side in EDGES.values():
+        parts = {"lap": 1, "offset": side, "lap_by_feeding": chamber * side, "lap_by_chamber": chamber}
+        worn.append({name: -0.25 * part for name, part in parts.items()})
+    yield Hypothesis(
+        "worn_edge", "a metering edge of the valve is worn", "m", 0.05 * balance.largest_opening,
+        moves(*worn), ("pressure",), "measure the null leakage of the valve",
+    )  # fmt: skip
+    yield Hypothesis(
+        "null_shift", "null of the valve has shifted", "m", 0.03 * balance.largest_opening,
+        both_signs({"offset": 1.0}), advice="adjust the null; watch whether it shifts on",
+    )  # fmt: skip
+    yield Hypothesis(
+        "free_air", "more free air in the oil", "1", 0.02, moves({"free_air": 1.0}),
+        advice="bleed the cylinder; look at tank level and suction line",
+    )  # fmt: skip
+    friction = 0.01 * supply * min(first, second)
+    for name, sign in (("friction_up", 1.0), ("friction_down", -1.0)):
+        yield Hypothesis(
+            name, "more friction" if sign > 0 else "less friction", "N", friction,
+            moves({"coulomb": sign}), advice="look at rod guide, seals and alignment",
+        )  # fmt: skip
+    yield Hypothesis(
+        "weak_supply", "supply pressure is low", "Pa", 0.05 * supply, moves({"supply": -1.0 / supply}),
+        ("pressure",), "read the supply gauge under load; look at pump, relief valve and filter",
+    )  # fmt: skip
+    yield Hypothesis(
+        "raised_return", "return pressure is high", "Pa", 0.03 * supply, moves({"return_pressure": 1.0}),
+        ("pressure",), "look at the return filter and line",
+    )  # fmt: skip
+    modulus = 1.0 / options.bulk_modulus
+    yield Hypothesis(
+        "stiff_oil", "oil or hoses are stiffer", "1", 0.2, moves({"compressibility": -modulus}),
+        advice="another oil, colder oil, or a hose was replaced",
+    )  # fmt: skip
+    yield Hypothesis(
+        "soft_oil", "oil or hoses are softer", "1", 0.2, moves({"compressibility": modulus}),
+        advice="warm oil, an ageing hose, or air",
+    )  # fmt: skip
+    forces = {1: first, 2: -second}
+    for chamber, area in forces.items():
+        share = 0.5 if balance.both else 1.0
+        yield Hypothesis(
+            f"bias_P{chamber}", f"zero of the P{chamber} sensor has drifted", "Pa", 0.012 * supply,
+            both_signs({f"bias_{chamber}": 1.0, "force": area, "pressure": share}),
+            advice=f"compare P{chamber} with a gauge, with the pump off",
+        )  # fmt: skip
+        change = {f"gain_{chamber}": 1.0, "force": area * mean, "pressure": share * mean}
+        yield Hypothesis(
+            f"gain_P{chamber}", f"gain of the P{chamber} sensor has changed", "1", 0.02, both_signs(change),
+            advice=f"compare P{chamber} with a gauge under pressure",
+        )  # fmt: skip
+    yield Hypothesis(
+        "gain_x", "gain of the position sensor has changed", "1", 0.02, both_signs({"position_gain": 1.0}),
+        advice="measure the stroke by hand",
+    )  # fmt: skip
+    yield Hypothesis(
+        "flow_gain", "flow gain of the valve, or gain of its command", "1", 0.05,
+        both_signs({"flow_gain": 1.0}), advice="check the amplifier; compare spool position and command",
+    )  # fmt: skip
+
+
+REPAIRS: Mapping[str, str] = {
+    "swapped_pressures": "P1 and P2 are swapped",
+    "wrong_sign_u": "the command has the wrong sign",
+    "wrong_sign_x": "the position has the wrong sign",
+}
+"""Fault of the recording that is undone exactly → what a person calls it."""

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from hydrofdi.api.detectors.detector import Detector as Detector
     from hydrofdi.api.detectors.detector import detect as detect
     from hydrofdi.api.detectors.training import train as train
+    from hydrofdi.api.diagnosing import Diagnosis as Diagnosis
+    from hydrofdi.api.diagnosing import diagnose as diagnose
     from hydrofdi.api.evaluation import Evaluation as Evaluation
     from hydrofdi.api.evaluation import evaluate as evaluate
     from hydrofdi.api.exporting import Exported as Exported
@@ -56,6 +58,7 @@ _HOMES = {
         "api.check": "calibrate check",
         "api.detectors.detector": "Detector detect",
         "api.detectors.training": "train",
+        "api.diagnosing": "Diagnosis diagnose",
         "api.evaluation": "Evaluation evaluate",
         "api.exporting": "Exported export",
         "api.folders": "rerun status verify why",

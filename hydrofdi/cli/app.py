@@ -69,7 +69,7 @@ class _Commands(TyperGroup):
 _GROUPS = {
     "Start": ("init", "configs", "check", "simulate"),
     "Study": ("plan", "sweep", "report", "status", "collect", "calibrate"),
-    "Records": ("inspect", "measure", "evaluate", "export"),
+    "Records": ("inspect", "measure", "diagnose", "evaluate", "export"),
     "Live": ("train", "detect", "monitor", "replay"),
     "Look up": ("indicators", "schema"),
     "Audit": ("verify", "why", "rerun"),
@@ -87,6 +87,7 @@ _KEYWORDS = {
     "calibrate": ("flows --flow",),
     "check": ("halve_step --converge", "tolerance"),
     "detect": ("sampling_frequency",),
+    "diagnose": ("sampling_frequency",),
     "evaluate": ("indicators", "healthy", "false_alarm_rate", "confidence", "usual_scores"),
     "export": ("format", "channels", "unit", "runs", "sampling_frequency", "overwrite"),
     "inspect": ("indicators", "record", "write", "sampling_frequency"),

@@ -155,6 +155,53 @@ def _measures(columns: Sequence[Column], records: Iterator[RecordMeasures]) -> I
         yield counted(n_record, "record")
 
 
+def diagnose(
+    sources: Sources,
+    healthy: Annotated[
+        list[str] | None,
+        typer.Option(metavar="SOURCE", help="Healthy records of the same machine; repeat it for several."),
+    ] = None,
+    json: Json = False,
+    **settings: Any,
+) -> int:
+    """Name the fault that records show: which, how probable, how large, and what else it may be.
+
+    Compares with healthy records of the same machine: --healthy, or those that are labelled so; else with the
+    data sheet. Needs P1, x, and u or xv; P2 tells much more. Exit code 1 if a record could not be judged.
+    """
+    found = hydrofdi.diagnose(sources, healthy or None, **settings)
+    answer(found, _diagnosis, json=json)
+    tell(*(f"note: {remark}" for remark in found.remarks))
+    return int(any(not record.findings for record in found.records))
+
+
+def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
+    """The table; of a single record, or else of the first that is not healthy, what else it looks like."""
+    from rich.text import Text
+
+    history = f"{counted(found.n_healthy, 'healthy record')} of it" if found.n_healthy else "its data sheet"
+    yield f"Sensors {found.sensors}; the machine is compared with {history}."
+    yield from ("", (found.table, _MOST_ROWS))
+    for record in found.records:
+        if record.reason:
+            yield f"{record.record_id}: not judged: {record.reason}"
+    first = next((each for each in found.records if each.name not in ("", "healthy")), None)
+    first = first or next((each for each in found.records if each.findings), None)
+    if first is None:
+        return
+    finding, titles = first.findings[0], {each.name: each.title for each in first.findings}
+    yield ""
+    if finding.looks_like:
+        alike = "; ".join(
+            titles[name] + (f" (told apart by: {finding.told_by[name]})" if name in finding.told_by else "")
+            for name in finding.looks_like
+        )
+        yield f"These sensors do not tell it from: {alike}."
+    yield Text(f"{first.record_id}: {finding.title}.", "bold")
+    if finding.advice:
+        yield f"Next: {finding.advice}."
+
+
 def evaluate(sources: Sources, json: Json = False, **settings: Any) -> int:
     """Evaluate indicators on labelled records.
 

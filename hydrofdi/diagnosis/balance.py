@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -48,7 +49,7 @@ _CORRELATED = 25.0
 
 
 class Fitted(NamedTuple):
-    """Equations of records about their laps: moments (n_record, N + 1, N + 1), counts and laps (n_record, 4)."""
+    """Equations of records about their laps: moments (n_record, N + 1, N + 1), counts, laps (n_record, 4)."""
 
     moments: Array
     counts: Array
@@ -131,14 +132,15 @@ class FaultBalance:
         own = fitted.laps @ np.linalg.inv(CONTRASTS).T
         for column, name in enumerate(_OF_EDGES):
             values[:, PLACE[name]] += own[:, column] / self.scales[PLACE[name]]
-        return Estimates(values, misfits, covariances @ (normal / variance), covariances)
+        return Estimates(values, misfits, np.asarray(covariances @ (normal / variance)), covariances)
 
-    def variance(self, fitted: Fitted) -> float:
-        """Squared error of the equations over the stated one that agrees with the misfit of the records."""
-        normal, right, square = self._normal(fitted.moments)
-        values = self._settled(fitted.moments, fitted.counts)
-        misfits = self._misfits(values, normal, right, square, fitted.counts)
-        return float(1.0 + _CORRELATED * max(float(np.median(misfits)) ** 2 - 1.0, 0.0))
+    def variance(self, fits: Sequence[Fitted]) -> float:
+        """Squared error of the equations over the stated one that agrees with the misfits of some records."""
+        misfits = [
+            self._misfits(self._settled(each.moments, each.counts), *self._normal(each.moments), each.counts)
+            for each in fits
+        ]
+        return float(1.0 + _CORRELATED * max(float(np.median(np.concatenate(misfits))) ** 2 - 1.0, 0.0))
 
     def _settled(self, moments: Array, counts: Array) -> Array:
         """Estimates (n_record, N) with errors that agree with the misfit of each record."""
@@ -159,7 +161,7 @@ class FaultBalance:
     def _misfits(self, values: Array, normal: Array, right: Array, square: Array, counts: Array) -> Array:
         left = square - 2.0 * np.sum(values * right, axis=1)
         left += np.einsum("ri,rij,rj->r", values, normal, values)
-        return np.sqrt(np.maximum(left, 0.0) / np.maximum(counts, 1.0))
+        return np.asarray(np.sqrt(np.maximum(left, 0.0) / np.maximum(counts, 1.0)))
 
     def _moments(self, records: RecordBatch, laps: Array) -> tuple[Array, Array]:
         """Sums of products of regressors and target, and numbers of equations, of both chambers."""

@@ -21,6 +21,9 @@ PRIOR_HEALTHY, PRIOR_NONE = 0.9, 0.05
 """Probability that nothing is wrong before the record is seen; share of a fault without a hypothesis in the
 rest, which the other hypotheses divide equally."""
 
+NAMED = 0.01
+"""Least probability of a fault that is named."""
+
 _SIZES = np.logspace(-1.5, 1.5, 25)
 """Sizes over the usual one, all equally probable."""
 
@@ -73,7 +76,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class _Shift:
-    """Whitened: the difference from the centre, the shift per size of each direction, ln det of the scatter."""
+    """Whitened difference from the centre, shift per size of each direction, and ln det of the scatter."""
 
     difference: Array
     directions: Array
@@ -191,27 +194,42 @@ class Judge:
         return _log_mean(self._log_density(left / factor / wider, determinant))
 
     def _finding(
-        self, name: str, chances: Sequence[Mapping[str, float]], shifts: Mapping[str, Sequence[_Shift]],
-        scatter: Array, gain: Array,
+        self,
+        name: str,
+        chances: Sequence[Mapping[str, float]],
+        shifts: Mapping[str, Sequence[_Shift]],
+        scatter: Array,
+        gain: Array,
     ) -> Finding:
         found = [each[name] for each in chances]
-        stated: dict[str, object] = {"probability": found[0], "low": min(found), "high": max(found)}
+        range_of = {"probability": found[0], "low": min(found), "high": max(found)}
         if name not in shifts:
-            titles = REPAIRS | {HEALTHY: "nothing is wrong", NONE: "none of these"}
+            title = {HEALTHY: "nothing is wrong", NONE: "none of these"}.get(name) or REPAIRS[name]
             advice = "compare the description of the channels with the wiring" if name in REPAIRS else ""
-            return Finding(name, titles[name], "", advice, **stated)  # type: ignore[arg-type]
+            return Finding(name, title, "", advice, **range_of)
         hypothesis = next(each for each in self.hypotheses if each.name == name)
         shift = shifts[name][-1]
         moved = np.sum(shift.directions**2, axis=1)
         sizes = np.maximum(shift.directions @ shift.difference, 0.0) / moved
         best = int(np.argmax(sizes**2 * moved))
-        deviation = np.hypot(1.0 / np.sqrt(moved[best]), _MODEL * sizes[best] / np.sqrt(len(self.history.names)))
-        looks_like, told_by = self._confusable(hypothesis, best, float(sizes[best]), scatter, gain)
+        size = float(sizes[best])
+        deviation = float(
+            np.hypot(1.0 / np.sqrt(moved[best]), _MODEL * size / np.sqrt(len(self.history.names)))
+        )
+        is_named = found[0] >= NAMED
+        looks_like, told_by = self._confusable(hypothesis, best, size if is_named else 0.0, scatter, gain)
         return Finding(
-            name, hypothesis.title, hypothesis.unit, hypothesis.advice, *found[:1], min(found), max(found),
-            float(sizes[best]), max(0.0, float(sizes[best] - 1.96 * deviation)),
-            float(sizes[best] + 1.96 * deviation), looks_like, told_by,
-        )  # fmt: skip
+            name,
+            hypothesis.title,
+            hypothesis.unit,
+            hypothesis.advice,
+            **range_of,
+            size=size,
+            size_low=max(0.0, size - 1.96 * deviation),
+            size_high=size + 1.96 * deviation,
+            looks_like=looks_like,
+            told_by=told_by,
+        )
 
     def _confusable(
         self, hypothesis: Hypothesis, best: int, size: float, scatter: Array, gain: Array

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from hydrofdi.diagnosis.balance import LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance
+from hydrofdi.diagnosis.balance import LEAKS, N_PLACE, NAMES, PLACE, Estimates, FaultBalance, Fitted
 from hydrofdi.errors import DataError
-from hydrofdi.indicators.balancing import P1, P2, X, BalanceOptions
+from hydrofdi.indicators.balancing import P1, P2, BalanceOptions
 from hydrofdi.records import Array, RecordBatch
 
 FORCES = ("coulomb", "viscous", "force", "stiffness")
@@ -41,12 +41,10 @@ def signature_names(options: BalanceOptions) -> tuple[str, ...]:
 
 
 def signatures(
-    balance: FaultBalance, records: RecordBatch, variance: float | None = None
-) -> tuple[Array, Estimates, float]:
-    """What is compared of each record (n_record, n_name), the estimates, and the variance of their errors."""
-    fitted = balance.fit(records)
-    variance = balance.variance(fitted) if variance is None else variance
-    found = balance.estimate(fitted, variance)
+    balance: FaultBalance, records: RecordBatch, variance: float, fitted: Fitted | None = None
+) -> tuple[Array, Estimates]:
+    """What is compared of each record (n_record, n_name), and the estimates."""
+    found = balance.estimate(fitted or balance.fit(records), variance)
     columns = [found.values]
     pressures = [records[P1]]
     if balance.both:
@@ -54,7 +52,7 @@ def signatures(
         pressures.append(records[P2])
     mean = np.mean(pressures, axis=(0, 2))
     columns.append(np.stack((mean, np.log(np.maximum(found.misfits, 0.03))), axis=1))
-    return np.concatenate(columns, axis=1), found, variance
+    return np.concatenate(columns, axis=1), found
 
 
 def forces(balance: FaultBalance, records: RecordBatch) -> Array:
@@ -130,9 +128,9 @@ def balance_of(batches: Sequence[RecordBatch], options: BalanceOptions) -> Fault
 
 def history_of(healthy: Sequence[RecordBatch], balance: FaultBalance) -> History:
     """History of a machine from its healthy records, at least `FEWEST`."""
-    first = balance.fit(replace_joined(healthy))
-    variance = balance.variance(first)
-    parts = [signatures(balance, batch, variance) for batch in healthy]
+    fits = [balance.fit(batch) for batch in healthy]
+    variance = balance.variance(fits)
+    parts = [signatures(balance, batch, variance, own) for batch, own in zip(healthy, fits, strict=True)]
     found = np.concatenate([part[0] for part in parts])
     names = signature_names(balance.options)
     n_record, n_own = len(found), len(NAMES)
@@ -143,7 +141,8 @@ def history_of(healthy: Sequence[RecordBatch], balance: FaultBalance) -> History
     noise = _symmetric(np.mean(covariances @ np.swapaxes(gains, 1, 2), axis=0))
     expected = np.diag(squares)
     # The errors of the model repeat from record to record, so that these scatter less than it says.
-    share = float(np.median(squares[:n_own] / np.diag(noise)))
+    told = np.diag(noise) > 1e-9
+    share = float(np.median(squares[:n_own][told] / np.diag(noise)[told]))
     gain, changes = gains.mean(axis=0), np.diag(_daily(balance) ** 2)
     expected[:n_own, :n_own] = share * noise + gain @ changes @ gain.T
     expected[-1, -1] = max(squares[-1], 0.1**2)
@@ -153,14 +152,14 @@ def history_of(healthy: Sequence[RecordBatch], balance: FaultBalance) -> History
     own = _PRIOR_RECORDS + n_record - 1
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
-    return History(
-        balance, names, found.mean(axis=0), spread, own, variance, np.diag(noise), share, n_record
-    )
+    return History(balance, names, found.mean(axis=0), spread, own, variance, np.diag(noise), share, n_record)
 
 
 def history_of_sheet(records: RecordBatch, balance: FaultBalance) -> History:
     """What the data sheet alone says of a machine, and of records like these."""
-    found, estimates, variance = signatures(balance, records)
+    fitted = balance.fit(records)
+    variance = balance.variance([fitted])
+    found, estimates = signatures(balance, records, variance, fitted)
     names, n_own = signature_names(balance.options), len(NAMES)
     stated = balance.options.prior_deviations(records, 2 if balance.both else 1)
     leaks = 0.002 * balance.flow / np.sqrt(balance.options.reference_pressure)
@@ -170,28 +169,16 @@ def history_of_sheet(records: RecordBatch, balance: FaultBalance) -> History:
         deviations[PLACE[name]] = 0.005
     gain = estimates.gains.mean(axis=0)
     scatter = np.zeros((len(names), len(names)))
-    scatter[:n_own, :n_own] = _symmetric(np.mean(estimates.covariances @ np.swapaxes(estimates.gains, 1, 2), 0))
+    noise = np.mean(estimates.covariances @ np.swapaxes(estimates.gains, 1, 2), axis=0)
+    scatter[:n_own, :n_own] = _symmetric(noise)
     scatter[:n_own, :n_own] += gain @ np.diag((deviations / balance.scales) ** 2) @ gain.T
     centre = np.zeros(len(names))
     for place in range(n_own, len(names)):
         centre[place] = float(np.mean(found[:, place]))
         scatter[place, place] = (_ANY * max(abs(centre[place]), 1e-9)) ** 2
     centre[-1], scatter[-1, -1] = 0.5 * np.log(max(1.0, variance / 25.0)), 0.5**2
-    noise = np.full(n_own, np.inf)
-    return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance, noise, 1.0, 0)
-
-
-def replace_joined(batches: Sequence[RecordBatch]) -> RecordBatch:
-    """Records of equal length side by side; of unequal lengths, those of the first batch."""
-    first = batches[0]
-    alike = [each for each in batches if each.n_time == first.n_time]
-    channels = {name: np.concatenate([each[name] for each in alike]) for name in first.channels}
-    n_record = sum(each.n_record for each in alike)
-    blind = first.rows([]) if n_record == first.n_record else first
-    numbers = tuple(map(str, range(n_record)))
-    return replace(
-        blind, channels=channels, record_ids=numbers, sources=(), groups=(), remarks=(), labels=None
-    )
+    unbounded = np.full(n_own, np.inf)
+    return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance, unbounded, 1.0, 0)
 
 
 def _daily(balance: FaultBalance) -> Array:

@@ -1,0 +1,289 @@
+"""Which fault records show: hypotheses with probabilities, sizes, and what tells them apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.api.arguments import Names
+from hydrofdi.api.detectors.healthy_records import HealthyRecords, analysed_batches
+from hydrofdi.api.measuring import assumed_plants, of_machine
+from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.diagnosis.evidence import NAMED, Finding, Judge
+from hydrofdi.diagnosis.history import (
+    FEWEST,
+    History,
+    balance_of,
+    history_of,
+    history_of_sheet,
+    signatures,
+)
+from hydrofdi.diagnosis.hypotheses import HEALTHY, REPAIRS
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.indicators.balancing import P1, P2, X
+from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.report.table import Column, Table
+from hydrofdi.settings.messages import counted
+from hydrofdi.settings.readable import HOLE, number_text, percent, percentage, readable_unit, typeset
+from hydrofdi.units import convert
+
+U, SPOOL, SUPPLY = Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION, Channel.SUPPLY_PRESSURE
+
+
+@dataclass(frozen=True)
+class RecordDiagnosis:
+    """Findings on a record, the most probable first; why there are none, if it could not be judged."""
+
+    record_id: str
+    findings: tuple[Finding, ...] = ()
+    reason: str = ""
+
+    @property
+    def name(self) -> str:
+        """Name of the most probable hypothesis; empty if it could not be judged."""
+        return self.findings[0].name if self.findings else ""
+
+    @property
+    def named(self) -> tuple[Finding, ...]:
+        """The first finding, and others with a probability of at least 1 %."""
+        return tuple(each for each in self.findings if each.probability >= NAMED)
+
+
+@dataclass(frozen=True, repr=False)
+class Diagnosis:
+    """Which fault each record shows, as `hydrofdi.diagnose` returns it.
+
+    Attributes
+    ----------
+    records : tuple of RecordDiagnosis
+    sensors : str
+        Channels that were used, such as ``P1 P2 x u``.
+    n_healthy : int
+        Healthy records of the same machine that the history rests on; 0 if it rests on the data sheet.
+    remarks : tuple of str
+        What limits the answer.
+    """
+
+    records: tuple[RecordDiagnosis, ...]
+    sensors: str
+    n_healthy: int
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def table(self) -> Table:
+        """A row for each record and named hypothesis, the most probable first.
+
+        ``record``, ``name``, its ``title``, ``probability`` with ``low`` and ``high``, ``size`` with
+        ``size_low`` and ``size_high`` in SI, and what it ``looks_like``.
+        """
+        rows = [(record, each) for record in self.records for each in record.named]
+        findings = [each for _, each in rows]
+        shown = [_size_text(each) for each in findings]
+        likelihoods = [_share_text(each.probability, each.low, each.high) for each in findings]
+        texts = {
+            "record": [record.record_id for record, _ in rows],
+            "name": [each.name for each in findings],
+            "title": [each.title for each in findings],
+        }
+        numbers = {
+            name: [getattr(each, name) for each in findings]
+            for name in ("probability", "low", "high", "size", "size_low", "size_high")
+        }
+        return Table((
+            Column("record", texts["record"], is_text=True, is_shown=len(self.records) > 1),
+            Column("title", texts["title"], title="fault", is_text=True),
+            Column("probability", numbers["probability"], title="probability (range)", text=likelihoods),
+            Column("size", numbers["size"], title="size (95 %)", text=shown),
+            Column("name", texts["name"], is_text=True, is_shown=False),
+            *(Column(each, numbers[each], is_shown=False) for each in list(numbers)[1:3] + list(numbers)[4:]),
+        ), row="hypothesis")  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, as ``hydrofdi diagnose --json`` prints it."""
+
+        def plain(value: Any) -> Any:
+            return None if isinstance(value, float) and not math.isfinite(value) else value
+
+        records = [
+            {
+                "record_id": record.record_id,
+                "name": record.name or None,
+                "reason": record.reason or None,
+                "findings": [{key: plain(v) for key, v in asdict(each).items()} for each in record.findings],
+            }
+            for record in self.records
+        ]
+        return {
+            "sensors": self.sensors,
+            "healthy_records": self.n_healthy,
+            "records": records,
+            "remarks": [*self.remarks],
+        }
+
+
+def diagnose(
+    data: Any,
+    healthy: Any = None,
+    *,
+    options: Mapping[str, Any] | None = None,
+    sampling_frequency: str | float | None = None,
+    channel: Names = None,
+    unit: Names = None,
+) -> Diagnosis:
+    """Name the fault that records of a machine show, or say that nothing is wrong.
+
+    Parameters
+    ----------
+    data : path, results, array_like, mapping, DataFrame, Dataset, or list of these
+        Records with P1, x, and u or the spool position; better with P2. As for `hydrofdi.measure`. Of
+        labelled records, those that are not healthy.
+    healthy : same, optional
+        Healthy records of the same machine, at least three, better twelve, of other days. By default the
+        healthy ones of labelled records; if there are none, the data sheet takes their place.
+    options : mapping, optional
+        Options of the indicator ``flow_balance``, such as ``{"half_window": 8}``.
+    sampling_frequency, channel, unit : optional
+        As for `hydrofdi.measure`.
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    ConfigError, DataError
+        An argument is invalid, or channels are missing.
+    """
+    said = Said(sampling_frequency, channel, unit)
+    sources = sources_of(data, tuple(Channel), said)
+    history_sources = sources if healthy is None else sources_of(healthy, tuple(Channel), said)
+    known = HealthyRecords(history_sources)
+    is_own = healthy is None
+    if is_own and known.is_unlabelled:
+        past, asked = list[RecordBatch](), _batches(sources)
+    else:
+        past = [*known.batches()]
+        asked = [*HealthyRecords(sources, is_faulty=True).batches()] if is_own else _batches(sources)
+    if not asked:
+        raise ConfigError(f"{known.name}: all records are healthy; there is none to diagnose")
+    return _diagnosed(past, asked, [*sources, *([] if is_own else history_sources)], options or {})
+
+
+def _batches(sources: Sequence[RecordSource]) -> list[RecordBatch]:
+    return [batch for source in sources for batch in analysed_batches(source)]
+
+
+def _diagnosed(
+    past: Sequence[RecordBatch],
+    asked: Sequence[RecordBatch],
+    sources: Sequence[RecordSource],
+    options: Mapping[str, Any],
+) -> Diagnosis:
+    past = [each for each in past if each.n_record]
+    used = [each for each in (*past, *asked) if each.n_record]
+    rejected = tuple(
+        RecordDiagnosis(each.record_id, reason=each.remark.message)
+        for batch in asked
+        for each in batch.rejected
+    )
+    if not used:
+        reason = rejected[0].reason if rejected else "no record"
+        raise DataError(f"{sources[0].name}: {reason}")
+    shared = set.intersection(*({*each.channels} - each.relative for each in used))
+    settings = _settings(shared, sources[0].name) | dict(options)
+    made = of_machine({"flow_balance": sound_indicator("flow_balance", settings)}, sources)
+    chosen = made["flow_balance"].options
+    n_past = sum(each.n_record for each in past)
+    remarks = [*assumed_plants(made)]
+    if n_past < FEWEST:
+        found = f"{counted(n_past, 'healthy record')}; " if n_past else ""
+        remarks.append(
+            f"{found}the data sheet takes the place of a history: small faults and valves that differ from it"
+            f" look alike; at least {FEWEST} healthy records of this machine tell more (--healthy)"
+        )
+    balance = balance_of(past if n_past >= FEWEST else used, chosen)
+    judges: Judge | None = Judge(history_of(past, balance)) if n_past >= FEWEST else None
+    records: list[RecordDiagnosis] = []
+    for batch in asked:
+        for row in range(batch.n_record):
+            one = batch.rows([row])
+            reason = chosen.lack_of_windows(one) or chosen.unfit_positions(one)[0]
+            if reason or not all(np.isfinite(one[each]).all() for each in balance_channels(shared)):
+                records.append(RecordDiagnosis(one.record_ids[0], reason=reason or "samples are missing"))
+                continue
+            judge = judges or Judge(history_of_sheet(one, balance))
+            records.append(RecordDiagnosis(one.record_ids[0], tuple(_judged(one, judge))))
+    sensors = " ".join(each.symbol for each in Channel if each in balance_channels(shared))
+    return Diagnosis((*records, *rejected), sensors, n_past if judges else 0, tuple(remarks))
+
+
+def balance_channels(shared: set[Channel]) -> set[Channel]:
+    """Those of some channels that the balance uses."""
+    return shared & {P1, P2, X, SUPPLY} | ({SPOOL} if SPOOL in shared else shared & {U})
+
+
+def _settings(shared: set[Channel], name: str) -> dict[str, Any]:
+    """How valve, supply and second pressure are known from some channels."""
+    missing = [each.symbol for each in (P1, X) if each not in shared]
+    if not shared & {U, SPOOL}:
+        missing.append("u or xv")
+    if missing:
+        raise DataError(f"{name}: diagnose needs P1, x, and u or xv; missing: {', '.join(missing)}")
+    return {
+        "spool": "measured" if SPOOL in shared else "command",
+        "supply": "measured" if SUPPLY in shared else "nominal",
+        "chambers": "both" if P2 in shared else 1,
+    }
+
+
+def _judged(record: RecordBatch, judge: Judge) -> list[Finding]:
+    history = judge.history
+
+    def signature(of: RecordBatch) -> tuple[Any, Any]:
+        found, estimates = signatures(history.balance, of, history.variance)
+        return found[0], estimates
+
+    own, estimates = signature(record)
+    gain, covariance = estimates.gains[0], estimates.covariances[0]
+    findings = judge.judge(own, gain, covariance)
+    if findings[0].name == HEALTHY:
+        return findings
+    # A recording that is wired wrongly is undone exactly; only then is it worth the time.
+    repaired = {name: signature(each)[0] for name, each in _repaired(record, history)}
+    return judge.judge(own, gain, covariance, repaired)
+
+
+def _repaired(record: RecordBatch, history: History) -> Iterator[tuple[str, RecordBatch]]:
+    """The record as it would be without each fault of the recording."""
+    channels = dict(record.channels)
+    changes: dict[str, dict[Channel, Any]] = {}
+    if history.balance.both:
+        changes["swapped_pressures"] = {P1: channels[P2], P2: channels[P1]}
+    drive = SPOOL if history.balance.options.spool == "measured" else U
+    changes["wrong_sign_u"] = {drive: -channels[drive]}
+    if history.balance.options.position_zero == "centre":
+        changes["wrong_sign_x"] = {X: -channels[X]}
+    for name in REPAIRS:
+        if name in changes:
+            yield name, replace(record, channels=channels | changes[name])
+
+
+def _share_text(value: float, low: float, high: float) -> str:
+    if low > 0.999:
+        return "above 99.9 %"
+    return f"{percent(value)} ({percentage(low)}–{percentage(high)})"
+
+
+def _size_text(finding: Finding) -> str:
+    if not math.isfinite(finding.size):
+        return HOLE
+    unit = "%" if finding.unit == "1" else readable_unit(finding.unit, finding.size_high)
+    low, size, high = (
+        number_text(convert(each, unit), 2) for each in (finding.size_low, finding.size, finding.size_high)
+    )
+    return f"{size} {typeset(unit)} ({low}–{high})"

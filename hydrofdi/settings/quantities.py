@@ -70,6 +70,12 @@ class SI:
     most: float | None = None
     usual: tuple[str, str] | None = None
 
+    @property
+    def usual_range(self) -> tuple[float, float]:
+        """Lowest and highest usual size, in the unit; any is usual if none are stated."""
+        low, high = (parse_quantity(bound, self.unit) for bound in self.usual or ("0", "1e300"))
+        return low, high
+
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Parse and check the limits, then refuse what is not finite."""
         number = core_schema.float_schema(allow_inf_nan=False)

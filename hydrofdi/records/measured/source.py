@@ -123,7 +123,12 @@ class MeasuredSource:
         try:
             record = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)
             found = [*short_stroke(cycle, stroke, config.limits.shortest_stroke)]
-            record = record.remarked((*found, *defects(record, config.limits, self._ranges)))
+            possible = {
+                channel: limits
+                for channel, limits in config.actuator.ranges.items()
+                if channel not in record.relative
+            }
+            record = record.remarked((*found, *defects(record, config.limits, possible | self._ranges)))
             if config.normalize != "none":
                 record = normalized(record, config.normalize, reference_pressure(cycle, config.normalize))
         except RejectionError as rejection:

@@ -110,7 +110,6 @@ class SI:
             raise ValueError(f"expected a number{unit}")
         return float(value)
 
-
     def _is_usual(self, text: str) -> bool:
         """Whether a quantity is allowed, and of a usual size."""
         low, high = self.usual_range

@@ -21,6 +21,7 @@ from hydrofdi.api.step_limits import Distinct, lag_limit, step_limits, too_long_
 from hydrofdi.api.warnings import experiment_warnings, period_count, place_in_bands
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
+from hydrofdi.config.plausibility import unusual_parameters
 from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
 from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
@@ -161,6 +162,8 @@ def check(
         problems.append("none of the tested steps is short enough")
     with shown_in(loaded.units):
         warnings = [*experiment_warnings(loaded, distinct), *_unmeasured(jobs, rows)]
+    unusual = unusual_parameters(loaded)
+    tabled = {each.sentence for each in unusual}
     warnings += [text for (status, verdict), text in told.items() if status == "ok" != verdict]
     return Check(
         step=step,
@@ -176,10 +179,10 @@ def check(
         n_left_out=selection.n_left_out,
         n_run=selection.n_run,
         sampling_frequency=record.sampling_frequency,
-        plausibility=plausibility([job.parameters for job in jobs], rows, modes),
+        plausibility=plausibility(unusual, [job.parameters for job in jobs], rows, modes),
         observability=observability(jobs[0]),
         problems=problems,
-        warnings=list(dict.fromkeys(warnings)),
+        warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
         convergence=convergence,
     )
 

@@ -12,10 +12,10 @@ from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.physics.hydraulic_mode import (
     largest_stable_step,
-    mode_frequency,
     second_order_eigenvalues,
     valve_flow_pressure_coefficient,
 )
+from hydrofdi.quality.machine import natural_frequency
 from hydrofdi.simulation.drive import largest_opening, no_load_speed
 
 Distinct = Callable[..., Iterable[RunRequest]]
@@ -46,7 +46,7 @@ def _valve_limits(run: RunParameters) -> dict[str, float]:
 
 def _mode_limits(run: RunParameters) -> dict[str, float]:
     actuator = run.actuator
-    omega = max(undamped_frequency(run, position) for position in actuator.reach)
+    omega = 2.0 * math.pi * max(natural_frequency(run, position) for position in actuator.reach)
     limits = {"hydraulic mode": lag_limit(omega, 0.0)}
     hydraulic = run.fluid.bulk_modulus / _least_volume(run)
     if actuator.hose_volume:
@@ -105,15 +105,6 @@ _PARTS: tuple[tuple[tuple[str, ...], Callable[[RunParameters], dict[str, float]]
     (("supply", "valve", *EDGES, "input", "control", "record"), _supply_limits),
 )
 """Sections that steps depend on, and the limits that they set."""
-
-
-def undamped_frequency(run: RunParameters, position: float = 0.0) -> float:
-    """ω_h of the hydraulic mode [rad/s] at a position from the centre [m], without air in the fluid."""
-    actuator = run.actuator
-    return mode_frequency(
-        run.fluid.bulk_modulus, actuator.areas, actuator.volumes_at(position), actuator.mass,
-        actuator.load_stiffness,
-    )  # fmt: skip
 
 
 def _least_volume(run: RunParameters) -> float:

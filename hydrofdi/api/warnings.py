@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.step_limits import Distinct, undamped_frequency
+from hydrofdi.api.step_limits import Distinct
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.sections.drive import is_whole
@@ -21,6 +21,7 @@ from hydrofdi.detectors.scores.contract import EXTRA, has_extra
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.quality.machine import natural_frequency
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
 from hydrofdi.settings.quantities import Section
@@ -73,7 +74,7 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     if not any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made):
         return
     for run in distinct("actuator", "fluid", "record", "wavelet"):
-        frequency = undamped_frequency(run) / (2.0 * math.pi)
+        frequency = natural_frequency(run)
         bands = level_bands(run.record.sampling_frequency, run.wavelet.levels)
         if place_in_bands(frequency, bands)[1] < NEAR_BAND_EDGE:
             modulus = shown_value("fluid.bulk_modulus", run.fluid.bulk_modulus)

@@ -38,7 +38,6 @@ from hydrofdi.transforms.undecimated import (
     undecimated_rms,
 )
 from hydrofdi.transforms.wavelet import CoefficientRms, n_phase, root_mean_square
-from hydrofdi.units import parse_quantity
 
 
 def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int = 0) -> HydraulicMode:
@@ -318,7 +317,7 @@ def _usual_ranges() -> list[tuple[str, str, float, float]]:
     for name in parameter_names():
         (section, field), quantity = name.split("."), parameter_quantity(name)
         if section in _MACHINE and quantity is not None and quantity.usual is not None:
-            low, high = (parse_quantity(bound, quantity.unit) for bound in quantity.usual)
+            low, high = quantity.usual_range
             ranges.append((section, field, low if quantity.above == 0.0 else 0.0, high))
     return ranges
 

@@ -161,7 +161,7 @@ class ActuatorConfig(Section):
 class FluidConfig(Section):
     """Fluid in the chambers."""
 
-    bulk_modulus: Annotated[float, SI("Pa", above=0, usual=("10 MPa", "10 GPa"))] = 551e6
+    bulk_modulus: Annotated[float, SI("Pa", above=0, usual=("200 MPa", "4 GPa"))] = 551e6
     """Effective bulk modulus β (EBM) [Pa]. 551 MPa = 80 kpsi is the paper's normal value."""
 
     vapour_pressure: Annotated[float, SI("Pa", usual=("1 Pa", "1 MPa"))] = 0.0

@@ -128,7 +128,10 @@ def without_results(experiment: ExperimentConfig, distinct: Distinct) -> Iterato
         for run in distinct(*_OF_RECORDS)
     )
     for n_kept, frequency, period, wavelet in islice(records, MOST_RECORDS):
-        signals = dict.fromkeys(SIGNAL_OF_CHANNEL, np.broadcast_to(0.0, (1, n_kept)))
+        channels = (
+            each for each, signal in SIGNAL_OF_CHANNEL.items() if signal not in experiment.absent_signals
+        )
+        signals = dict.fromkeys(channels, np.broadcast_to(0.0, (1, n_kept)))
         batch = RecordBatch(signals, frequency, ("",), drive_period=period)
         for label, each in experiment.indicator_choice.made(wavelet).items():
             if text := each.obstacle(batch):

@@ -217,6 +217,7 @@ def _records_of(stored: ExperimentData, needed: Collection[Channel]) -> RecordSo
     """The records of a study: its stored signals where they suffice, else simulated again."""
     store, name = stored.experiment.store, str(stored.path)
     signals = {signal for channel, signal in SIGNAL_OF_CHANNEL.items() if channel in needed}
+    signals -= stored.experiment.absent_signals
     if signals <= stored_signals(store.signals) and store.dtype == "float64":
         return StoredRecords(stored, name, needed)
     return SimulatedRecords(stored.experiment, name, needed)

@@ -14,6 +14,9 @@ from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     LawName = str
 else:
     LawName = Literal[tuple(FRICTION_LAWS)]
@@ -187,6 +190,11 @@ class FluidConfig(Section):
     atmospheric_pressure: Annotated[float, SI("Pa", above=0, usual=("10 kPa", "1 MPa"))] = 101325.0
     """Absolute pressure at which the pressures of the model are zero [Pa]."""
 
+    temperature: Annotated[float, SI("K", above=0, usual=("230 K", "400 K"))] | None = None
+    """Temperature of the oil for which the other parameters are given [K], such as ``45 °C``; it has no
+    effect on the motion. If stated, records have the channel ``oil_temperature``: this temperature with rise
+    and drift, as ``temperature_sensor`` shows it."""
+
     temperature_rise: Annotated[float, SI("K", usual=("0.01 K", "100 K"))] = 0.0
     """Temperature of the oil at the start of the record above that for which the other parameters are given
     [K]. It changes β, viscous friction, and all laminar leakage: clearances of the valve, external leakage,
@@ -206,6 +214,11 @@ class FluidConfig(Section):
     def is_warm(self) -> bool:
         """Whether the temperature ever differs from that for which the parameters are given."""
         return self.temperature_rise != 0.0 or self.temperature_drift != 0.0
+
+    def temperature_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Temperature of the oil at times since the start of the record [K]; NaN if it is not stated."""
+        start = math.nan if self.temperature is None else self.temperature + self.temperature_rise
+        return start + self.temperature_drift * time
 
 
 class FrictionConfig(Section):

@@ -72,7 +72,7 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     made = experiment.indicator_choice.made(experiment.wavelet).values()
     if not any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made):
         return
-    for run in distinct("actuator", "fluid", "record", "wavelet"):
+    for run in distinct("actuator", "fluid", "supply", "record", "wavelet"):
         frequency = undamped_frequency(run) / (2.0 * math.pi)
         bands = level_bands(run.record.sampling_frequency, run.wavelet.levels)
         if place_in_bands(frequency, bands)[1] < NEAR_BAND_EDGE:

@@ -121,6 +121,11 @@ class RunParameters(Section):
         return self.actuator.weight + self.load.constant_force
 
     @property
+    def mean_modulus(self) -> float:
+        """β without air at the mean of supply and return pressure [Pa]."""
+        return self.fluid.modulus_at(0.5 * (self.supply.pressure + self.supply.return_pressure))
+
+    @property
     def start_pressures(self) -> tuple[float, float]:
         """P_1 and P_2 at the start [Pa]: in equilibrium with weight and constant load.
 

@@ -75,7 +75,7 @@ def machine_figures(run: RunParameters) -> dict[str, float]:
 
 def _frequency(run: RunParameters, position: float) -> float:
     actuator = run.actuator
-    volumes, beta = actuator.volumes_at(position), run.fluid.bulk_modulus
+    volumes, beta = actuator.volumes_at(position), run.mean_modulus
     return mode_frequency(beta, actuator.areas, volumes, actuator.mass, actuator.load_stiffness) / (
         2.0 * math.pi
     )
@@ -83,7 +83,7 @@ def _frequency(run: RunParameters, position: float) -> float:
 
 def _damping_ratio(run: RunParameters, coefficients: Pair) -> float:
     """ζ with the piston centred, from K_c of each chamber [m³/(s·Pa)]."""
-    actuator, beta = run.actuator, run.fluid.bulk_modulus
+    actuator, beta = run.actuator, run.mean_modulus
     flows = damping_of_chamber_1(actuator.areas, actuator.volumes_at(0.0), coefficients, 0.0)
     omega = 2.0 * math.pi * _frequency(run, 0.0)
     return mode_damping_ratio(

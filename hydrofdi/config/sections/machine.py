@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 from pydantic import Field, model_validator
 
 from hydrofdi.physics.cylinder import axial_weight
+from hydrofdi.physics.fluid import stiffening_bulk_modulus
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
@@ -167,6 +168,10 @@ class FluidConfig(Section):
     bulk_modulus: Annotated[float, SI("Pa", above=0, usual=("10 MPa", "10 GPa"))] = 551e6
     """Effective bulk modulus β (EBM) [Pa]. 551 MPa = 80 kpsi is the paper's normal value."""
 
+    bulk_modulus_pressure_slope: Annotated[float, SI("1", least=0, most=100, usual=("1", "20"))] = 0.0
+    """Rise of β per pressure, m [-]; ``bulk_modulus`` is then that at the pressure zero. The tangent modulus
+    of a mineral oil without air rises by 10 to 12 (Hayward, 1970). None in the paper."""
+
     vapour_pressure: Annotated[float, SI("Pa", usual=("1 Pa", "1 MPa"))] = 0.0
     """Pressure below which a chamber counts as cavitating [Pa]; on the same scale as the return pressure.
     A choice: air comes out of the oil below the tank's pressure."""
@@ -209,6 +214,17 @@ class FluidConfig(Section):
     viscosity_slope: Annotated[float, SI("1/K", usual=("1e-4 1/K", "0.2 1/K"))] = -0.03
     """Relative change of the viscosity per temperature [1/K]. A choice of the order of mineral oil near its
     working temperature."""
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether β does not depend on pressure."""
+        return self.law == "constant" and self.bulk_modulus_pressure_slope == 0.0
+
+    def modulus_at(self, pressure: float) -> float:
+        """β without air at a pressure [Pa]."""
+        return float(
+            stiffening_bulk_modulus(pressure, self.bulk_modulus, self.bulk_modulus_pressure_slope)
+        )
 
     @property
     def is_warm(self) -> bool:

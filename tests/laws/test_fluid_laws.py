@@ -80,11 +80,11 @@ def test_shut_chambers_follow_the_closed_form_of_a_liquid_that_stiffens() -> Non
 
 
 def test_slope_is_that_of_mineral_oils() -> None:
-    """A constant slope of 10.6 is within 0.5 % of the tangent modulus of Hayward, up to 400 bar."""
+    """A constant slope of 10.6 is within 1 % of the tangent modulus of Hayward, up to 400 bar."""
     oil, pressures = OILS["HLP46"], np.linspace(0.0, 40e6, 21)
     for temperature in (293.15, 318.15, 343.15):
         tangent = [oil.bulk_modulus(temperature, pressure) for pressure in pressures.tolist()]
-        np.testing.assert_allclose(stiffening_bulk_modulus(pressures, tangent[0], 10.6), tangent, rtol=5e-3)
+        np.testing.assert_allclose(stiffening_bulk_modulus(pressures, tangent[0], 10.6), tangent, rtol=0.01)
 
 
 @given(pressures, st.floats(min_value=1e-4, max_value=0.1))

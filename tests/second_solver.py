@@ -199,7 +199,8 @@ class _Record:
         if name == "input_voltage":
             return self.voltage[first : first + states.shape[1], None]
         if name == "oil_temperature":
-            return self._fluid.temperature_at(self._record.step * (first + np.arange(states.shape[1])))[:, None]
+            time = self._record.step * (first + np.arange(states.shape[1]))
+            return self._fluid.temperature_at(time)[:, None]
         values: NDArray[np.float64] = states[_SPOOL if name == "spool_position" else STATES.index(ROWS[name])]
         if name == "spool_position":
             limit = float(self._single["spool_limit"][0, 0])

@@ -224,8 +224,8 @@ class StoreConfig(Section):
     """``all`` signals, the chamber ``pressures`` alone, ``none``, or a list of signals to store, such as
     ``[chamber_1_pressure, spool_position]``: input_voltage, reference_position, load_force, spool_position,
     piston_position, piston_velocity, chamber_1_pressure, chamber_2_pressure, valve_supply_pressure,
-    oil_temperature (if ``fluid.temperature`` is stated), internal_leakage_flow. A study stores none by default, but
-    ``simulate --out`` stores all of its one run."""
+    oil_temperature (if ``fluid.temperature`` is stated), internal_leakage_flow. A study stores none by
+    default, but ``simulate --out`` stores all of its one run."""
 
     compression: Literal["none", "lzf", "gzip"] = "none"
     """Compression of the signals."""

@@ -178,7 +178,7 @@ class _Block:
     ) -> NDArray[np.float64]:
         """A signal at every step of a chunk, by its name in a trajectory: shape (n_step, WIDTH)."""
         if name == "oil_temperature":
-            time = self._record.step * (first_step + np.arange(len(states)))
+            time = self._record.step * np.arange(first_step, first_step + len(states), dtype=np.float64)
             return np.column_stack([run.fluid.temperature_at(time) for run in self._runs])
         if self.options.closed_loop is None and name == "input_voltage":
             return chunk.voltage[:, self._column_of_lane]

@@ -38,9 +38,11 @@ def test_record_has_the_stated_temperature_with_rise_and_drift_and_its_other_sig
 
 def test_files_of_runs_without_a_stated_temperature_do_not_contain_it(small_sweep):
     with h5py.File(small_sweep.file) as file:
-        assert "valve_supply_pressure" in file and names.OIL_TEMPERATURE not in file
+        assert "valve_supply_pressure" in file
+        assert names.OIL_TEMPERATURE not in file
     (batch,) = open_source(small_sweep.directory).batches()
-    assert Channel.OIL_TEMPERATURE not in batch.channels and not any(batch.remarks)
+    assert Channel.OIL_TEMPERATURE not in batch.channels
+    assert not any(batch.remarks)
 
 
 @pytest.fixture(scope="module")

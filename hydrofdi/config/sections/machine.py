@@ -222,9 +222,7 @@ class FluidConfig(Section):
 
     def modulus_at(self, pressure: float) -> float:
         """β without air at a pressure [Pa]."""
-        return float(
-            stiffening_bulk_modulus(pressure, self.bulk_modulus, self.bulk_modulus_pressure_slope)
-        )
+        return float(stiffening_bulk_modulus(pressure, self.bulk_modulus, self.bulk_modulus_pressure_slope))
 
     @property
     def is_warm(self) -> bool:

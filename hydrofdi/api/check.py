@@ -322,7 +322,8 @@ def observability(job: Job) -> list[dict[str, Any]]:
     if not estimators or not (trajectory := simulate_batch([run], [0.0])).outcomes[0].is_ok:
         return []
     frequency, first = run.record.sampling_frequency, job.analysis.n_discarded
-    signals = {channel: getattr(trajectory, signal) for channel, signal in SIGNAL_OF_CHANNEL.items()}
+    found = trajectory.signals(SIGNAL_OF_CHANNEL.values())
+    signals = {channel: found[signal] for channel, signal in SIGNAL_OF_CHANNEL.items() if signal in found}
     period = drive_period(run.input, run.load.random_force)
     record = RecordBatch(signals, frequency, ("",), drive_period=period)
     record = record.window(first, first + round(LONGEST * frequency))

@@ -73,7 +73,7 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     made = experiment.indicator_choice.made(experiment.wavelet).values()
     if not any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made):
         return
-    for run in distinct("actuator", "fluid", "record", "wavelet"):
+    for run in distinct("actuator", "fluid", "supply", "record", "wavelet"):
         frequency = natural_frequency(run)
         bands = level_bands(run.record.sampling_frequency, run.wavelet.levels)
         if place_in_bands(frequency, bands)[1] < NEAR_BAND_EDGE:
@@ -129,7 +129,10 @@ def without_results(experiment: ExperimentConfig, distinct: Distinct) -> Iterato
         for run in distinct(*_OF_RECORDS)
     )
     for n_kept, frequency, period, wavelet in islice(records, MOST_RECORDS):
-        signals = dict.fromkeys(SIGNAL_OF_CHANNEL, np.broadcast_to(0.0, (1, n_kept)))
+        channels = (
+            each for each, signal in SIGNAL_OF_CHANNEL.items() if signal not in experiment.absent_signals
+        )
+        signals = dict.fromkeys(channels, np.broadcast_to(0.0, (1, n_kept)))
         batch = RecordBatch(signals, frequency, ("",), drive_period=period)
         for label, each in experiment.indicator_choice.made(wavelet).items():
             if text := each.obstacle(batch):

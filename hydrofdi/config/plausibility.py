@@ -10,6 +10,7 @@ from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_quantity
 from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import ControlConfig
+from hydrofdi.config.sections.sensor import TemperatureSensorConfig
 from hydrofdi.config.study.study import study_values
 from hydrofdi.config.sweeps.sweep import SweepConfig, argument_values
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
@@ -141,6 +142,11 @@ RULES: tuple[Rule, ...] = (
         "fluid.law",
         _is("free_air"),
         ("fluid.free_air", "fluid.polytropic_exponent", "fluid.atmospheric_pressure"),
+    ),
+    (
+        "fluid.temperature",
+        bool,
+        [f"temperature_sensor.{name}" for name in TemperatureSensorConfig.model_fields],
     ),
     ("friction.position_share", bool, ("friction.position_period",)),
     ("leakage.scored_width", bool, ("leakage.scored_centre",)),

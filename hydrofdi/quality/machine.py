@@ -73,9 +73,10 @@ def machine_figures(run: RunParameters) -> dict[str, float]:
     return {name: figures[name] for name in FIGURES if math.isfinite(figures.get(name, math.nan))}
 
 
-def natural_frequency(run: RunParameters, position: float = 0.0) -> float:
-    """f_h of the hydraulic mode at a position from the centre [Hz], undamped and without air in the fluid."""
-    actuator, beta = run.actuator, run.fluid.bulk_modulus
+def natural_frequency(run: RunParameters, position: float = 0.0, modulus: float | None = None) -> float:
+    """f_h of the hydraulic mode at a position from the centre [Hz], undamped and without air in the fluid; by
+    default with β at the mean pressure."""
+    actuator, beta = run.actuator, run.mean_modulus if modulus is None else modulus
     volumes = actuator.volumes_at(position)
     omega = mode_frequency(beta, actuator.areas, volumes, actuator.mass, actuator.load_stiffness)
     return omega / (2.0 * math.pi)
@@ -83,7 +84,7 @@ def natural_frequency(run: RunParameters, position: float = 0.0) -> float:
 
 def _damping_ratio(run: RunParameters, coefficients: Pair) -> float:
     """ζ with the piston centred, from K_c of each chamber [m³/(s·Pa)]."""
-    actuator, beta = run.actuator, run.fluid.bulk_modulus
+    actuator, beta = run.actuator, run.mean_modulus
     flows = damping_of_chamber_1(actuator.areas, actuator.volumes_at(0.0), coefficients, 0.0)
     omega = 2.0 * math.pi * natural_frequency(run)
     return mode_damping_ratio(

@@ -76,16 +76,14 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
 
 
 def _modulus(fluid: FluidConfig, *pressures: NDArray[np.float64]) -> np.float64:
-    """β [Pa]; with free air the mean of those at the median pressures of the chambers."""
-    if fluid.law == "constant":
+    """β [Pa]; if it depends on pressure, the mean of those at the median pressures of the chambers."""
+    if fluid.is_constant:
         return np.float64(fluid.bulk_modulus)
-    moduli = [
-        effective_bulk_modulus(
-            np.median(pressure), fluid.bulk_modulus, fluid.free_air, fluid.polytropic_exponent,
-            fluid.atmospheric_pressure,
-        )
-        for pressure in pressures
-    ]  # fmt: skip
+    medians = [float(np.median(pressure)) for pressure in pressures]
+    moduli = [fluid.modulus_at(pressure) for pressure in medians]
+    if fluid.law == "free_air":
+        air = fluid.free_air, fluid.polytropic_exponent, fluid.atmospheric_pressure
+        moduli = [effective_bulk_modulus(*at, *air) for at in zip(medians, moduli, strict=True)]
     return np.float64(np.mean(moduli))
 
 

@@ -30,7 +30,8 @@ MISSING = "missing"
 def gathered(
     runs: Sequence[StoredRun | None], variables: Collection[Variable], sizes: Mapping[str, int]
 ) -> dict[str, NDArray[Any]]:
-    """Variables of stored runs by name, one row per run; each shard is opened once."""
+    """Variables of stored runs by name, one row per run, without signals that no run has; each shard is
+    opened once."""
     columns = {
         variable.name: variable.blank(len(runs), *(sizes[name] for name in variable.dimensions[1:]))
         for variable in variables
@@ -41,11 +42,13 @@ def gathered(
         if run is not None:
             positions_in.setdefault(run.shard, []).append(position)
             rows_in.setdefault(run.shard, []).append(run.row)
+    absent = {variable.name for variable in variables if variable.is_signal}
     for shard, positions in positions_in.items():
         for name, values in read_rows(shard, columns, rows_in[shard]).items():
             inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
             columns[name][tuple(inside)] = values
-    return columns
+            absent.discard(name)
+    return {name: values for name, values in columns.items() if name not in absent}
 
 
 class _Stretch(NamedTuple):

@@ -41,7 +41,8 @@ def write_experiment(
 ) -> None:
     """Write the experiment file atomically."""
     time = results.time() if experiment.store.signals != "none" else None
-    signals = [each for each in names.stored_variables(experiment.store.signals) if each.is_signal]
+    kept = names.stored_signals(experiment.store.signals) - experiment.absent_signals
+    signals = [each for each in names.COMPUTED if each.name in kept]
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         file.attrs["title"] = f"hydrofdi experiment {experiment.name}"
         file.attrs["format_version"] = names.FORMAT_VERSION

@@ -57,6 +57,8 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
             if "." in name and not names.is_needless(name, values)
         ]
         for variable in (*names.stored_variables(store.signals, phases=has_phases), *outputs):
+            if variable.name == names.OIL_TEMPERATURE and variable.name not in columns:
+                continue
             values = columns[variable.name]
             if variable.is_text:
                 texts = [str(text) for text in values]

@@ -39,6 +39,7 @@ def test_the_numbers_of_the_file_are_those_by_hand(tmp_path):
     share = 2.0 * hose / sum(volumes)
     oil = 1.0 / (1.0 / made.fluid.bulk_modulus - share / 400e6) * (1.0 - share)
     assert 1.4e9 < oil < 2.0e9
+    assert made.fluid.temperature == 318.15
     force = made.load.constant_force + made.load.random_force
     assert force == pytest.approx(0.3 * 210e5 * annulus, rel=0.01)
     assert 4.0 * made.control.amplitude == pytest.approx(0.4)

@@ -52,7 +52,10 @@ class StreamSource:
         """Begin at the position that an earlier run stored; it is empty at the first start."""
 
     def read(self, timeout: float) -> Chunk | None:
-        """New samples, at most about 65,536; None if after `timeout` seconds there are none, or events."""
+        """New samples, at most about 65,536; None if after `timeout` seconds there are none, or events.
+
+        Small pieces may be gathered for `connections.GATHER` seconds.
+        """
         raise NotImplementedError
 
     @property

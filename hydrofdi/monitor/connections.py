@@ -19,7 +19,7 @@ from typing import Generic, TypeVar
 from hydrofdi.errors import ConfigError
 from hydrofdi.records.streams import Event, EventKind
 
-GATHER = 0.2
+GATHER = 0.5
 """Longest time that samples wait for more, so that those of many small pieces are read together [s]."""
 
 _LONGEST_WAIT = 120.0
@@ -129,11 +129,9 @@ class Inbox(Generic[Item]):
 
         Before that, items of less than `enough` wait for more, at most `GATHER` seconds.
         """
-        began = time.monotonic()
         with self._changed:
-            self._changed.wait_for(lambda: self._items or self.events or self._failure, timeout)
-            left = min(GATHER, began + timeout - time.monotonic())
-            self._changed.wait_for(lambda: self._size >= enough or self.events or self._failure, left)
+            if self._changed.wait_for(lambda: self._items or self.events or self._failure, timeout):
+                self._changed.wait_for(lambda: self._size >= enough or self.events or self._failure, GATHER)
             if self._failure is not None:
                 raise self._failure
             if self._n_dropped:

@@ -57,9 +57,9 @@ class StandardInput(StreamSource):
         """New samples; None after `timeout` seconds without any."""
         data, end = b"", time.monotonic() + timeout
         while not self.is_over and len(data) < BLOCK and self._has_more(end - time.monotonic()):
+            end = end if data else time.monotonic() + GATHER
             piece = self._piece()
             data, self.is_over = data + piece, not piece
-            end = min(end, time.monotonic() + GATHER)
         chunks = [self._text.read(data)]
         if self.is_over:
             if self._text.n_unfinished:
@@ -165,7 +165,7 @@ def _digest(head: bytes) -> str:
     return sha256(head).hexdigest()[:16]
 
 
-_POLL = 0.1
+_POLL = 0.2
 """Time between checks of a file that does not grow [s]."""
 
 

@@ -4,8 +4,8 @@ import json
 import os
 import tempfile
 import threading
-import time
 from pathlib import Path
+from time import sleep
 
 import pytest
 from hypothesis import given
@@ -305,7 +305,7 @@ def test_small_pieces_are_read_together(pipe, monkeypatch):
         for n in range(20):
             writer.write(b'{"time": %d, "P1 [Pa]": 2}\n' % n)
             writer.flush()
-            time.sleep(0.001)
+            sleep(0.001)
         writer.close()
 
     thread = threading.Thread(target=write)

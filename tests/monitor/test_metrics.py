@@ -33,32 +33,24 @@ def sink(server):
     return MetricsSink(server, PRESS, FILE)
 
 
+def read(server, accepted="text/plain", parsed=text_string_to_metric_families):
+    """Families over HTTP, in a format."""
+    request = urllib.request.Request(server.url, headers={"Accept": accepted})
+    with urllib.request.urlopen(request, timeout=30) as answer:
+        return [*parsed(answer.read().decode())]
+
+
 def served(server, machine=PRESS):
-    """Name and labels of a machine → value, over HTTP; both formats say the same."""
+    """Name and labels of a machine → value; both formats say the same."""
     readings = []
-    for accepted, parsed in (("text/plain", text_string_to_metric_families), (_OPEN, open_metrics)):
-        request = urllib.request.Request(server.url, headers={"Accept": accepted})
-        with urllib.request.urlopen(request, timeout=30) as answer:
-            families = [*parsed(answer.read().decode())]
+    for families in (read(server), read(server, "application/openmetrics-text; version=1.0.0", open_metrics)):
         assert all(family.documentation for family in families)
-        own = [
-            (sample.name, dict(sample.labels), sample.value)
-            for family in families
-            for sample in family.samples
-            if not sample.name.endswith("_created")
-        ]
-        readings.append(
-            {
-                (name, *labels.values()): value
-                for name, labels, value in own
-                if labels.pop("machine") == machine
-            }
-        )
+        samples = [sample for family in families for sample in family.samples]
+        own = [(sample.name, dict(sample.labels), sample.value) for sample in samples]
+        own = [each for each in own if each[1].pop("machine") == machine and "_created" not in each[0]]
+        readings.append({(name, *labels.values()): value for name, labels, value in own})
     assert readings[0].keys() == readings[1].keys()
     return readings[1]
-
-
-_OPEN = "application/openmetrics-text; version=1.0.0"
 
 
 def window(alarm, score=2.0, fault=None, condition=Condition.HEALTHY):

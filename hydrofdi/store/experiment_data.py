@@ -6,9 +6,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +21,9 @@ from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable
 from hydrofdi.store.shard import read_rows
 from hydrofdi.store.signals import Block, FileSignals, lacking_blocks, read_blocks
+
+if TYPE_CHECKING:
+    import h5py
 
 MISSING = "missing"
 """Status of a run that has not been computed."""

@@ -130,7 +130,9 @@ def channel_facts(samples: Array) -> dict[str, Array]:
     rank = int(_TAIL * (n_time - 1))
     ordered = np.partition(samples, (rank, n_time - 1 - rank), axis=1)
     lowest, highest = samples.min(axis=1), samples.max(axis=1)
-    at_low, at_high = (np.mean(samples == end[:, None], axis=1) for end in (lowest, highest))
+    at_low, at_high = (
+        np.count_nonzero(samples == end[:, None], axis=1) / n_time for end in (lowest, highest)
+    )
     with np.errstate(over="ignore", invalid="ignore"):
         activity = (
             np.sqrt(np.mean(np.diff(samples, axis=1) ** 2, axis=1)) if n_time > 1 else np.zeros(len(samples))

@@ -1,8 +1,9 @@
 """Speed, latency and memory of a monitor, compared with `measure` alone.
 
-    python benchmarks/monitor.py [INDICATOR ...]
+    python benchmarks/monitor.py [INDICATOR[:estimate] ...]
 
-Five channels at 1 kHz, adjacent windows of 10 s, one core. The monitor writes JSON lines, log and state.
+Five channels at 1 kHz, adjacent windows of 10 s or ten estimates a second, one core. The monitor writes JSON
+lines, log and state.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.monitor.lines import Line, Output, Sink, WindowLine
 from hydrofdi.monitor.loop import monitor
 from hydrofdi.monitor.sources import Position, StreamSource
@@ -47,8 +49,10 @@ N_AT_ONCE = 65_536
 LIVE = 20
 """Samples per chunk, as from live sources."""
 ROUNDS = 5
-N_LIVE = 400_000
+N_LIVE = 100_000
 """Number of samples in small chunks."""
+N_TEXT, PIPED = 200_000, 15.0
+"""Number of samples of a recorded file, and duration of a stream through a pipe, in real time [s]."""
 LONG = 10_000_000
 """Number of samples over which memory is measured."""
 
@@ -128,7 +132,39 @@ def clocks() -> Array:
     return np.array([time.perf_counter(), time.process_time()])
 
 
-def run(file: DetectorFile, source: InMemory, sinks: Sequence[Sink] = ()) -> Array:
+def rows(samples: dict[Channel, Array], n_sample: int) -> list[str]:
+    """Lines of CSV with a header: time, the channels and two more, with all digits."""
+    more = np.random.default_rng(2).standard_normal((2, n_sample))
+    columns = (np.arange(n_sample) / FREQUENCY, *(row[:n_sample] for row in samples.values()), *more)
+    titles = ("time [s]", *(f"{channel.symbol} [{channel.unit}]" for channel in samples), "y", "z")
+    return [",".join(titles), *(",".join(map(repr, row)) for row in np.column_stack(columns).tolist())]
+
+
+def recorded(file: DetectorFile, lines: Sequence[str]) -> Array:
+    """Wall and processor time for a recorded file [s]."""
+    with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:
+        path = Path(folder) / "run.csv"
+        path.write_text("\n".join([*lines, ""]))
+        return run(file, GrowingFile(path, follow=False, needed=file.channels))
+
+
+def piped(file: DetectorFile, lines: Sequence[str]) -> float:
+    """Share of a core for a pipe into which another process writes small pieces in real time."""
+    reader, writer = os.pipe()
+    if not os.fork():
+        began = time.monotonic()
+        for first in range(0, len(lines), LIVE):
+            time.sleep(max(0.0, began + first / FREQUENCY - time.monotonic()))
+            os.write(writer, "\n".join([*lines[first : first + LIVE], ""]).encode())
+        os._exit(0)
+    os.close(writer)
+    wall, busy = run(file, StandardInput(descriptor=reader, needed=file.channels))
+    os.close(reader)
+    os.wait()
+    return float(busy / wall)
+
+
+def run(file: DetectorFile, source: StreamSource, sinks: Sequence[Sink] = ()) -> Array:
     """Run a complete monitor with log, state and JSON lines; return wall and processor time [s]."""
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder, open(os.devnull, "w") as nowhere:
         state_file = StateFile(Path(folder) / "state", file, source.name)
@@ -151,9 +187,10 @@ def measured(file: DetectorFile, samples: dict[Channel, Array]) -> Array:
 
 def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
     """Compare one indicator and print a line."""
-    config = DetectorConfig.model_validate(
-        {"indicator": name, "direction": "both", "false_alarm_rate": "2 %", "chart": None, "accept": True}
-    )
+    indicator, _, by = name.partition(":")
+    settings = {"direction": "both", "false_alarm_rate": "2 %", "chart": None, "accept": True}
+    window = {"window": {"by": by}} if by else {}
+    config = DetectorConfig.model_validate({"indicator": indicator, **settings, **window})
     try:
         file = train(Healthy(), config, ["benchmark"], Made(hydrofdi="", time=""))
     except HydrofdiError as refusal:
@@ -163,16 +200,19 @@ def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
     wholes, alones = [], []
     for _ in range(ROUNDS):
         wholes.append(run(file, InMemory(samples, n_sample, N_AT_ONCE)))
-        alones.append(measured(file, samples))
+        alones.append(np.full(2, np.nan) if by else measured(file, samples))
     (wall, busy), (_, alone) = np.median(wholes, axis=0), np.median(alones, axis=0)
+    lines = rows(samples, N_TEXT)
+    from_file = N_TEXT / FREQUENCY / np.median([recorded(file, lines) for _ in range(ROUNDS)], axis=0)
     source = InMemory(samples, N_LIVE, LIVE)
     clock = Clock(source, [])
     live = run(file, source, [clock])[1]
     delays = 1e3 * np.array(clock.delays[1:])
     speeds = [n_sample / FREQUENCY / duration for duration in (wall, busy, alone)]
-    numbers = [*speeds, N_LIVE / FREQUENCY / live]
+    shares = 100.0 * live / (N_LIVE / FREQUENCY), 100.0 * piped(file, lines[: round(PIPED * FREQUENCY)])
+    numbers = [*(f"{x:9,.0f}" for x in (*speeds, *from_file)), *(f"{x:8.2f}" for x in shares)]
     late = [np.median(delays), np.quantile(delays, 0.99)]
-    print(f"{name:20}", *(f"{x:9,.0f}" for x in numbers), *(f"{x:8.1f}" for x in late), flush=True)
+    print(f"{name:20}", *numbers, *(f"{x:8.1f}" for x in late), flush=True)
     return file
 
 
@@ -185,13 +225,19 @@ def resident() -> float:
 def main(names: Sequence[str]) -> None:
     """Print tables."""
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
-    chosen = names or [name for name in indicator_names() if sound_indicator(name, {}).is_cheap]
+    cheap = [name for name in indicator_names() if sound_indicator(name, {}).is_cheap]
+    chosen = names or [*cheap, "weak_rls:estimate"]
     samples = signals(1_000_000, 1)
     print(
-        "speed relative to real time, by wall time and by processor time: of the monitor, of `measure` of the"
+        "speed relative to real time: of the monitor by wall and by processor time, of `measure` of the same"
     )
-    print("same windows alone, and of the monitor in small chunks; time from last sample to line [ms]")
-    print(f"{'':20} {'wall':>9} {'monitor':>9} {'measure':>9} {'small':>9} {'median':>8} {'99 %':>8}")
+    print(
+        "windows alone, of the monitor with a recorded file of 8 columns by wall and by processor time; share"
+    )
+    print(f"of a core in pieces of {LIVE} samples, from memory and through a pipe [%]; time from last sample")
+    print("to line [ms]")
+    heads = ("wall", "monitor", "measure", "file wall", "file")
+    print(" " * 20, *(f"{x:>9}" for x in heads), *(f"{x:>8}" for x in ("small", "pipe", "median", "99 %")))
     files = [file for name in chosen if (file := compare(name, samples)) is not None]
     run(files[0], InMemory(samples, LONG // 10, N_AT_ONCE))
     before = resident()

@@ -13,7 +13,7 @@ from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.valve import acting_voltage
 from hydrofdi.simulation.balances import Trajectory
-from hydrofdi.simulation.batch import ROWS, leakage_signal, outcome_of
+from hydrofdi.simulation.batch import ROWS, leakage_signal, oil_temperatures, outcome_of
 from hydrofdi.simulation.drive import input_voltage, position_reference
 from hydrofdi.simulation.inputs import Reader, Tap, load_force, reading_errors, steps_per_control
 from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
@@ -72,6 +72,7 @@ def simulate_with_solver(
         outcomes=tuple(
             outcome_of(parameters, states[:N_PAPER_SAMPLED, k]) for k, parameters in enumerate(runs)
         ),
+        oil_temperature=oil_temperatures(runs, time),
     )
 
 
@@ -90,7 +91,7 @@ class _Record:
         record, supply = parameters.record, parameters.supply
         steps = np.arange(record.n_step)
         self._record, self._single, self._solver, self._tolerance = record, single, solver, tolerance
-        self._reader = reader
+        self._reader, self._fluid = reader, parameters.fluid
         self._options = ModelOptions.of(parameters)
         self._is_closed = parameters.control.is_closed
         self._steps_per_control = steps_per_control(parameters)
@@ -197,6 +198,9 @@ class _Record:
         """A signal at every step from the first on, by its name in a trajectory: shape (n_step, 1)."""
         if name == "input_voltage":
             return self.voltage[first : first + states.shape[1], None]
+        if name == "oil_temperature":
+            time = self._record.step * (first + np.arange(states.shape[1]))
+            return self._fluid.temperature_at(time)[:, None]
         values: NDArray[np.float64] = states[_SPOOL if name == "spool_position" else STATES.index(ROWS[name])]
         if name == "spool_position":
             limit = float(self._single["spool_limit"][0, 0])

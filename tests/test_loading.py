@@ -35,6 +35,23 @@ def test_unknown_key_gets_the_key_that_it_means(key, meant):
     assert ("did you mean" in told or "give" in told) == bool(meant)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "told", "never"),
+    [
+        ("supply.pressure='210'", "'210 bar'", "MPa"), ("fluid.temperature_rise='15'", "'15 K'", "°C"),
+        ("actuator.piston_area='1963'", "'1963 mm^2'", "'1963 m^2'"),
+        ("actuator.inclination=90", "90 deg; found 90 rad", "1.5"),
+        ("fluid.bulk_modulus='1754'", "'1754 MPa'", "Pa' or 'k"),
+    ],
+)  # fmt: skip
+def test_a_message_on_a_number_suggests_the_units_in_which_it_is_usual(wrong, told, never):
+    key, _, value = wrong.partition("=")
+    with pytest.raises(ConfigError) as error:
+        load_experiment(settings={key: value.strip("'") if "'" in value else float(value)})
+    assert told in str(error.value)
+    assert never not in str(error.value)
+
+
 def test_commands_and_choices_of_options_get_suggestions():
     assert "'online'" in run("init", "mine", "--from", "onlin", check=2).stderr
     assert "sweep" in run("sweeep", check=2).stderr

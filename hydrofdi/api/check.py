@@ -21,6 +21,7 @@ from hydrofdi.api.step_limits import Distinct, lag_limit, step_limits, too_long_
 from hydrofdi.api.warnings import experiment_warnings, period_count, place_in_bands
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
+from hydrofdi.config.plausibility import unusual_parameters
 from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
 from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
@@ -161,6 +162,8 @@ def check(
         problems.append("none of the tested steps is short enough")
     with shown_in(loaded.units):
         warnings = [*experiment_warnings(loaded, distinct), *_unmeasured(jobs, rows)]
+    unusual = unusual_parameters(loaded)
+    tabled = {each.sentence for each in unusual}
     warnings += [text for (status, verdict), text in told.items() if status == "ok" != verdict]
     return Check(
         step=step,
@@ -176,10 +179,10 @@ def check(
         n_left_out=selection.n_left_out,
         n_run=selection.n_run,
         sampling_frequency=record.sampling_frequency,
-        plausibility=plausibility([job.parameters for job in jobs], rows, modes),
+        plausibility=plausibility(unusual, [job.parameters for job in jobs], rows, modes),
         observability=observability(jobs[0]),
         problems=problems,
-        warnings=list(dict.fromkeys(warnings)),
+        warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
         convergence=convergence,
     )
 
@@ -319,7 +322,8 @@ def observability(job: Job) -> list[dict[str, Any]]:
     if not estimators or not (trajectory := simulate_batch([run], [0.0])).outcomes[0].is_ok:
         return []
     frequency, first = run.record.sampling_frequency, job.analysis.n_discarded
-    signals = {channel: getattr(trajectory, signal) for channel, signal in SIGNAL_OF_CHANNEL.items()}
+    found = trajectory.signals(SIGNAL_OF_CHANNEL.values())
+    signals = {channel: found[signal] for channel, signal in SIGNAL_OF_CHANNEL.items() if signal in found}
     period = drive_period(run.input, run.load.random_force)
     record = RecordBatch(signals, frequency, ("",), drive_period=period)
     record = record.window(first, first + round(LONGEST * frequency))

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrofdi.api.arguments import Names, Texts, path_of, refusal
-from hydrofdi.api.measuring import Indicators, assumed_plants, indicators_of, of_machine
+from hydrofdi.api.measuring import Indicators, indicators_of, of_machine
 from hydrofdi.api.records.sources import Said, kind_of, sources_of
 from hydrofdi.errors import ConfigError, DataError, ReportError
+from hydrofdi.indicators.nominal_actuator import constants_not_given
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Channel
@@ -110,7 +111,7 @@ class Inspection:
     example : RecordBatch or None
         The requested record, or the first.
     assumptions : tuple of str
-        What indicators assume of the actuator behind measured records.
+        A sentence on the constants of the actuator that nobody stated; empty if all are stated.
     """
 
     name: str
@@ -332,10 +333,14 @@ def inspect(
             if measured.doubts:
                 text = "; ".join(doubt.message for doubt in measured.doubts)
                 found.remarked.setdefault("doubtful", Finding()).add(measured.record_id, text)
-    usable = {
-        name: each for name, each in make_indicators("all").items() if each.channels <= found.ranges.keys()
-    }
-    found.assumptions = assumed_plants(usable, set.intersection(*(set(each.data_sheet) for each in sources)))
+    stated = set.intersection(*(set(each.data_sheet) for each in sources))
+    usable = (each for each in make_indicators("all").values() if each.channels <= found.ranges.keys())
+    unknown = dict.fromkeys(name for each in usable for name in constants_not_given(each.options))
+    if names := ", ".join(name for name in unknown if name not in stated):
+        found.assumptions = (
+            "for a leak in L/min state your machine under 'actuator:' of a description (docs/measured.md):"
+            f" {names}; else balances and observers assume the actuator of the paper",
+        )
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
@@ -211,11 +211,11 @@ def of_machine(
     return made
 
 
-def assumed_plants(indicators: Mapping[str, Indicator[Any]], given: Collection[str] = ()) -> tuple[str, ...]:
+def assumed_plants(indicators: Mapping[str, Indicator[Any]]) -> tuple[str, ...]:
     """A sentence for each set of indicators that assume the same constants, which are not given."""
     labels: dict[tuple[str, ...], list[str]] = {}
     for label, indicator in indicators.items():
-        if names := tuple(each for each in constants_not_given(indicator.options) if each not in given):
+        if names := constants_not_given(indicator.options):
             labels.setdefault(names, []).append(label)
     return tuple(assumption_text(", ".join(of), names) for names, of in labels.items())
 

@@ -126,7 +126,8 @@ class SweepPlan:
             prod(sizes[name] for name in variable.dimensions[1:])
             for variable in computed_variables(self.table)
         )
-        n_byte = (4 if store.dtype == "float32" else 8) * n_sample * len(stored_signals(store.signals))
+        n_signal = len(stored_signals(store.signals) - self.experiment.absent_signals)
+        n_byte = (4 if store.dtype == "float32" else 8) * n_sample * n_signal
         return len(self.run_ids) * (8 * n_number + n_byte)
 
     @property

@@ -1,73 +1,50 @@
-"""Is it a usual machine? Mode, load, speed, stroke, damping and cavitation of the runs, causes first."""
+"""Is it a usual machine? Its parameters, and mode, load, speed, stroke and damping of its runs."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from statistics import median
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from hydrofdi.api.step_limits import undamped_frequency
 from hydrofdi.config import RunParameters
-from hydrofdi.quality.machine import machine_figures
+from hydrofdi.config.plausibility import Unusual
+from hydrofdi.quality.machine import machine_figures, natural_frequency
 from hydrofdi.report.table import Table
-from hydrofdi.settings.readable import plain
+from hydrofdi.settings.messages import counted
+from hydrofdi.settings.readable import plain, readable_unit, typeset
+from hydrofdi.units import convert
+
+Row = Mapping[str, Any]
 
 
 class Quantity(NamedTuple):
-    """A quantity with its usual range, and what to change below and above it."""
+    """A quantity [in `unit`] of a run, its row of results and its mode; its usual range, and what to change
+    below and above it.
+    """
 
     name: str
     unit: str
     least: float
     most: float
+    of: Callable[[RunParameters, Row, Row], float]
     below: str
     above: str
 
 
-QUANTITIES = {
-    "frequency": Quantity(
-        "natural frequency f_h", "Hz", 1.0, 500.0,
-        "check fluid.bulk_modulus and the units of actuator.piston_area; or lower actuator.mass",
-        "check actuator.mass; or raise actuator.chamber_volume",
-    ),
-    "load": Quantity(
-        "load over the force", "%", 5.0, 75.0,
-        "raise load.constant_force or load.random_force: a seal without a load hardly leaks",
-        "check supply.pressure and actuator.piston_area; or lower the load",
-    ),
-    "speed": Quantity(
-        "speed of the valve over that of the motion", "", 0.25, 10.0,
-        "raise valve.area_gradient; or lower control.amplitude, or raise input.period",
-        "lower valve.area_gradient; or raise control.amplitude, or lower input.period",
-    ),
-    "stroke": Quantity(
-        "stroke used", "%", 5.0, 95.0,
-        "raise control.amplitude (open loop: input.amplitude)",
-        "lower control.amplitude (open loop: input.amplitude or input.period)",
-    ),
-    "damping": Quantity(
-        "damping ratio ζ", "", 0.02, 1.0,
-        "raise friction.viscous or valve.lap_leakage: real cylinders are damped better",
-        "lower friction.viscous, or check the leakage",
-    ),
-    "cavitation": Quantity(
-        "time with a cavitating chamber", "%", 0.0, 0.0,
-        "",
-        "lower the load, or control.voltage_limit: the valve cannot feed the chamber that the load opens",
-    ),
-}  # fmt: skip
-"""Key → quantity: what follows from the parameters first, then what the motion shows."""
-
-
-def load_share(run: RunParameters, furthest: float) -> float:
-    """Largest load of forces, weight and spring, over supply pressure times the smaller area [-].
-
-    `furthest` is the largest distance from the centre [m].
-    """
+def load_share(run: RunParameters, row: Row) -> float:
+    """Largest load of forces, weight and spring, over supply pressure times the smaller area [%]."""
     actuator, load = run.actuator, run.load
     force = abs(load.constant_force + actuator.weight) + load.random_force
-    return (force + actuator.load_stiffness * furthest) / (run.supply.pressure * min(actuator.areas))
+    reached = max(abs(float(row[f"piston_position_{end}"])) for end in ("min", "max"))
+    # A run that failed has no positions; its load is that of the forces.
+    force += actuator.load_stiffness * (reached if math.isfinite(reached) else 0.0)
+    return 100.0 * force / (run.supply.pressure * min(actuator.areas))
+
+
+def valve_speed(run: RunParameters, *, slower: bool) -> float:
+    """Steady speed at the largest opening, in the slower or the faster direction [m/s]."""
+    figures = machine_figures(run)
+    return (min if slower else max)(figures[f"speed_{end}"] for end in ("extending", "retracting"))
 
 
 def speed_ratio(run: RunParameters) -> float:
@@ -79,55 +56,105 @@ def speed_ratio(run: RunParameters) -> float:
     if not run.control.is_closed or run.input.shape not in shares or not run.control.amplitude:
         return math.nan
     asked = shares[run.input.shape] * abs(run.control.amplitude) / run.input.period
-    figures = machine_figures(run)
-    return min(figures[f"speed_{direction}"] for direction in ("extending", "retracting")) / asked
+    return valve_speed(run, slower=True) / asked
+
+
+def slenderness(run: RunParameters) -> float:
+    """Stroke, or where a chamber vanishes, over the diameter of a circle of the area A_1 [-]."""
+    low, high = run.actuator.ends
+    return (high - low) / math.sqrt(4.0 / math.pi * run.actuator.piston_area)
+
+
+QUANTITIES = (
+    Quantity(
+        "stroke over piston diameter", "", 0.1, 40.0, lambda run, row, mode: slenderness(run),
+        "check actuator.stroke and actuator.piston_area",
+        "check actuator.stroke, without it actuator.chamber_volume: a rod of this length buckles",
+    ),
+    Quantity(
+        "natural frequency f_h", "Hz", 1.0, 500.0, lambda run, row, mode: natural_frequency(run),
+        "check fluid.bulk_modulus and the units of actuator.piston_area; or lower actuator.mass",
+        "check actuator.mass; or raise actuator.chamber_volume",
+    ),
+    Quantity(
+        "load over the force", "%", 5.0, 75.0, lambda run, row, mode: load_share(run, row),
+        "raise load.constant_force or load.random_force: a seal without a load hardly leaks",
+        "check supply.pressure and actuator.piston_area; or lower the load",
+    ),
+    Quantity(
+        "largest valve speed", "m/s", 0.005, 1.5,
+        lambda run, row, mode: valve_speed(run, slower=False),
+        "raise valve.area_gradient; check the pressure drop of the rated flow",
+        "lower valve.area_gradient; check the pressure drop of the rated flow",
+    ),
+    Quantity(
+        "valve speed over motion speed", "", 1.0, 10.0, lambda run, row, mode: speed_ratio(run),
+        "raise valve.area_gradient; or lower control.amplitude, or raise input.period",
+        "lower valve.area_gradient; or raise control.amplitude, or lower input.period",
+    ),
+    Quantity(
+        "stroke used", "%", 5.0, 95.0, lambda run, row, mode: 100.0 * mode["stroke_share"],
+        "raise control.amplitude (open loop: input.amplitude)",
+        "lower control.amplitude (open loop: input.amplitude or input.period)",
+    ),
+    Quantity(
+        "damping ratio ζ", "", 0.02, 1.0, lambda run, row, mode: mode["damping_ratio"],
+        "raise friction.viscous or valve.lap_leakage: real cylinders are damped better",
+        "lower friction.viscous, or check the leakage",
+    ),
+    Quantity(
+        "time with a cavitating chamber", "%", 0.0, 0.0,
+        lambda run, row, mode: 100.0 * float(row["cavitating_share"]),
+        "",
+        "lower the load, or control.voltage_limit: the valve cannot feed the chamber that the load opens",
+    ),
+)  # fmt: skip
+"""What follows from the parameters first, then what the motion shows."""
 
 
 def plausibility(
-    runs: Sequence[RunParameters], rows: Sequence[Mapping[str, Any]], modes: Sequence[Mapping[str, Any]]
+    unusual: Iterable[Unusual], runs: Sequence[RunParameters], rows: Sequence[Row], modes: Sequence[Row]
 ) -> list[dict[str, Any]]:
-    """Range of each quantity over the runs, its usual range, and what to change if their median is outside.
+    """Unusual parameters, and the range of each quantity over the runs, with their usual range.
 
-    Time with cavitation is unusual in any run.
+    ``change`` says what to change if some value is outside, and in how many runs that are fewer than all.
     """
-    ends = ("piston_position_min", "piston_position_max")
-    # A run that failed has no positions; its load is that of the forces.
-    reached = [max(abs(float(row[end])) for end in ends) for row in rows]
-    furthest = [each if math.isfinite(each) else 0.0 for each in reached]
-    values = {
-        "frequency": [undamped_frequency(run) / (2.0 * math.pi) for run in runs],
-        "load": [100.0 * load_share(run, each) for run, each in zip(runs, furthest, strict=True)],
-        "speed": [speed_ratio(run) for run in runs],
-        "stroke": [100.0 * mode["stroke_share"] for mode in modes],
-        "damping": [mode["damping_ratio"] for mode in modes],
-        "cavitation": [100.0 * float(row["cavitating_share"]) for row in rows],
-    }
-    found = []
-    for key, quantity in QUANTITIES.items():
-        own = [value for value in values[key] if math.isfinite(value)]
+    found = [
+        _row(each.name, each.unit, [*map(abs, each.values)], each.usual, "check its value and its unit")
+        for each in unusual
+    ]
+    for quantity in QUANTITIES:
+        own = [float(quantity.of(*each)) for each in zip(runs, rows, modes, strict=True)]
+        own = [value for value in own if math.isfinite(value)]
+        n_low, n_high = sum(each < quantity.least for each in own), sum(each > quantity.most for each in own)
+        change = quantity.below if n_low > n_high else quantity.above if n_high else ""
+        n_outside = max(n_low, n_high)
+        where = f"in {n_outside} of {counted(len(own), 'run')}: " if 0 < n_outside < len(own) else ""
         if own:
-            low, high = min(own), max(own)
-            middle = high if key == "cavitation" else median(own)
-            change = quantity.above if middle > quantity.most else ""
-            change = quantity.below if middle < quantity.least else change
-            found.append({
-                "quantity": quantity.name, "unit": quantity.unit, "least": low, "largest": high,
-                "usual": [quantity.least, quantity.most], "change": change,
-            })  # fmt: skip
+            usual = quantity.least, quantity.most
+            found.append(_row(quantity.name, quantity.unit, own, usual, where + change))
     return found
 
 
-def plausibility_table(found: Sequence[Mapping[str, Any]]) -> Table:
-    """The quantities, with their usual ranges."""
+def _row(
+    name: str, unit: str, values: Sequence[float], usual: tuple[float, float], change: str
+) -> dict[str, Any]:
+    ends = {"least": min(values), "largest": max(values)}
+    return {"quantity": name, "unit": unit, **ends, "usual": [*usual], "change": change}
 
-    def text(values: tuple[float, float], unit: str) -> str:
-        low, high = (plain(value, 3) for value in values)
-        return f"{low if low == high else f'{low} … {high}'} {unit}".rstrip()
+
+def plausibility_table(found: Sequence[Row]) -> Table:
+    """The quantities, with their usual ranges, in readable units."""
+
+    def text(low: float, high: float, own: str) -> str:
+        unit = readable_unit(own, high)
+        ends = dict.fromkeys(plain(convert(each, unit) if unit != own else each, 3) for each in (low, high))
+        return f"{' … '.join(ends)} {typeset(unit)}".removesuffix(" 1").rstrip()
 
     columns = {
         "quantity": [each["quantity"] for each in found],
-        "here": [text((each["least"], each["largest"]), each["unit"]) for each in found],
-        "usual": [text(each["usual"], each["unit"]) for each in found],
+        "here": [text(each["least"], each["largest"], each["unit"]) for each in found],
+        "usual": [text(each["usual"][0], each["usual"][1], each["unit"]) for each in found],
         "change": [each["change"] or "–" for each in found],
     }
     return Table.of(columns, title="Plausibility")

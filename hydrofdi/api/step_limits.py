@@ -12,10 +12,10 @@ from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.physics.hydraulic_mode import (
     largest_stable_step,
-    mode_frequency,
     second_order_eigenvalues,
     valve_flow_pressure_coefficient,
 )
+from hydrofdi.quality.machine import natural_frequency
 from hydrofdi.simulation.drive import largest_opening, no_load_speed
 
 Distinct = Callable[..., Iterable[RunRequest]]
@@ -46,9 +46,10 @@ def _valve_limits(run: RunParameters) -> dict[str, float]:
 
 def _mode_limits(run: RunParameters) -> dict[str, float]:
     actuator = run.actuator
-    omega = max(undamped_frequency(run, position) for position in actuator.reach)
+    largest = _largest_modulus(run)
+    omega = 2.0 * math.pi * max(natural_frequency(run, place, largest) for place in actuator.reach)
     limits = {"hydraulic mode": lag_limit(omega, 0.0)}
-    hydraulic = run.fluid.bulk_modulus / _least_volume(run)
+    hydraulic = largest / _least_volume(run)
     if actuator.hose_volume:
         line = (actuator.hose_modulus / actuator.hose_volume + hydraulic) / actuator.hose_inertance
         limits["hoses"] = lag_limit(math.sqrt(line), 0.0)
@@ -70,9 +71,9 @@ def _friction_limits(run: RunParameters) -> dict[str, float]:
 
 def _chamber_limits(run: RunParameters) -> dict[str, float]:
     """Rate [1/s] at which clearances and external leakage let the pressure of a chamber go."""
-    leakage, fluid = run.leakage, run.fluid
+    leakage = run.leakage
     external = max(leakage.chamber_1_coefficient, leakage.chamber_2_coefficient)
-    rate = fluid.bulk_modulus * (max(run.edges.clearances) + external) / _least_volume(run)
+    rate = _largest_modulus(run) * (max(run.edges.clearances) + external) / _least_volume(run)
     return _decay_limit("leakage of the chambers", rate)
 
 
@@ -99,21 +100,17 @@ def _decay_limit(part: str, rate: float) -> dict[str, float]:
 
 _PARTS: tuple[tuple[tuple[str, ...], Callable[[RunParameters], dict[str, float]]], ...] = (
     (("valve",), _valve_limits),
-    (("actuator", "fluid"), _mode_limits),
+    (("actuator", "fluid", "supply"), _mode_limits),
     (("actuator", "friction", "valve", *EDGES, "supply", "input", "control", "record"), _friction_limits),
-    (("actuator", "fluid", "leakage", "valve", *EDGES), _chamber_limits),
+    (("actuator", "fluid", "supply", "leakage", "valve", *EDGES), _chamber_limits),
     (("supply", "valve", *EDGES, "input", "control", "record"), _supply_limits),
 )
 """Sections that steps depend on, and the limits that they set."""
 
 
-def undamped_frequency(run: RunParameters, position: float = 0.0) -> float:
-    """ω_h of the hydraulic mode [rad/s] at a position from the centre [m], without air in the fluid."""
-    actuator = run.actuator
-    return mode_frequency(
-        run.fluid.bulk_modulus, actuator.areas, actuator.volumes_at(position), actuator.mass,
-        actuator.load_stiffness,
-    )  # fmt: skip
+def _largest_modulus(run: RunParameters) -> float:
+    """β without air at the supply pressure [Pa]."""
+    return run.fluid.modulus_at(run.supply.pressure)
 
 
 def _least_volume(run: RunParameters) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.step_limits import Distinct, undamped_frequency
+from hydrofdi.api.step_limits import Distinct
 from hydrofdi.config import ExperimentConfig, RunParameters
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.sections.drive import is_whole
@@ -21,6 +21,7 @@ from hydrofdi.detectors.scores.contract import EXTRA, has_extra
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
+from hydrofdi.quality.machine import natural_frequency
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
 from hydrofdi.settings.quantities import Section
@@ -72,8 +73,8 @@ def _bands(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
     made = experiment.indicator_choice.made(experiment.wavelet).values()
     if not any(getattr(each.options, "of", each.name) in _OF_WAVELETS for each in made):
         return
-    for run in distinct("actuator", "fluid", "record", "wavelet"):
-        frequency = undamped_frequency(run) / (2.0 * math.pi)
+    for run in distinct("actuator", "fluid", "supply", "record", "wavelet"):
+        frequency = natural_frequency(run)
         bands = level_bands(run.record.sampling_frequency, run.wavelet.levels)
         if place_in_bands(frequency, bands)[1] < NEAR_BAND_EDGE:
             modulus = shown_value("fluid.bulk_modulus", run.fluid.bulk_modulus)
@@ -128,7 +129,10 @@ def without_results(experiment: ExperimentConfig, distinct: Distinct) -> Iterato
         for run in distinct(*_OF_RECORDS)
     )
     for n_kept, frequency, period, wavelet in islice(records, MOST_RECORDS):
-        signals = dict.fromkeys(SIGNAL_OF_CHANNEL, np.broadcast_to(0.0, (1, n_kept)))
+        channels = (
+            each for each, signal in SIGNAL_OF_CHANNEL.items() if signal not in experiment.absent_signals
+        )
+        signals = dict.fromkeys(channels, np.broadcast_to(0.0, (1, n_kept)))
         batch = RecordBatch(signals, frequency, ("",), drive_period=period)
         for label, each in experiment.indicator_choice.made(wavelet).items():
             if text := each.obstacle(batch):

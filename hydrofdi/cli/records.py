@@ -19,8 +19,9 @@ from hydrofdi.settings.messages import counted
 if TYPE_CHECKING:
     from hydrofdi.indicators.record_measures import Column, RecordMeasures
 
-_MOST_GROUPS, _MOST_ROWS = 12, 20
-"""Most groups and labels that are listed, and most records, scores and pairs of groups."""
+_MOST_GROUPS, _MOST_ROWS, _FEW_RECORDS = 12, 20, 3
+"""Most groups and labels that are listed; most records, scores and pairs of groups; and most records beside
+each other."""
 
 
 def inspect(
@@ -137,13 +138,14 @@ def _write(form: str, out: Path | None, columns: Sequence[Column], records: Iter
 
 def _measures(columns: Sequence[Column], records: Iterator[RecordMeasures]) -> Iterator[Any]:
     """The first records, and how many there are."""
-    from hydrofdi.report.forms.measures import measures_table
+    from hydrofdi.report.forms.measures import measures_table, upright
 
     shown = [*islice(records, _MOST_ROWS)]
     n_record = len(shown) + sum(1 for _ in records)
     reasons = Counter(item for record in shown for item in record.reasons.items())
     notes = [f"{label}: not measured in {n} of {len(shown)}: {why}" for (label, why), n in reasons.items()]
-    yield measures_table(columns, shown, notes)
+    table = measures_table(columns, shown, notes)
+    yield upright(table, columns) if len(shown) <= _FEW_RECORDS else table
     for column in columns:
         if column.output.dims:
             yield f"{column.name}: {counted(column.size, 'number')} for each record, in files"

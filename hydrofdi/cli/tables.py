@@ -43,7 +43,7 @@ def print_parts(parts: Iterable[Part]) -> None:
         elif isinstance(part, tuple):
             print_table(console, *part)
         elif isinstance(part, Text):
-            console.print(part, soft_wrap=True)
+            console.print(part, soft_wrap=not console.is_terminal)
         else:
             print_trimmed(console, part)
 
@@ -92,7 +92,10 @@ def _lines(column: Column) -> str:
     """A heading in lines, broken at blanks, dots and underscores; its unit in the last, room for a mark."""
     room = " " if column.strong and not column.is_text else ""
     name, bracket, unit = column.heading.partition(" [")
-    lines = [*folded(name, _HEADING, cuts=False), *([f"[{unit}"] if bracket else [])]
+    lines = [
+        *folded(name, _SENTENCE if column.is_text else _HEADING, cuts=False),
+        *([f"[{unit}"] if bracket else []),
+    ]
     return "\n".join(f"{line}{room}" for line in lines)
 
 

@@ -8,13 +8,19 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from shutil import get_terminal_size
+from textwrap import fill
 from typing import Any
 
 
 def tell(*messages: str) -> None:
-    """Print messages on standard error, a line each."""
+    """Print messages on standard error, a line each; a terminal shows long ones broken at blanks."""
+    width = get_terminal_size().columns
     for message in messages:
-        print(message, file=sys.stderr)
+        lines = message.split("\n")
+        if sys.stderr.isatty():
+            lines = [fill(each, width, break_long_words=False, break_on_hyphens=False) for each in lines]
+        print("\n".join(lines), file=sys.stderr)
 
 
 def draw(found: Any, figure: Path | None) -> None:

@@ -36,7 +36,10 @@ def _pair(text: str, form: re.Pattern[str], units: tuple[str, str], what: str) -
 def rated_flow(text: str) -> tuple[float, float]:
     """Flow [m³/s] and pressure drop over both edges [Pa] of a text such as ``40 L/min at 70 bar``."""
     what = "a rated flow; write it like '40 L/min at 70 bar', the drop over both metering edges together"
-    return _pair(text, _VALVE, ("m^3/s", "Pa"), what)
+    flow, drop = _pair(text, _VALVE, ("m^3/s", "Pa"), what)
+    if not 5e5 <= drop <= 350e5:
+        raise ValueError(f"{text!r}: valves are rated at 5 to 350 bar over both metering edges")
+    return flow, drop
 
 
 def hose_size(text: str) -> tuple[float, float]:

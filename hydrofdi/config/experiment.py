@@ -188,7 +188,7 @@ class ReferenceConfig(Section):
 SIGNALS = (
     "input_voltage", "reference_position", "load_force", "spool_position", "piston_position",
     "piston_velocity", "chamber_1_pressure", "chamber_2_pressure", "valve_supply_pressure",
-    "internal_leakage_flow",
+    "oil_temperature", "internal_leakage_flow",
 )  # fmt: skip
 """Signals of a run, in the order of a file."""
 
@@ -224,8 +224,8 @@ class StoreConfig(Section):
     """``all`` signals, the chamber ``pressures`` alone, ``none``, or a list of signals to store, such as
     ``[chamber_1_pressure, spool_position]``: input_voltage, reference_position, load_force, spool_position,
     piston_position, piston_velocity, chamber_1_pressure, chamber_2_pressure, valve_supply_pressure,
-    internal_leakage_flow. A study stores none by default, but
-    ``simulate --out`` stores all of its one run."""
+    oil_temperature (if ``fluid.temperature`` is stated), internal_leakage_flow. A study stores none by
+    default, but ``simulate --out`` stores all of its one run."""
 
     compression: Literal["none", "lzf", "gzip"] = "none"
     """Compression of the signals."""
@@ -398,6 +398,12 @@ class ExperimentConfig(RunRequest):
         """Dotted parameters that differ between its runs."""
         in_study = self.study.names if self.study else []
         return list(dict.fromkeys([*self.ensemble.names, *self.sweep.names, *in_study]))
+
+    @property
+    def absent_signals(self) -> frozenset[str]:
+        """Signals that its runs do not have: the oil temperature, if it is not stated."""
+        is_stated = self.fluid.temperature is not None or "fluid.temperature" in self.varied_names
+        return frozenset() if is_stated else frozenset({"oil_temperature"})
 
     @property
     def has_scenarios(self) -> bool:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_quantity
 from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import ControlConfig
+from hydrofdi.config.sections.sensor import TemperatureSensorConfig
 from hydrofdi.config.study.study import study_values
 from hydrofdi.config.sweeps.sweep import SweepConfig, argument_values
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
-from hydrofdi.units import parse_quantity
 
 
 def _values(
@@ -47,10 +47,34 @@ def _block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
         yield from _block_values(part)
 
 
+class Unusual(NamedTuple):
+    """Values of a parameter that are far from the `usual` ones [in `unit`], the farthest first."""
+
+    name: str
+    side: str
+    values: Sequence[float]
+    unit: str
+    usual: tuple[float, float]
+
+    @property
+    def sentence(self) -> str:
+        """What is strange."""
+        others = f" (and {len(self.values) - 1} more)" if len(self.values) > 1 else ""
+        usual = " … ".join(map(typeset, getattr(parameter_quantity(self.name), "usual", ())))
+        shown = f"{self.values[0]:g} {typeset(self.unit)}".removesuffix(" 1")
+        return f"{self.name} = {shown}{others} is far {self.side} the usual {usual}"
+
+
+def unusual_parameters(experiment: ExperimentConfig, *, with_sweep: bool = True) -> list[Unusual]:
+    """The parameters of which some value is far from the usual ones."""
+    values = _values(experiment, with_sweep=with_sweep)
+    return [each for name in values for each in _unusual(name, values[name])]
+
+
 def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> list[str]:
     """A sentence on each parameter of which some value is far from the usual ones."""
     values = _values(experiment, with_sweep=with_sweep)
-    sentences = [sentence for name in values for sentence in _sentences(name, values[name])]
+    sentences = [each.sentence for each in unusual_parameters(experiment, with_sweep=with_sweep)]
     breakaway, coulomb = (max(values[f"friction.{part}"]) for part in ("breakaway", "coulomb"))
     if breakaway < coulomb:
         sentences.append(
@@ -62,22 +86,19 @@ def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> 
     return sentences
 
 
-def _sentences(name: str, stated: Iterable[Any]) -> Iterator[str]:
+def _unusual(name: str, stated: Iterable[Any]) -> Iterator[Unusual]:
     """What is strange about the values of a parameter."""
     quantity = parameter_quantity(name)
-    if quantity is None or quantity.usual is None:
+    if quantity is None:
         return
-    low, high = (parse_quantity(bound, quantity.unit) for bound in quantity.usual)
+    low, high = usual = quantity.usual_range
     values = sorted((value for value in stated if isinstance(value, float) and value), key=abs)
     for side, found in (
         ("below", [value for value in values if abs(value) < low]),
         ("above", [value for value in values[::-1] if abs(value) > high]),
     ):
         if found:
-            others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-            usual = " … ".join(map(typeset, quantity.usual))
-            shown = f"{found[0]:g} {typeset(quantity.unit)}".removesuffix(" 1")
-            yield f"{name} = {shown}{others} is far {side} the usual {usual}"
+            yield Unusual(name, side, found, quantity.unit, usual)
 
 
 def _file_sentences(text: str, duration: float) -> Iterator[str]:
@@ -90,8 +111,8 @@ def _file_sentences(text: str, duration: float) -> Iterator[str]:
             f" record.duration = {duration:g} s, the last at {rows.times[-1]:g} s"
         )
     amplitude = "input.amplitude" if rows.quantity == "voltage" else "control.amplitude"
-    for sentence in _sentences(amplitude, [float(abs(rows.values).max())]):
-        yield f"input.file = {file}: the largest {rows.quantity}{sentence.removeprefix(amplitude)}"
+    for each in _unusual(amplitude, [float(abs(rows.values).max())]):
+        yield f"input.file = {file}: the largest {rows.quantity}{each.sentence.removeprefix(amplitude)}"
 
 
 SENSORS = [name for name in SENSING if name != "measurement"]
@@ -121,6 +142,11 @@ RULES: tuple[Rule, ...] = (
         "fluid.law",
         _is("free_air"),
         ("fluid.free_air", "fluid.polytropic_exponent", "fluid.atmospheric_pressure"),
+    ),
+    (
+        "fluid.temperature",
+        bool,
+        [f"temperature_sensor.{name}" for name in TemperatureSensorConfig.model_fields],
     ),
     ("friction.position_share", bool, ("friction.position_period",)),
     ("leakage.scored_width", bool, ("leakage.scored_centre",)),

@@ -66,6 +66,8 @@ class RunParameters(Section):
     """Sensor of the spool position."""
     voltage_sensor: sensor.VoltageSensorConfig = sensor.VoltageSensorConfig()
     """Sensor of the input voltage."""
+    temperature_sensor: sensor.TemperatureSensorConfig = sensor.TemperatureSensorConfig()
+    """Sensor of the oil temperature; it acts if ``fluid.temperature`` is stated."""
 
     fits: ClassVar[Mapping[tuple[str, ...], Callable[..., None]]] = {
         ("fluid", "supply"): checks.require_fluid_fits,
@@ -119,6 +121,11 @@ class RunParameters(Section):
         return self.actuator.weight + self.load.constant_force
 
     @property
+    def mean_modulus(self) -> float:
+        """β without air at the mean of supply and return pressure [Pa]."""
+        return self.fluid.modulus_at(0.5 * (self.supply.pressure + self.supply.return_pressure))
+
+    @property
     def start_pressures(self) -> tuple[float, float]:
         """P_1 and P_2 at the start [Pa]: in equilibrium with weight and constant load.
 
@@ -169,6 +176,8 @@ class RunParameters(Section):
         shared = self.measurement
         if self.reads_at_valve and sensor in ("pressure_1_sensor", "pressure_2_sensor"):
             return False
+        if sensor == "temperature_sensor" and self.fluid.temperature is None:
+            return True
         return shared.jitter == 0.0 and shared.anti_alias is None and bool(getattr(self, sensor).is_ideal)
 
     def text(self) -> str:

@@ -132,8 +132,12 @@ def _require_reachable(
         condition, most = conditions[identity], reachable.get(identity)
         place = shown_values({name: condition.value(name) for name in varied})
         sentence = f"{unreachable_sentence(condition)}{' at ' if place else ''}{place}"
-        if most is not None:
+        if most is not None and most < (condition.leakage.internal_flow or 0.0):
             sentence += f"; the most that this actuator leaks is {convert(most, 'L/min'):.3g} L/min"
+        elif most is not None:
+            sentence += (
+                ": the flow jumps across it as K_i grows; is the control loop unstable? Lower its gains"
+            )
         sentences.append(sentence)
     distinct = list(dict.fromkeys(sentences))[:_SHOWN_MISTAKES]
     raise ConfigError([Issue(sentence, "leakage.internal_flow") for sentence in distinct])

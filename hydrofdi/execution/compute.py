@@ -156,7 +156,7 @@ def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
         names.MESSAGE: np.array([outcome.message for outcome in trajectory.outcomes], dtype=object),
         names.LEAKAGE_COEFFICIENT: trajectory.leakage_coefficient,
         names.TIME: trajectory.time,
-        **{name: getattr(measured, name) for name in names.SIGNALS},
+        **measured.signals(names.SIGNALS),
         **numbers,
         **quality,
     }

@@ -145,7 +145,11 @@ def record_batch(jobs: Sequence[Job], records: Columns) -> RecordBatch:
     """What the sensors show of records, as far as indicators need it."""
     needed = used_channels(jobs[0].analysis.indicators)
     return RecordBatch(
-        {channel: records[signal] for channel, signal in SIGNAL_OF_CHANNEL.items() if channel in needed},
+        {
+            channel: records[signal]
+            for channel, signal in SIGNAL_OF_CHANNEL.items()
+            if channel in needed and signal in records
+        },
         jobs[0].parameters.record.sampling_frequency,
         tuple(job.record_id for job in jobs),
         drive_period=_period(jobs[0]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Annotated, Generic, Literal, TypeVar
 
 import numpy as np
@@ -206,6 +206,7 @@ _TAKEN_UP = 0.4
 """Share of a change of the clearance that K_i takes up: 0.02 to 0.4 on machines of real-rig, rarely more."""
 
 
+@cache
 def balance_outputs(reference_pressure: float) -> tuple[Output, ...]:
     """Outputs of a volume balance, with the leakage at a reference pressure difference [Pa]."""
     at, rising = f"at {reference_pressure / 1e6:g} MPa", Direction.RISING

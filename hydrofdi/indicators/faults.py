@@ -171,7 +171,7 @@ def doubts_of(
     outputs = [each for each in indicator.outputs if prefix + each.name in values and not each.dims]
     own = {each.name: values[prefix + each.name] for each in outputs}
     found: list[list[Issue]] = [[] for _ in next(iter(own.values()), ())]
-    is_measured = np.any([np.isfinite(array) for array in own.values()], axis=0) if own else np.array([])
+    is_measured = np.isfinite([*own.values()]).any(axis=0) if own else np.array([])
     for output in outputs:
         if output.possible == (None, None):
             continue

@@ -57,7 +57,7 @@ class RecordMeasures:
         As in a batch; empty if unknown.
     status : str
         ``ok``, or the kinds of the remarks on the record or on used channels, and ``doubtful`` if there are
-        doubts, separated by commas.
+        doubts, separated by commas; without any of these and any number ``not_measured``.
     values : dict of str to ndarray, shape (*dims)
         Name of a column → its values; NaN if there are none.
     reasons : dict of str to str
@@ -151,13 +151,15 @@ def _record(
 ) -> RecordMeasures:
     concerning = (each for each in batch.remarks[row] if not each.where or each.where in used)
     kinds = [*dict.fromkeys(remark.kind for remark in concerning), *(["doubtful"] if doubts else [])]
+    values = {name: found[row] for name, found in measures.values.items()}
+    has_numbers = any(np.isfinite(found).any() for found in values.values())
     return RecordMeasures(
         batch.record_ids[row],
         batch.sources[row],
         batch.groups[row],
         batch.labels[row] if batch.labels else "",
-        ",".join(kinds) or "ok",
-        {name: values[row] for name, values in measures.values.items()},
+        ",".join(kinds) or ("ok" if has_numbers else "not_measured"),
+        values,
         {label: reason for label, rows in measures.obstacles.items() if (reason := rows[row]) is not None},
         faults=measures.faults,
         digest=samples_digest(batch, row),

@@ -19,6 +19,9 @@ from typing import Generic, TypeVar
 from hydrofdi.errors import ConfigError
 from hydrofdi.records.streams import Event, EventKind
 
+GATHER = 0.5
+"""Longest time that samples wait for more, so that those of many small pieces are read together [s]."""
+
 _LONGEST_WAIT = 120.0
 """Longest wait between attempts [s]."""
 
@@ -121,10 +124,14 @@ class Inbox(Generic[Item]):
             self._failure = failure
             self._changed.notify_all()
 
-    def take(self, timeout: float, most: int) -> list[Item]:
-        """Items up to a sum of sizes, but at least one; none after `timeout` seconds or with an event."""
+    def take(self, timeout: float, most: int, enough: int = 0) -> list[Item]:
+        """Items up to a sum of sizes, but at least one; none after `timeout` seconds or with an event.
+
+        Before that, items of less than `enough` wait for more, at most `GATHER` seconds.
+        """
         with self._changed:
-            self._changed.wait_for(lambda: self._items or self.events or self._failure, timeout)
+            if self._changed.wait_for(lambda: self._items or self.events or self._failure, timeout):
+                self._changed.wait_for(lambda: self._size >= enough or self.events or self._failure, GATHER)
             if self._failure is not None:
                 raise self._failure
             if self._n_dropped:

@@ -14,7 +14,8 @@ from typing import Any
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.sources import Position, StreamSource
+from hydrofdi.monitor.connections import GATHER
+from hydrofdi.monitor.sources import Position, StreamSource, joined
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.rows import UNENDED
@@ -54,16 +55,28 @@ class StandardInput(StreamSource):
 
     def read(self, timeout: float) -> Chunk | None:
         """New samples; None after `timeout` seconds without any."""
-        if self.is_over or not select.select([self._descriptor], [], [], timeout)[0]:
-            return None
+        data, end = b"", time.monotonic() + timeout
+        while not self.is_over and len(data) < BLOCK and self._has_more(end - time.monotonic()):
+            end = end if data else time.monotonic() + GATHER
+            piece = self._piece()
+            data, self.is_over = data + piece, not piece
+        chunks = [self._text.read(data)]
+        if self.is_over:
+            if self._text.n_unfinished:
+                self.events.append(Event(EventKind.NOTICE, f"{self.name}: {UNENDED}"))
+            chunks.append(self._text.read(b"", is_end=True))
+        found = [chunk for chunk in chunks if chunk is not None]
+        return joined(found) if found else None
+
+    def _has_more(self, timeout: float) -> bool:
+        return bool(select.select([self._descriptor], [], [], max(0.0, timeout))[0])
+
+    def _piece(self) -> bytes:
+        """The next bytes; empty at the end."""
         try:
-            data = os.read(self._descriptor, BLOCK)
+            return os.read(self._descriptor, BLOCK)
         except OSError:
-            data = b""
-        self.is_over = not data
-        if self.is_over and self._text.n_unfinished:
-            self.events.append(Event(EventKind.NOTICE, f"{self.name}: {UNENDED}"))
-        return self._text.read(data, is_end=self.is_over)
+            return b""
 
     @property
     def position(self) -> Position:
@@ -152,7 +165,7 @@ def _digest(head: bytes) -> str:
     return sha256(head).hexdigest()[:16]
 
 
-_POLL = 0.1
+_POLL = 0.2
 """Time between checks of a file that does not grow [s]."""
 
 

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
 
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.lines import Line, Sink, WindowLine, is_said
-from hydrofdi.monitor.sources import StreamSource
+from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.monitor.state import StateFile, Stored, WindowLog
 from hydrofdi.monitor.watch import Watch
-from hydrofdi.records.streams import Chunk, Event, EventKind
+from hydrofdi.records.streams import Chunk, Event, EventKind, State
 
 PATIENCE = 0.2
 """Longest wait for a source before the loop checks whether to stop [s]."""
+
+STORE_EVERY = 1.0
+"""Shortest time from one storing of the state to the next, while lines keep coming [s]."""
 
 
 class Ending(StrEnum):
@@ -38,9 +42,9 @@ def monitor(
 ) -> Ending:
     """Watch a stream until it is over, or a stop is requested.
 
-    If a step has lines, they go to the sinks. Then the state is stored, with the lines; then they go to the
-    log, and the source may discard the samples of the step. After a crash, the log has each window once; a
-    sink may receive the lines of the last step twice, with the same numbers.
+    If a step has lines, they go to the sinks. Then the state is stored, with the lines, at most once a
+    second; then they go to the log, and the source may discard the samples. After a crash, the log has each
+    window once; a sink may receive the lines since the last storing twice, with the same numbers.
     """
     with ExitStack() as stack:
         if state_file is not None:
@@ -62,11 +66,14 @@ class _Monitor:
     _log: WindowLog | None
     _pending: list[Line] = field(default_factory=list)
     _is_unjudged: bool = True
+    _waits: bool = False
     _is_unstored: bool = False
+    _tried: float = -STORE_EVERY
     _n_lost: int = 0
 
     def __post_init__(self) -> None:
         self._state = self._watch.start()
+        self._delivered: tuple[State, Position] = self._state, {}
 
     def run(self, stop: Callable[[], bool]) -> Ending:
         try:
@@ -76,8 +83,13 @@ class _Monitor:
                     return self._end(Ending.STOPPED)
                 self._step(self._source.read(PATIENCE))
             return self._end(Ending.UNJUDGED if self._is_unjudged else Ending.OVER)
-        except BrokenPipeError:
-            return Ending.OUTPUT_CLOSED
+        except Exception as error:
+            if self._waits:
+                with suppress(StoreError):
+                    self._store()
+            if isinstance(error, BrokenPipeError):
+                return Ending.OUTPUT_CLOSED
+            raise
 
     def _begin(self) -> Event:
         """Restore the stored state; open the log and the source."""
@@ -114,6 +126,7 @@ class _Monitor:
         if ending is not Ending.STOPPED or self._state_file is None:
             self._state, more = self._watch.end(self._state)
             lines += more
+        self._tried = -STORE_EVERY  # what is last is stored at once
         self._deliver(None, [*lines, Event(EventKind.STOPPED, f"stopped: {ending}")])
         return ending
 
@@ -121,24 +134,30 @@ class _Monitor:
         """Pass lines to the sinks, the state and the log, in this order, so that no line is lost."""
         lines = [*self._pending, *lines]
         self._pending = [line for sink in self._sinks for line in sink.put(chunk, lines)]
-        is_due = self._is_unstored or self._source.wants_confirmation or any(map(is_said, lines))
         if self._log is not None:
             self._log.take(lines)
+        self._delivered = self._state, self._source.position
+        self._waits = self._waits or any(map(is_said, lines))
+        is_due = time.monotonic() >= self._tried + STORE_EVERY
+        if not (self._source.wants_confirmation or (self._waits and is_due)):
+            return
+        self._tried = time.monotonic()
         try:
-            if is_due:
-                self._store()
+            self._store()
+            self._source.confirm()
         except StoreError as error:
             self._note(error)
         else:
             self._note(None)
 
     def _store(self) -> None:
+        """Store all that was delivered."""
         log = {} if self._log is None else self._log.position
         if self._state_file is not None:
-            self._state_file.write(Stored(self._state, self._source.position, log))
+            self._state_file.write(Stored(*self._delivered, log))
         if self._log is not None:
             self._log.write()
-        self._source.confirm()
+        self._waits = False
 
     def _note(self, error: StoreError | None) -> None:
         """Report once that the state cannot be stored, and once that it can again."""

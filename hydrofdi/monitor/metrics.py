@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import socket
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from ipaddress import ip_address
 from threading import Thread, Timer
-from typing import Any
+from typing import Any, TypeVar, cast
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 
 from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, make_wsgi_app
@@ -21,6 +21,8 @@ from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.store.files import reason
 from hydrofdi.version import __version__
 
+Metric = TypeVar("Metric", Counter, Gauge, Info, Enum)
+
 _EARLIEST = 1e9
 """Stream times above this [s], an instant in 2001, are taken as seconds since 1970."""
 
@@ -28,34 +30,16 @@ _PATIENCE = 3.0
 """Longest time that a client gets [s]."""
 
 
-class MetricsSink:
-    """Counts lines in a registry of its own, and serves the counts."""
+class MetricsServer:
+    """Serves the metrics of one machine or of many, told apart by the label ``machine``.
 
-    def __init__(self, address: str, file: DetectorFile) -> None:
+    As a sink, it reports its address once.
+    """
+
+    def __init__(self, address: str) -> None:
         host, port = _host_and_port(address)
         self._registry = CollectorRegistry()
-        self._describe(file)
-        self._judged = self._counter("windows_judged", "Windows that were judged", ["beyond_limit"])
-        for known in ("false", "true"):
-            self._judged.labels(known)
-        self._not_judged = self._counter("windows_not_judged", "Windows that were not judged", ["reason"])
-        text = "Windows that were not judged, with a score beyond its limit"
-        self._beyond = self._counter("windows_not_judged_beyond_limit", text)
-        self._alarms = self._counter("alarms", "Alarms that were raised")
-        self._samples = self._counter("samples", "Samples that arrived")
-        self._events = self._counter("events", "Events, each repetition counted", ["kind"])
-        states = [condition.value for condition in Condition]
-        text = "Condition of the actuator"
-        self._condition = Enum("hydrofdi_condition", text, states=states, registry=self._registry)
-        self._score = self._gauge("score", f"Score of the last window that has one, in {file.unit}", math.nan)
-        text = "Distance of this score from its limit, in healthy spreads"
-        self._margin = self._gauge("margin", text, math.nan)
-        text = "Arrival of the last window; before the first, start of the monitor (Unix time)"
-        self._window = self._gauge("last_window_timestamp_seconds", text, time.time())
-        text = "Time stamp of the last sample, on the clock of the stream"
-        self._sample = self._gauge("last_sample_time_seconds", text)
-        self._lag: Gauge | None = None
-        self._latest = math.nan
+        self._metrics: dict[str, Counter | Gauge | Info | Enum] = {}
         try:
             family, _, _, _, found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
             self._server = _Server(family, (host, port), make_wsgi_app(self._registry))
@@ -70,15 +54,20 @@ class MetricsSink:
             text = f"everyone who reaches {self.url} can read the metrics"
             self._said.append(Event(EventKind.INSECURE, text))
 
+    def metric(self, kind: Callable[..., Metric], name: str, text: str, *labels: str, **more: Any) -> Metric:
+        """The metric of this name; made at the first call."""
+        if name not in self._metrics:
+            labels = ("machine", *labels)
+            self._metrics[name] = kind(f"hydrofdi_{name}", text, labels, registry=self._registry, **more)
+        return cast(Metric, self._metrics[name])
+
+    def forget(self, machine: str) -> None:
+        """Serve nothing of this machine any more."""
+        for metric in self._metrics.values():
+            metric.remove_by_labels({"machine": machine})
+
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Count the samples and the lines of a reading; report the address once."""
-        if chunk is not None and chunk.readable.n_time:
-            self._count_samples(chunk.readable)
-        for line in lines:
-            if isinstance(line, WindowLine):
-                self._count_window(line)
-            else:
-                self._count_event(line)
+        """Report the address once."""
         said, self._said = self._said, []
         return said
 
@@ -88,16 +77,56 @@ class MetricsSink:
         self._server.server_close()
         self._thread.join()
 
+
+class MetricsSink:
+    """Counts the lines of a machine, and shows its last numbers."""
+
+    def __init__(self, server: MetricsServer, machine: str, file: DetectorFile) -> None:
+        self._server, self._machine = server, machine
+        self._describe(file)
+        text = "Windows that were judged"
+        self._judged = {
+            alarm: self._own(Counter, "windows_judged", text, beyond_limit=str(alarm).lower())
+            for alarm in (False, True)
+        }
+        text = "Windows that were not judged, with a score beyond its limit"
+        self._beyond = self._own(Counter, "windows_not_judged_beyond_limit", text)
+        self._alarms = self._own(Counter, "alarms", "Alarms that were raised")
+        self._samples = self._own(Counter, "samples", "Samples that arrived")
+        states, text = [condition.value for condition in Condition], "Condition of the actuator"
+        self._condition = server.metric(Enum, "condition", text, states=states).labels(machine)
+        self._score = self._gauge("score", "Score of the last window that has one, in SI", math.nan)
+        text = "Distance of this score from its limit, in healthy spreads"
+        self._margin = self._gauge("margin", text, math.nan)
+        text = "Arrival of the last window; before the first, start of the monitor (Unix time)"
+        self._window = self._gauge("last_window_timestamp_seconds", text, time.time())
+        text = "Time stamp of the last sample, on the clock of the stream"
+        self._sample = self._gauge("last_sample_time_seconds", text)
+        self._lag: Gauge | None = None
+        self._latest = math.nan
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Count the samples and the lines of a reading."""
+        if chunk is not None and (readable := chunk.readable).n_time:
+            self._count_samples(readable)
+        for line in lines:
+            if isinstance(line, WindowLine):
+                self._count_window(line)
+            else:
+                self._count_event(line)
+        return ()
+
+    def close(self) -> None:
+        """Serve nothing of this machine any more."""
+        self._server.forget(self._machine)
+
     def _describe(self, file: DetectorFile) -> None:
         output = file.config.output or file.score_name
-        Info("hydrofdi_monitor", "Version and detector", registry=self._registry).info(
-            {"version": __version__, "indicator": file.config.indicator, "output": output}
-        )
-        text = f"Limits of the score, in {file.unit}"
-        threshold = Gauge("hydrofdi_threshold", text, ["side"], registry=self._registry)
+        about = {"version": __version__, "indicator": file.config.indicator, "output": output}
+        self._own(Info, "monitor", "Version and detector").info({**about, "unit": file.unit})
         for side, limit in (("low", file.limits.low), ("high", file.limits.high)):
             if limit is not None:
-                threshold.labels(side).set(limit)
+                self._own(Gauge, "threshold", "Limits of the score, in SI", side=side).set(limit)
         self._statistic: Gauge | None = None
         if file.chart is not None:
             self._gauge("chart_limit", "Limit of the control chart, in healthy spreads", file.chart.limit)
@@ -117,10 +146,11 @@ class MetricsSink:
         self._window.set(time.time())
         self._condition.state(line.condition.value)
         if verdict.alarm is None:
-            self._not_judged.labels(verdict.fault.kind if verdict.fault else "unknown").inc()
+            kind = verdict.fault.kind if verdict.fault else "unknown"
+            self._own(Counter, "windows_not_judged", "Windows that were not judged", reason=kind).inc()
             self._beyond.inc(bool(verdict.is_beyond))
         else:
-            self._judged.labels(str(verdict.alarm).lower()).inc()
+            self._judged[verdict.alarm].inc()
         if verdict.score is not None:
             self._score.set(verdict.score)
             self._margin.set(math.nan if verdict.margin is None else verdict.margin)
@@ -130,15 +160,17 @@ class MetricsSink:
     def _count_event(self, line: Event) -> None:
         if line.is_end:
             return
-        self._events.labels(line.kind.value).inc(line.count)
+        self._own(Counter, "events", "Events, each repetition counted", kind=line.kind.value).inc(line.count)
         if line.kind is EventKind.ALARM_RAISED:
             self._alarms.inc()
 
-    def _counter(self, name: str, text: str, labels: Sequence[str] = ()) -> Counter:
-        return Counter(f"hydrofdi_{name}", text, labels, registry=self._registry)
+    def _own(self, metric: Callable[..., Metric], name: str, text: str, **labels: str) -> Metric:
+        """This machine's part of a metric."""
+        whole = self._server.metric(metric, name, text, *labels)
+        return whole.labels(machine=self._machine, **labels)
 
     def _gauge(self, name: str, text: str, value: float = 0.0) -> Gauge:
-        gauge = Gauge(f"hydrofdi_{name}", text, registry=self._registry)
+        gauge = self._own(Gauge, name, text)
         gauge.set(value)
         return gauge
 

@@ -163,8 +163,9 @@ def _tls_context(config: MqttConfig) -> ssl.SSLContext:
     return context
 
 
-_CONFIRM_AFTER = 5
-"""Number of messages after which the state should be stored; brokers wait after 20, or as configured."""
+_CONFIRM_AFTER = 8
+"""Number of messages after which the state should be stored; brokers wait after 10 (RabbitMQ) or 20
+(mosquitto), or as configured."""
 
 _CONFIRM_WITHIN = 1.0
 """Time after which the state should be stored [s]."""
@@ -178,6 +179,9 @@ LEAST_SIZE = 1 << 15
 
 CAPACITY, AT_ONCE = 1000 * LEAST_SIZE, 100 * LEAST_SIZE
 """Most bytes of messages that wait to be read, and that are read at once."""
+
+_ENOUGH = _CONFIRM_AFTER * LEAST_SIZE
+"""Bytes of messages that do not wait for more."""
 
 
 class MqttSource(MqttConnection, StreamSource):
@@ -218,7 +222,7 @@ class MqttSource(MqttConnection, StreamSource):
 
     def read(self, timeout: float) -> Chunk | None:
         """The samples of the messages that have arrived."""
-        chunks = [self._samples(*delivery) for delivery in self._inbox.take(timeout, AT_ONCE)]
+        chunks = [self._samples(*delivery) for delivery in self._inbox.take(timeout, AT_ONCE, _ENOUGH)]
         return joined(chunks) if chunks else None
 
     @property

@@ -52,7 +52,10 @@ class StreamSource:
         """Begin at the position that an earlier run stored; it is empty at the first start."""
 
     def read(self, timeout: float) -> Chunk | None:
-        """New samples, at most about 65,536; None if after `timeout` seconds there are none, or events."""
+        """New samples, at most about 65,536; None if after `timeout` seconds there are none, or events.
+
+        Small pieces may be gathered for `connections.GATHER` seconds.
+        """
         raise NotImplementedError
 
     @property
@@ -144,15 +147,16 @@ def open_stream(
 
 
 def open_sinks(
-    config: MonitorConfig, file: DetectorFile, metrics: str | None, events: Sequence[str]
+    config: MonitorConfig, file: DetectorFile, machine: str, metrics: str | None, events: Sequence[str]
 ) -> list[Sink]:
     """Sinks for metrics and for events; none stays open if one cannot be opened."""
     sinks: list[Sink] = []
     with needing_extra(), ExitStack() as stack:
         if metrics is not None:
-            from hydrofdi.monitor.metrics import MetricsSink
+            from hydrofdi.monitor.metrics import MetricsServer, MetricsSink
 
-            sinks.append(stack.enter_context(closing(MetricsSink(metrics, file))))
+            server = stack.enter_context(closing(MetricsServer(metrics)))
+            sinks += [server, MetricsSink(server, machine, file)]
         for text in events:
             if not is_mqtt(text):
                 raise ConfigError(f"events: {text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")

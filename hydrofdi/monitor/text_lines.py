@@ -174,7 +174,9 @@ class TextLines:
         self._require_text(data)
         text = self._rest + data
         half = b"\r" if text.endswith(b"\r") and not is_end else b""  # a line end may come in two pieces
-        text = text.removesuffix(half).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        text = text.removesuffix(half)
+        if b"\r" in text:
+            text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         whole, end, rest = text.rpartition(b"\n")
         if is_end:
             whole, end, rest = whole + end + rest, b"", b""
@@ -193,9 +195,12 @@ class TextLines:
             lines.append(rest.decode(self._encoding, errors="replace"))
             self._rest, self._is_skipping = b"", True
         chunks: list[Chunk] = []
-        for fits, some in groupby(lines, self._fits):
-            found, reason = list(some), f"is longer than {counted(self._largest, 'byte')}"
-            chunks += self._chunks(found) if fits else [self._csv.lost(line, reason) for line in found]
+        if self._fits(max(lines, key=len, default="")):
+            chunks = self._chunks(lines)
+        else:
+            for fits, some in groupby(lines, self._fits):
+                found, reason = list(some), f"is longer than {counted(self._largest, 'byte')}"
+                chunks += self._chunks(found) if fits else [self._csv.lost(line, reason) for line in found]
         return joined(chunks) if chunks else None
 
     def _require_text(self, data: bytes) -> None:

@@ -40,4 +40,4 @@ def nominal_signals(data: ExperimentData, coefficients: Sequence[float]) -> Colu
     runs = [data.experiment.nominal_parameters.parameters] * len(coefficients)
     sensors = Measurement(runs)
     measured = sensors.show(simulate_batch(runs, list(coefficients), tap=sensors))
-    return {name: getattr(measured, name) for name in (names.TIME, *names.SIGNALS)}
+    return measured.signals((names.TIME, *names.SIGNALS))

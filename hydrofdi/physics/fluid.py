@@ -64,6 +64,28 @@ LEAST_ABSOLUTE_PRESSURE = 1e3
 
 
 @equation
+def stiffening_bulk_modulus(pressure: Quantity, modulus: Quantity, slope: Quantity) -> Quantity:
+    """Bulk modulus of a liquid that stiffens under pressure.
+
+    Parameters
+    ----------
+    pressure : float or array
+        Chamber gauge pressure P [Pa].
+    modulus : float or array
+        Bulk modulus β_0 at the pressure zero [Pa].
+    slope : float or array
+        Rise m of the (tangent) bulk modulus per pressure [-].
+
+    Returns
+    -------
+    float or array
+        β = β_0 + m max(P, 0) [Pa], so that V/V_0 = (1 + m P/β_0)^(−1/m). Murnaghan, *The compressibility of
+        media under extreme pressures*, Proc. Natl. Acad. Sci. 30, 1944.
+    """
+    return modulus + slope * np.maximum(pressure, 0.0)
+
+
+@equation
 def effective_bulk_modulus(
     pressure: Quantity, liquid: Quantity, free_air: Quantity, exponent: Quantity, atmosphere: Quantity
 ) -> Quantity:

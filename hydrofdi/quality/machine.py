@@ -57,14 +57,14 @@ def machine_figures(run: RunParameters) -> dict[str, float]:
         "rest_pressure_2": rest[1],
         "largest_force_extending": area_1 * supply.pressure - area_2 * supply.return_pressure,
         "largest_force_retracting": area_2 * supply.pressure - area_1 * supply.return_pressure,
-        "frequency_centred": _frequency(run, 0.0),
-        "least_frequency": _frequency(run, softest),
+        "frequency_centred": natural_frequency(run),
+        "least_frequency": natural_frequency(run, softest),
         "softest_position": softest,
         "pressure_gain": run.valve.spool_gain * pressure_gain(area_2 / area_1, gains, coefficients),
         "damping_ratio_null": _damping_ratio(run, coefficients),
     }
     if actuator.stroke is not None:
-        ends = (_frequency(run, position) for position in actuator.ends)
+        ends = (natural_frequency(run, position) for position in actuator.ends)
         figures |= dict(zip(("frequency_retracted", "frequency_extended"), ends, strict=True))
     for direction, motion in (("extending", 1.0), ("retracting", -1.0)):
         speed, open_edges = _at_speed(run, motion)
@@ -73,19 +73,20 @@ def machine_figures(run: RunParameters) -> dict[str, float]:
     return {name: figures[name] for name in FIGURES if math.isfinite(figures.get(name, math.nan))}
 
 
-def _frequency(run: RunParameters, position: float) -> float:
-    actuator = run.actuator
-    volumes, beta = actuator.volumes_at(position), run.fluid.bulk_modulus
-    return mode_frequency(beta, actuator.areas, volumes, actuator.mass, actuator.load_stiffness) / (
-        2.0 * math.pi
-    )
+def natural_frequency(run: RunParameters, position: float = 0.0, modulus: float | None = None) -> float:
+    """f_h of the hydraulic mode at a position from the centre [Hz], undamped and without air in the fluid; by
+    default with β at the mean pressure."""
+    actuator, beta = run.actuator, run.mean_modulus if modulus is None else modulus
+    volumes = actuator.volumes_at(position)
+    omega = mode_frequency(beta, actuator.areas, volumes, actuator.mass, actuator.load_stiffness)
+    return omega / (2.0 * math.pi)
 
 
 def _damping_ratio(run: RunParameters, coefficients: Pair) -> float:
     """ζ with the piston centred, from K_c of each chamber [m³/(s·Pa)]."""
-    actuator, beta = run.actuator, run.fluid.bulk_modulus
+    actuator, beta = run.actuator, run.mean_modulus
     flows = damping_of_chamber_1(actuator.areas, actuator.volumes_at(0.0), coefficients, 0.0)
-    omega = 2.0 * math.pi * _frequency(run, 0.0)
+    omega = 2.0 * math.pi * natural_frequency(run)
     return mode_damping_ratio(
         omega, beta, actuator.chamber_volume, actuator.mass, run.friction.viscous, *flows
     )

@@ -38,7 +38,6 @@ from hydrofdi.transforms.undecimated import (
     undecimated_rms,
 )
 from hydrofdi.transforms.wavelet import CoefficientRms, n_phase, root_mean_square
-from hydrofdi.units import parse_quantity
 
 
 def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int = 0) -> HydraulicMode:
@@ -77,16 +76,14 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
 
 
 def _modulus(fluid: FluidConfig, *pressures: NDArray[np.float64]) -> np.float64:
-    """β [Pa]; with free air the mean of those at the median pressures of the chambers."""
-    if fluid.law == "constant":
+    """β [Pa]; if it depends on pressure, the mean of those at the median pressures of the chambers."""
+    if fluid.is_constant:
         return np.float64(fluid.bulk_modulus)
-    moduli = [
-        effective_bulk_modulus(
-            np.median(pressure), fluid.bulk_modulus, fluid.free_air, fluid.polytropic_exponent,
-            fluid.atmospheric_pressure,
-        )
-        for pressure in pressures
-    ]  # fmt: skip
+    medians = [float(np.median(pressure)) for pressure in pressures]
+    moduli = [fluid.modulus_at(pressure) for pressure in medians]
+    if fluid.law == "free_air":
+        air = fluid.free_air, fluid.polytropic_exponent, fluid.atmospheric_pressure
+        moduli = [effective_bulk_modulus(*at, *air) for at in zip(medians, moduli, strict=True)]
     return np.float64(np.mean(moduli))
 
 
@@ -318,7 +315,7 @@ def _usual_ranges() -> list[tuple[str, str, float, float]]:
     for name in parameter_names():
         (section, field), quantity = name.split("."), parameter_quantity(name)
         if section in _MACHINE and quantity is not None and quantity.usual is not None:
-            low, high = (parse_quantity(bound, quantity.unit) for bound in quantity.usual)
+            low, high = quantity.usual_range
             ranges.append((section, field, low if quantity.above == 0.0 else 0.0, high))
     return ranges
 

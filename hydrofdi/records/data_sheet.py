@@ -150,11 +150,25 @@ class DataSheet(Section):
                 )
         return reasons
 
+    @property
+    def _zero(self) -> float:
+        """Distance of the measured zero from the centre [m]."""
+        return {"centre": 0.0, "retracted": -0.5, "extended": 0.5}[self.position_zero] * (self.stroke or 0.0)
+
+    @property
+    def ranges(self) -> dict[Channel, tuple[float, float]]:
+        """Values that a stated stroke and supply pressure allow [SI], with room for errors of sensors."""
+        found = {}
+        if self.stroke is not None:
+            found[Channel.PISTON_POSITION] = -0.51 * self.stroke - self._zero, 0.51 * self.stroke - self._zero
+        if "supply_pressure" in self.model_fields_set:
+            pressures = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.SUPPLY_PRESSURE
+            found |= dict.fromkeys(pressures, (-1e5, 1.2 * self.supply_pressure))
+        return found
+
     def _from_centre(self, records: RecordBatch) -> Array:
-        measured = records[Channel.PISTON_POSITION]
-        if self.position_zero == "centre" or self.stroke is None:
-            return measured
-        return measured + (-0.5 if self.position_zero == "retracted" else 0.5) * self.stroke
+        position = records[Channel.PISTON_POSITION]
+        return position + self._zero if self._zero else position
 
     def _volumes_at(self, position: Array) -> tuple[Array, Array]:
         (area_1, area_2), (first, second) = self.areas, self.volumes

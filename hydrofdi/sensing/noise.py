@@ -36,7 +36,8 @@ class Channel:
 
     def needs_steps(self, run: RunParameters) -> bool:
         """Whether a reading depends on the signal between the samples."""
-        return self.sensor(run).delay > 0.0 or bool(self.lags(run))
+        is_late = self.sensor(run).delay > 0.0 or bool(self.lags(run))
+        return is_late and not run.is_shown_exactly(self.section)
 
     def lags(self, run: RunParameters) -> tuple[Lag, ...]:
         """Lags that the signal passes before sampling; empty if there are none."""
@@ -59,6 +60,7 @@ CHANNELS = (
     Channel("piston_velocity", "velocity_sensor"),
     Channel("spool_position", "spool_sensor"),
     Channel("input_voltage", "voltage_sensor"),
+    Channel("oil_temperature", "temperature_sensor"),
 )
 
 CLOCK = "clock"

@@ -8,6 +8,8 @@ from difflib import get_close_matches
 from numbers import Integral
 from typing import Any
 
+from hydrofdi.settings.readable import shown_quantity, typeset
+
 _SYNONYMS = {
     "ebm": "bulk_modulus", "beta": "bulk_modulus", "ki": "internal_coefficient", "leak": "internal_flow",
     "fs": "sampling_frequency", "dt": "step", "ps": "pressure", "pt": "return_pressure",
@@ -103,9 +105,10 @@ def first_reason(error: ValueError) -> str:
 
 
 def out_of_range(how: str, limit: float, found: Any, unit: str = "1") -> str:
-    """A number beyond its limit [in `unit`]."""
-    allowed = f"{limit:g} {unit}" if unit != "1" and limit else f"{limit:g}"
-    return f"must be {how} {allowed}; found {f'{found:g}' if isinstance(found, float) else found}"
+    """A number beyond its limit [in `unit`]; a number without a unit is in this one."""
+    allowed = shown_quantity(limit, unit) if unit != "1" and limit else f"{limit:g}"
+    own = f"{found:g} {typeset(unit)}".removesuffix(" 1") if isinstance(found, int | float) else found
+    return f"must be {how} {allowed}; found {own}"
 
 
 _LONGEST = 60

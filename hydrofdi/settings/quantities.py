@@ -18,7 +18,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from hydrofdi.settings.messages import out_of_range
-from hydrofdi.settings.readable import usual_unit
+from hydrofdi.settings.readable import written_units
 from hydrofdi.units import parse_quantity
 
 _BARE = re.compile(r"\s*[-+]?[\d_.]+([eE][-+]?\d+)?\s*")
@@ -70,6 +70,12 @@ class SI:
     most: float | None = None
     usual: tuple[str, str] | None = None
 
+    @property
+    def usual_range(self) -> tuple[float, float]:
+        """Lowest and highest usual size, in the unit; any is usual if none are stated."""
+        low, high = (parse_quantity(bound, self.unit) for bound in self.usual or ("0", "1e300"))
+        return low, high
+
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Parse and check the limits, then refuse what is not finite."""
         number = core_schema.float_schema(allow_inf_nan=False)
@@ -95,14 +101,22 @@ class SI:
     def _number(self, value: Any) -> float:
         if isinstance(value, str):
             if self.unit != "1" and _BARE.fullmatch(value):
-                units = dict.fromkeys((usual_unit(self.unit), self.unit))
-                texts = " or ".join(repr(f"{value.strip()} {unit}") for unit in units)
-                raise ValueError(f"{value!r} has no unit; write {texts}")
+                readings = [f"{value.strip()} {unit}" for unit in written_units(self.unit)]
+                meant = " or ".join(map(repr, filter(self._is_usual, readings))) or repr(readings[0])
+                raise ValueError(f"{value!r} has no unit; write {meant}")
             return parse_quantity(value, self.unit)
         if isinstance(value, bool) or not isinstance(value, int | float):
             unit = "" if self.unit == "1" else f" in {self.unit}, or a string with a unit"
             raise ValueError(f"expected a number{unit}")
         return float(value)
+
+    def _is_usual(self, text: str) -> bool:
+        """Whether a quantity is allowed, and of a usual size."""
+        low, high = self.usual_range
+        try:
+            return low <= abs(self.parse(text)) <= high
+        except ValueError:
+            return False
 
 
 def field_quantity(field: FieldInfo) -> SI | None:

@@ -43,9 +43,10 @@ def readable_unit(own: str, largest: float) -> str:
     return next((unit for unit, least in units if largest >= least), own)
 
 
-def usual_unit(own: str) -> str:
-    """The unit other than the SI unit in which people write a quantity; `own` where there is none."""
-    return next((unit for unit, _ in _READABLE.get(own, ()) if unit != own), own)
+def written_units(own: str) -> list[str]:
+    """Units in which people write a quantity of an SI unit, the most usual first."""
+    read = (unit for unit, _ in _READABLE.get(own, ()) if unit != own)
+    return [*dict.fromkeys(({"Pa": "bar", "K": "°C"}.get(own, own), *read, own))]
 
 
 def shown_quantity(value: float, own: str) -> str:

@@ -6,7 +6,7 @@ contain the errors of simulation and sampling. If every step is sampled, only th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
@@ -76,6 +76,8 @@ class Trajectory:
         q_il from chamber 1 to chamber 2 [m³/s].
     outcomes : tuple of Outcome, length n_run
         Outcome of each run.
+    oil_temperature : ndarray, optional
+        Temperature of the oil [K], NaN if a run does not state it; None if no run does.
     """
 
     time: Signal
@@ -93,16 +95,19 @@ class Trajectory:
     leakage_coefficient: Signal
     internal_leakage_flow: Signal
     outcomes: tuple[Outcome, ...]
+    oil_temperature: Signal | None = None
 
     def rows(self, positions: Sequence[int]) -> Trajectory:
         """Runs at some positions, in the given order."""
         index = np.asarray(positions)
-        signals: dict[str, Any] = {
-            field.name: getattr(self, field.name)[index]
-            for field in fields(self)
-            if field.name not in ("time", "outcomes")
-        }
+        names = (field.name for field in fields(self) if field.name not in ("time", "outcomes"))
+        signals: dict[str, Any] = {name: signal[index] for name, signal in self.signals(names).items()}
         return replace(self, **signals, outcomes=tuple(self.outcomes[k] for k in positions))
+
+    def signals(self, names: Iterable[str]) -> dict[str, Signal]:
+        """Signals by their names, without the oil temperature if there is none."""
+        found = {name: getattr(self, name) for name in names}
+        return {name: signal for name, signal in found.items() if signal is not None}
 
     @property
     def line_1_pressure(self) -> Signal:

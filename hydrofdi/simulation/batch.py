@@ -136,8 +136,9 @@ class _Block:
     ) -> None:
         self.options, self.members = options, members
         self.columns, self.loads = inputs.column_of_run[members], inputs.load_of_run[members]
-        self._record, self._steps_per_control = runs[members[0]].record, steps_per_control
-        self._lanes = pack_lanes([runs[k] for k in members], [leakage_coefficients[k] for k in members])
+        self._runs = [runs[k] for k in members]
+        self._record, self._steps_per_control = self._runs[0].record, steps_per_control
+        self._lanes = pack_lanes(self._runs, [leakage_coefficients[k] for k in members])
         self._column_of_lane, self._load_of_lane = (
             np.resize(self.columns, WIDTH),
             np.resize(self.loads, WIDTH),
@@ -157,7 +158,7 @@ class _Block:
         for first in range(0, len(chunk.loads), _STRETCH_STEPS):
             stretch = chunk.part(first, first + _STRETCH_STEPS)
             states = self._samples(stretch, first_step + first, 1)
-            self._reader(first_step + first, partial(self._signal, stretch, states))
+            self._reader(first_step + first, partial(self._signal, stretch, states, first_step + first))
             samples[-(-first // per_sample) : -(-(first + len(states)) // per_sample)] = states[
                 -first % per_sample :: per_sample
             ]
@@ -172,8 +173,13 @@ class _Block:
         )  # fmt: skip
         return samples
 
-    def _signal(self, chunk: Chunk, states: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    def _signal(
+        self, chunk: Chunk, states: NDArray[np.float64], first_step: int, name: str
+    ) -> NDArray[np.float64]:
         """A signal at every step of a chunk, by its name in a trajectory: shape (n_step, WIDTH)."""
+        if name == "oil_temperature":
+            time = self._record.step * np.arange(first_step, first_step + len(states), dtype=np.float64)
+            return np.column_stack([run.fluid.temperature_at(time) for run in self._runs])
         if self.options.closed_loop is None and name == "input_voltage":
             return chunk.voltage[:, self._column_of_lane]
         if self.options.closed_loop is None and name == "spool_position":
@@ -254,6 +260,7 @@ class _Signals:
                 velocity,
             ),
             outcomes=tuple(outcome_of(run, self._states[:, k]) for k, run in enumerate(self._runs)),
+            oil_temperature=oil_temperatures(self._runs, time),
         )
 
 
@@ -261,6 +268,12 @@ def _held(values: Signal, moves: bool, shape: tuple[int, int]) -> Signal:
     """A constant signal with the given values (n_run,); writable if it varies."""
     held = np.broadcast_to(values[:, None], shape)
     return held.copy() if moves else held
+
+
+def oil_temperatures(runs: Sequence[RunParameters], time: Signal) -> Signal | None:
+    """Temperature of the oil of each run at some times, (n_run, n_time) [K]; None if no run states it."""
+    is_stated = any(run.fluid.temperature is not None for run in runs)
+    return np.array([run.fluid.temperature_at(time) for run in runs]) if is_stated else None
 
 
 def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcome:

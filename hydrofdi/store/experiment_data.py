@@ -6,9 +6,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +22,9 @@ from hydrofdi.store.layout.names import Variable
 from hydrofdi.store.shard import read_rows
 from hydrofdi.store.signals import Block, FileSignals, lacking_blocks, read_blocks
 
+if TYPE_CHECKING:
+    import h5py
+
 MISSING = "missing"
 """Status of a run that has not been computed."""
 
@@ -30,7 +32,8 @@ MISSING = "missing"
 def gathered(
     runs: Sequence[StoredRun | None], variables: Collection[Variable], sizes: Mapping[str, int]
 ) -> dict[str, NDArray[Any]]:
-    """Variables of stored runs by name, one row per run; each shard is opened once."""
+    """Variables of stored runs by name, one row per run, without signals that no run has; each shard is
+    opened once."""
     columns = {
         variable.name: variable.blank(len(runs), *(sizes[name] for name in variable.dimensions[1:]))
         for variable in variables
@@ -41,11 +44,13 @@ def gathered(
         if run is not None:
             positions_in.setdefault(run.shard, []).append(position)
             rows_in.setdefault(run.shard, []).append(run.row)
+    absent = {variable.name for variable in variables if variable.is_signal}
     for shard, positions in positions_in.items():
         for name, values in read_rows(shard, columns, rows_in[shard]).items():
             inside: list[Any] = [positions, *(slice(size) for size in values.shape[1:])]
             columns[name][tuple(inside)] = values
-    return columns
+            absent.discard(name)
+    return {name: values for name, values in columns.items() if name not in absent}
 
 
 class _Stretch(NamedTuple):

@@ -9,9 +9,8 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +27,9 @@ from hydrofdi.store.layout.names import Variable
 from hydrofdi.store.shard import values_in
 from hydrofdi.store.signals import FileSignals, create_signal, write_block
 
+if TYPE_CHECKING:
+    import h5py
+
 _VERSION = "version_"
 """Prefix of the attributes that contain library versions."""
 
@@ -40,8 +42,11 @@ def write_experiment(
     versions: Mapping[str, str],
 ) -> None:
     """Write the experiment file atomically."""
+    import h5py
+
     time = results.time() if experiment.store.signals != "none" else None
-    signals = [each for each in names.stored_variables(experiment.store.signals) if each.is_signal]
+    kept = names.stored_signals(experiment.store.signals) - experiment.absent_signals
+    signals = [each for each in names.COMPUTED if each.name in kept]
     with whole_file(path) as aside, h5py.File(aside, "w", libver=LIBRARY_VERSIONS) as file:
         file.attrs["title"] = f"hydrofdi experiment {experiment.name}"
         file.attrs["format_version"] = names.FORMAT_VERSION
@@ -116,6 +121,8 @@ def _write_coordinates(file: h5py.File, time: NDArray[np.float64] | None, sizes:
 
 
 def _write_column(file: h5py.File, variable: Variable, values: NDArray[Any]) -> None:
+    import h5py
+
     if values.dtype.kind in "OU":
         texts = [str(text) for text in values]
         dataset = file.create_dataset(variable.name, data=texts, dtype=h5py.string_dtype())

@@ -10,11 +10,13 @@ from contextlib import contextmanager
 from io import FileIO
 from pathlib import Path
 from stat import S_ISREG
-
-import h5py
+from typing import TYPE_CHECKING
 
 from hydrofdi.errors import StoreError
 from hydrofdi.records.array_reader import open_hdf5
+
+if TYPE_CHECKING:
+    import h5py
 
 LIBRARY_VERSIONS = ("v110", "v110")
 """HDF5 format versions of written files: from 1.10 on, all metadata have checksums, so a damaged file is
@@ -57,6 +59,8 @@ def require_regular(path: Path) -> None:
 
 def require_replaceable(path: Path) -> None:
     """Check that writing an experiment file to a path overwrites nothing but an experiment file."""
+    import h5py
+
     if path.suffix != ".h5":
         raise StoreError(
             f"{path}: results are written to a file whose name ends in .h5; 'hydrofdi export' writes .csv,"

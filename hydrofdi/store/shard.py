@@ -5,9 +5,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +17,9 @@ from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable
 from hydrofdi.store.signals import create_signal, write_block
+
+if TYPE_CHECKING:
+    import h5py
 
 Columns = Mapping[str, NDArray[Any]]
 """Variable name → array with one row per run; ``time`` → sampling instants [s]."""
@@ -45,6 +47,8 @@ def _place_shard(directory: Path, write: Callable[[Path], object]) -> Path:
 
 
 def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
+    import h5py
+
     has_phases = names.SETTLED_PHASE_DETAIL_RMS in columns
     with h5py.File(path, "w", libver=LIBRARY_VERSIONS) as file:
         file.attrs["format_version"] = names.FORMAT_VERSION
@@ -57,6 +61,8 @@ def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
             if "." in name and not names.is_needless(name, values)
         ]
         for variable in (*names.stored_variables(store.signals, phases=has_phases), *outputs):
+            if variable.name == names.OIL_TEMPERATURE and variable.name not in columns:
+                continue
             values = columns[variable.name]
             if variable.is_text:
                 texts = [str(text) for text in values]
@@ -94,6 +100,8 @@ def read_content(path: Path, *, check: bool = True) -> dict[str, Any]:
 
 def values_in(file: h5py.File, name: str, rows: slice = np.s_[:]) -> NDArray[Any]:
     """Rows of a variable."""
+    import h5py
+
     dataset = file[name]
     if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
         raise KeyError(f"{name} is not a variable with one row per run")

@@ -6,15 +6,17 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import StoreConfig
 from hydrofdi.store.files import open_for_reading
 from hydrofdi.store.layout.names import TIME
+
+if TYPE_CHECKING:
+    import h5py
 
 _BLOCK_BYTES = 1_000_000
 """Approximate size of a block in memory, so that it fits the processor cache [bytes]."""
@@ -70,6 +72,8 @@ def lacking_blocks(n_row: int, target: h5py.Dataset) -> Iterator[Block]:
 
 def write_block(target: h5py.Dataset, row: int, block: Block) -> int:
     """Write a block, but for rows at the fill value, from a row on, and return its number of rows."""
+    import h5py
+
     if isinstance(block, Chunk):
         if block.content:
             target.id.write_direct_chunk((row, 0), block.content, block.filter_mask)

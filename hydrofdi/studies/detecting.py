@@ -94,6 +94,7 @@ def detector_settings(experiment: ExperimentConfig, judgement: Judgement, rules:
         "confidence": rules.confidence,
         "threshold": rules.threshold,
         "chart": None,
+        "compensate": False,
     }
     if scored.made_by is None:
         label, _, output = scored.name.partition(".")

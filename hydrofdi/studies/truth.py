@@ -90,7 +90,7 @@ def _estimates(data: ExperimentData) -> Iterator[str]:
     """Names of the estimates whose true values are in the file."""
     for name in data.columns:
         label, _, quantity = name.rpartition(".")
-        has_truth = quantity == "internal_coefficient" or data.experiment.fluid.law == "constant"
+        has_truth = quantity == "internal_coefficient" or data.experiment.fluid.is_constant
         if label and quantity in TRUTHS and has_truth:
             yield name
 

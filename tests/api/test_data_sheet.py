@@ -39,6 +39,7 @@ def test_the_numbers_of_the_file_are_those_by_hand(tmp_path):
     share = 2.0 * hose / sum(volumes)
     oil = 1.0 / (1.0 / made.fluid.bulk_modulus - share / 400e6) * (1.0 - share)
     assert 1.4e9 < oil < 2.0e9
+    assert made.fluid.temperature == 318.15
     force = made.load.constant_force + made.load.random_force
     assert force == pytest.approx(0.3 * 210e5 * annulus, rel=0.01)
     assert 4.0 * made.control.amplitude == pytest.approx(0.4)
@@ -81,6 +82,7 @@ def test_the_command_is_the_function_and_its_file_is_planned_as_it_is(tmp_path):
     ("wrong", "key"),
     [
         ({"oil": "HLP47"}, "oil"), ({"valve": "40 L/min"}, "valve"), ({"valve": "40 bar at 70 bar"}, "valve"),
+        ({"valve": "40 L/min at 700 bar"}, "valve"),
         ({"hose": "2 m"}, "hose"), ({"rod": "60 mm"}, "rod"), ({"mass": None}, "mass"),
         ({"bore": "50"}, "bore"), ({"mounting": "upside-down"}, "mounting"), ({"boor": "50 mm"}, "boor"),
     ],
@@ -119,6 +121,14 @@ def outside(**settings):
     return [each["quantity"].partition(" ")[0] for each in found if each["change"]]
 
 
+def test_a_stroke_ten_times_too_long_and_a_fast_valve_are_told(tmp_path):
+    slender = dict(PRESS, stroke="4 m", valve="40 L/min at 7 bar")
+    file = hydrofdi.init("press", folder=tmp_path, **slender)
+    made = load_experiment(file).model_dump(exclude_defaults=True)
+    made.pop("study")
+    assert outside(experiment=made | {"record": {"duration": 1.0}})[:2] == ["stroke", "largest"]
+
+
 def test_the_table_names_what_is_unusual_causes_first(tmp_path):
     file = hydrofdi.init("press", folder=tmp_path, **PRESS)
     made = load_experiment(file).model_dump(exclude_defaults=True)
@@ -126,7 +136,12 @@ def test_the_table_names_what_is_unusual_causes_first(tmp_path):
     made |= {"record": {"duration": 4.0, "sampling_frequency": 500.0}}
     assert outside(experiment=made) == []
     assert outside(experiment=made, random_force=0.0, constant_force=0.0) == ["load"]
-    assert outside(experiment=made, area_gradient="1 mm")[:1] == ["speed"]
-    assert outside(experiment=made, mass="400 t", step="0.1 ms")[0] == "natural"
+    assert outside(experiment=made, area_gradient="1 mm")[:1] == ["valve"]
+    assert outside(experiment=made, area_gradient=made["valve"]["area_gradient"] / 4.0) == ["valve"]
+    assert (
+        outside(experiment=made, bulk_modulus=made["fluid"]["bulk_modulus"] / 10.0)[0] == "fluid.bulk_modulus"
+    )
+    assert outside(experiment=made, viscous=0.0) == ["damping"]
+    assert outside(experiment=made, mass="400 t", step="0.1 ms")[:2] == ["actuator.mass", "natural"]
     assert outside(experiment=made, constant_force="-60 kN")[0] == "load"
     assert outside(experiment=made, inclination="-90 deg", mass="2 t") == ["time"]

@@ -117,6 +117,36 @@ def test_measured_records_are_judged_with_the_data_sheet_of_their_description(ma
     assert not any("piston_area" in remark for remark in judged.remarks)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "channel"),
+    [
+        ({"position_zero": "extended"}, "piston_position"),
+        ({"supply_pressure": "120 bar"}, "supply_pressure"),
+        ({"stroke": "200 mm"}, "piston_position"),
+    ],
+)
+def test_samples_beyond_the_stroke_or_the_supply_of_the_description_are_remarked(machine, wrong, channel):
+    describe("wrong", "leaking", **wrong)
+    remarks = hydrofdi.inspect("wrong.yaml").remarked
+    assert channel in remarks["out_of_range"].examples[0][1]
+    assert "out_of_range" not in hydrofdi.inspect("leaking.yaml").remarks
+
+
+def test_a_record_of_which_nothing_is_known_is_not_ok(machine):
+    describe("small", "leaking", chamber_volume="1 cm³", stroke=None, position_zero="centre")
+    table = hydrofdi.measure("small.yaml", "flow_balance")
+    assert list(table["status"]) == ["not_measured"]
+    assert "chamber 1" in table["reasons"][0] or "chamber 2" in table["reasons"][0]
+
+
+def test_few_records_stand_beside_each_other_with_the_answer_first(machine):
+    lines = run("measure", "healthy.yaml", "leaking.yaml", "--indicators", "flow_balance").stdout.splitlines()
+    assert lines[0].split() == ["number", "healthy.csv", "leaking.csv"]
+    named = [line.split()[0] for line in lines if line.startswith("flow_balance.")]
+    assert named[0] == "flow_balance.leakage"
+    assert not any(name.endswith("_error") for name in named)
+
+
 def test_records_of_two_machines_are_not_measured_together(machine):
     describe("other", "leaking", piston_area="30 cm²")
     with pytest.raises(ConfigError, match="flow_balance"):

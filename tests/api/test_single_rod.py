@@ -173,6 +173,14 @@ def test_a_leaking_machine_with_mistaken_channels_is_never_healthy(healthy, leak
     assert all(doubt or fault == "novel" for doubt, fault in told(found))
 
 
+def test_a_sign_that_reverses_the_valve_is_no_alarm(records):
+    detector = trained(records, "flow_balance", RIGHT, output="leakage", window="2 s")
+    position = "piston_position"
+    found = detector.judge(records | {position: -records[position]}, sampling_frequency=RATE)
+    assert set(found["fault"]) == {"novel"}
+    assert any("beyond its limit" in reason for reason in found["reason"])
+
+
 BALANCES, OBSERVERS = ("flow_balance", "weak_rls"), ("adaptive_observer", "reduced_order")
 FILTERS = ("ekf_joint", "ukf_joint")
 RATIOS = (1.0, 0.7, 0.4)

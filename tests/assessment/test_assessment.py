@@ -66,7 +66,7 @@ def test_a_machine_that_cannot_lift_its_load_is_shown_without_the_leaks_that_it_
             "load": {"constant_force": 20e3},
             "actuator": {"load_stiffness": 0.0},
             "record": {"duration": 2.0},
-            "sweep": {"grid": {"leakage.internal_flow": [0.0, 1.0]}},
+            "sweep": {"grid": {"leakage.internal_flow": [0.0, 15e-3]}},
         }
     )
     assert [mode["leakage_coefficient"] for mode in found.modes] == [0.0]

@@ -8,9 +8,15 @@ from free_motion import FRICTIONLESS, free_motion
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus
+from hydrofdi.physics.fluid import (
+    LEAST_ABSOLUTE_PRESSURE,
+    effective_bulk_modulus,
+    stiffening_bulk_modulus,
+)
 from hydrofdi.physics.hydraulic_mode import mode_frequency
+from hydrofdi.physics.oil import OILS
 from hydrofdi.physics.valve import control_flow
 from hydrofdi.quality.doubts import how_records_settle
 from hydrofdi.quality.measures import assess_runs, hydraulic_mode
@@ -56,6 +62,55 @@ def test_piston_rings_at_the_frequency_of_the_softened_fluid() -> None:
         assert frequency == pytest.approx(
             mode_frequency(modulus, (633e-6, 633e-6), (280e-6, 280e-6), 12.3, 0.0), rel=2e-3
         )
+
+
+SLOPE = {"fluid.bulk_modulus_pressure_slope": 11.0}
+
+
+def test_shut_chambers_follow_the_closed_form_of_a_liquid_that_stiffens() -> None:
+    """V = V_0 (1 + m P/β_0)^(−1/m) while a piston is thrown against shut ports; from 2 to 16 MPa."""
+    free = {"actuator.load_stiffness": 0.0, "fluid.bulk_modulus": 1.4e9, **FRICTIONLESS, **SLOPE}
+    motion = free_motion([free], [{"velocity": 1.2}], [0.0], 0.02, 1e-5)
+    for number, sign in ((1, 1.0), (2, -1.0)):
+        pressure = motion[f"pressure_{number}"][0]
+        assert np.ptp(pressure) > 12e6
+        assert pressure.min() > 1e6
+        volume = 280e-6 + sign * 633e-6 * motion["position"][0]
+        oil = volume * (1.0 + 11.0 * pressure / 1.4e9) ** (1.0 / 11.0)
+        np.testing.assert_allclose(oil, oil[0], rtol=1e-9)
+
+
+def test_slope_is_that_of_mineral_oils() -> None:
+    """A constant slope of 10.6 is within 1 % of the tangent modulus of Hayward, up to 400 bar."""
+    oil, pressures = OILS["HLP46"], np.linspace(0.0, 40e6, 21)
+    for temperature in (293.15, 318.15, 343.15):
+        tangent = [oil.bulk_modulus(temperature, pressure) for pressure in pressures.tolist()]
+        np.testing.assert_allclose(stiffening_bulk_modulus(pressures, tangent[0], 10.6), tangent, rtol=0.01)
+
+
+@given(pressures, st.floats(min_value=1e-4, max_value=0.1))
+def test_oil_with_air_that_stiffens_is_minus_the_volume_over_its_slope(pressure: float, air: float) -> None:
+    def volume(at: float) -> float:
+        liquid = (1.0 + 11.0 * max(at, 0.0) / LIQUID) ** (-1.0 / 11.0) * math.exp(-min(at, 0.0) / LIQUID)
+        return liquid + air * (ATMOSPHERE / (at + ATMOSPHERE)) ** (1.0 / EXPONENT)
+
+    step = 1e-4 * (pressure + ATMOSPHERE)
+    slope = (volume(pressure + step) - volume(pressure - step)) / (2.0 * step)
+    liquid = stiffening_bulk_modulus(pressure, LIQUID, 11.0)
+    modulus = effective_bulk_modulus(pressure, liquid, air, EXPONENT, ATMOSPHERE)
+    assert modulus == pytest.approx(-volume(pressure) / slope, rel=2e-4)
+
+
+def test_stiffer_oil_raises_the_mode_and_shortens_the_step() -> None:
+    short = NOMINAL.with_values({"record.duration": 1.0, "input.period": 0.5})
+    stiff = short.with_values(SLOPE)
+    modes = [hydraulic_mode(one, simulate_batch([one], [0.0])).frequency for one in (stiff, short)]
+    spring = mode_frequency(0.0, (633e-6, 633e-6), (280e-6, 280e-6), 12.3, 150e3) ** 2
+    squares = [(2.0 * math.pi * each) ** 2 - spring for each in modes]
+    assert squares[0] / squares[1] == pytest.approx(1.0 + 11.0 * 8.6e6 / 551e6, rel=0.01)
+    limits = [step_limits(lambda *_, run=run: [run])["hydraulic mode"] for run in (stiff, short)]
+    ratio = (limits[1] / limits[0]) ** 2
+    assert 1.0 + 11.0 * 8.6e6 / 551e6 < ratio < 1.0 + 11.0 * 17.2e6 / 551e6
 
 
 def test_stored_mode_is_that_of_the_softened_fluid() -> None:

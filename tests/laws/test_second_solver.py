@@ -145,6 +145,7 @@ CHOICES: dict[str, dict[str, Any]] = {
     "scaled": {"friction.scale": 0.3},
     "external": {"leakage.external_coefficient_1": 1e-13},
     "air": {"fluid.law": "free_air"},
+    "stiffening": {"fluid.bulk_modulus_pressure_slope": 11.0},
     "saturated": {"valve.largest_opening": 3e-5},
     "hysteresis": {"valve.hysteresis": 0.2},
     "slow": {"valve.largest_speed": 2e-3},
@@ -179,7 +180,7 @@ OTHERS: dict[str, dict[str, Any]] = {
 OPTIONS = [
     {key: value for name in names.split() for key, value in (CHOICES | OTHERS)[name].items()}
     for names in (
-        "laminar ramp smooth air droop ripple warm rod inclined",
+        "laminar ramp smooth air stiffening droop ripple warm rod inclined",
         "blended lugre overlap edges worn null load return uneven hoses",
         "pid measured saturated hysteresis slow external",
         "intermittent stops cavitating multisine drag scored foundation",

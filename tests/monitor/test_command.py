@@ -228,7 +228,7 @@ def test_metrics_count_the_alarm(machine):
 def metric(url, name):
     with urlopen(url, timeout=PATIENCE) as answer:
         lines = answer.read().decode().splitlines()
-    (value,) = [line.split()[1] for line in lines if line.startswith(f"{name} ")]
+    (value,) = [line.rpartition(" ")[2] for line in lines if line.startswith(f"{name}{{")]
     return float(value)
 
 

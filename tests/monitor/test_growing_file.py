@@ -5,12 +5,14 @@ import os
 import tempfile
 import threading
 from pathlib import Path
+from time import sleep
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.errors import DataError
+from hydrofdi.monitor import growing_file
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.records.streams import EventKind
 from tests.monitor.streams import config_of, reading_of, samples
@@ -269,7 +271,6 @@ def test_the_end_of_input_ends_the_stream_with_its_last_line(pipe):
     assert (reading.chunk, reading.events, reading.is_over) == (None, [], False)
     writer.write(b'{"time": 1, "P1 [Pa]": 2}')
     writer.close()
-    assert not reading_of(source, 1.0).is_over
     last = reading_of(source, 1.0)
     assert last.is_over
     assert samples(last.chunk) == {"time": [1.0], "P1": [2.0]}
@@ -288,10 +289,29 @@ def test_a_writer_that_is_faster_waits(pipe):
     thread = threading.Thread(target=write)
     thread.start()
     source, n_time = opened(reader), 0
-    while not (reading := reading_of(source, 1.0)).is_over:
-        n_time += reading.chunk.n_time if reading.chunk else 0
+    while not source.is_over:
+        chunk = reading_of(source, 1.0).chunk
+        n_time += chunk.n_time if chunk else 0
     thread.join()
     assert n_time == 100_000
+
+
+def test_small_pieces_are_read_together(pipe, monkeypatch):
+    monkeypatch.setattr(growing_file, "GATHER", 60.0)
+    reader, writer = pipe
+    source = opened(reader)
+
+    def write():
+        for n in range(20):
+            writer.write(b'{"time": %d, "P1 [Pa]": 2}\n' % n)
+            writer.flush()
+            sleep(0.001)
+        writer.close()
+
+    thread = threading.Thread(target=write)
+    thread.start()
+    assert reading_of(source, 60.0).chunk.n_time == 20
+    thread.join()
 
 
 def test_counted_samples_go_on_behind_a_gap_after_a_restart(pipe):

@@ -7,6 +7,8 @@ import os
 import resource
 import signal
 from contextlib import suppress
+from itertools import count
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.errors import StoreError, interruption
-from hydrofdi.monitor import growing_file
+from hydrofdi.monitor import growing_file, loop
 from hydrofdi.monitor.growing_file import GrowingFile
 from hydrofdi.monitor.lines import Output, WindowLine
 from hydrofdi.monitor.loop import Ending, monitor
@@ -57,6 +59,13 @@ def run(folder, source=None, sinks=(), stop=lambda: False, file=FILE, kill_after
     return live(folder, source, sinks, stop, file, state_file)
 
 
+@pytest.fixture(autouse=True)
+def stored_at_once(monkeypatch):
+    """Each line is stored before the next reading; the clock advances by a second at each look."""
+    monkeypatch.setattr(loop, "STORE_EVERY", 0.0)
+    monkeypatch.setattr(loop, "time", SimpleNamespace(monotonic=count().__next__))
+
+
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("undisturbed")
@@ -69,10 +78,11 @@ def undisturbed(tmp_path_factory):
 
 
 @settings(max_examples=8, deadline=None)
-@given(st.lists(st.tuples(st.integers(1, 30), st.booleans()), min_size=1, max_size=8))
+@given(st.lists(st.tuples(st.integers(1, 30), st.booleans(), st.integers(1, 9)), min_size=1, max_size=8))
 def test_killed_before_or_after_the_state_nothing_is_lost_or_twice(undisturbed, tmp_path_factory, kills):
     folder = tmp_path_factory.mktemp("killed")
-    for call, is_stored in kills:
+    for call, is_stored, every in kills:
+        loop.STORE_EVERY = every
         try:
             if is_stored:
                 run(folder, kill_after_state=call)
@@ -199,6 +209,27 @@ def test_a_stream_that_ends_without_a_judged_window_says_so_unless_it_had_some_b
     for n_sample, ending in ((0, Ending.UNJUDGED), (700, Ending.UNJUDGED), (2300, Ending.OVER)):
         assert run(tmp_path, Samples(part(MADE, 0, n_sample))) is ending
     assert run(tmp_path, Samples(part(MADE, 0, 2300))) is Ending.OVER
+
+
+@pytest.mark.parametrize("is_output", [False, True])
+def test_lines_that_were_delivered_are_stored_whatever_ends_the_monitor(
+    undisturbed, is_output, tmp_path, monkeypatch
+):
+    class Ends(Kept):
+        def put(self, chunk, lines):
+            if any(isinstance(line, WindowLine) and line.number == 17 for line in lines):
+                raise BrokenPipeError if is_output else RuntimeError
+            return super().put(chunk, lines)
+
+    monkeypatch.setattr(loop, "STORE_EVERY", 1e9)
+    ends, kept = Ends(), Kept()
+    with suppress(RuntimeError):
+        assert run(tmp_path, sinks=[ends]) is Ending.OUTPUT_CLOSED
+    numbers = [line.number for line in ends.lines if isinstance(line, WindowLine)]
+    assert [each["number"] for each in logged(tmp_path) if "number" in each] == numbers != []
+    run(tmp_path, sinks=[kept])
+    assert logged(tmp_path) == undisturbed
+    assert numbers + [line.number for line in kept.lines if isinstance(line, WindowLine)] == [*range(40)]
 
 
 def test_a_source_may_forget_what_is_stored_alone(tmp_path):

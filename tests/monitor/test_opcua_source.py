@@ -15,7 +15,7 @@ from asyncua import Server, ua
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.monitor import opcua
+from hydrofdi.monitor import connections, opcua
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.connections import Inbox
 from hydrofdi.monitor.lines import WindowLine
@@ -392,6 +392,15 @@ def test_a_full_inbox_drops_one_long_piece_and_says_it_once():
     assert numbers == [*range(100), *range(500, 700)]
     assert sum(event.count for event in events) == 1000 - len(numbers)
     assert [event.kind for event in events if not event.is_silent] == [EventKind.DROPPED] * 2
+
+
+def test_few_items_wait_for_more(monkeypatch):
+    monkeypatch.setattr(connections, "GATHER", 60.0)
+    inbox = Inbox(100)
+    sender = Thread(target=lambda: [put(inbox, start) for start in (0, 10, 20)])
+    sender.start()
+    assert len(inbox.take(60.0, 1000, 30)) == 3
+    sender.join()
 
 
 def test_a_sender_that_waits_goes_on_when_there_is_room_or_it_is_closed():

@@ -31,7 +31,9 @@ NOISY = (
 
 
 def run_with(*settings):
-    return load_experiment(None, ["record.duration=2 s", "input.period=0.5 s", *settings]).nominal_parameters
+    warming = ["fluid.temperature=45 °C", "fluid.temperature_drift=1 K/s"]
+    usual = ["record.duration=2 s", "input.period=0.5 s", *warming]
+    return load_experiment(None, [*usual, *settings]).nominal_parameters
 
 
 def columns_of(runs, coefficients):

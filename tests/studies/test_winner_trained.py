@@ -20,6 +20,7 @@ STUDY = """
 name: ranked
 record: {duration: 2 s}
 input: {period: 0.5 s}
+fluid: {temperature: 45 °C}
 wavelet: {phase: 0}
 pressure_1_sensor: {noise: 5 kPa}
 pressure_2_sensor: {noise: 5 kPa}

@@ -479,7 +479,7 @@ class Detector:
             is_followed=follow,
             is_resumed=state is not None,
         )
-        others = open_sinks(stated, file, metrics, addresses)
+        others = open_sinks(stated, file, stream.name, metrics, addresses)
         if state is None:
             _log.info("no --state: after a restart, the monitor starts from scratch")
         shown: Any = on_line if hasattr(on_line, "put") else Output(on_line, unit)

@@ -175,7 +175,8 @@ def train(
     said = Said(sampling_frequency, channel, unit, label, group)
     labels = tuple(names_of("healthy", healthy, "labels of healthy records"))
     feature = feature_of(stated)
-    needed = feature.channels | feature.optional_channels | {stated.window.channel, Channel.OIL_TEMPERATURE}
+    needed = feature.channels | feature.optional_channels | {stated.window.channel}
+    needed |= set() if best else {Channel.OIL_TEMPERATURE}  # a winner is trained as the study judged it
     sources = sources_of(data, needed, said) if stored is None else [_records_of(stored, needed)]
     if of_fleet is not None:
         for source in sources:
@@ -217,6 +218,7 @@ def _records_of(stored: ExperimentData, needed: Collection[Channel]) -> RecordSo
     """The records of a study: its stored signals where they suffice, else simulated again."""
     store, name = stored.experiment.store, str(stored.path)
     signals = {signal for channel, signal in SIGNAL_OF_CHANNEL.items() if channel in needed}
+    signals -= stored.experiment.absent_signals
     if signals <= stored_signals(store.signals) and store.dtype == "float64":
         return StoredRecords(stored, name, needed)
     return SimulatedRecords(stored.experiment, name, needed)

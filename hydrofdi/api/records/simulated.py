@@ -123,9 +123,10 @@ def _batch(
     ]
     texts = labels or ("",) * len(runs)
     good = [row for row, outcome in enumerate(outcomes) if outcome.is_ok]
-    signals = {each: signal for each, signal in SIGNAL_OF_CHANNEL.items() if each in source.channels}
+    wanted = {each: signal for each, signal in SIGNAL_OF_CHANNEL.items() if each in source.channels}
+    found = shown.signals(wanted.values())
     return RecordBatch(
-        {channel: getattr(shown, signal)[good] for channel, signal in signals.items()},
+        {channel: found[signal][good] for channel, signal in wanted.items() if signal in found},
         runs[0].parameters.record.sampling_frequency,
         tuple(record_ids[row] for row in good),
         sources=(source.name,) * len(good),

@@ -9,11 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 from pydantic import Field, model_validator
 
 from hydrofdi.physics.cylinder import axial_weight
+from hydrofdi.physics.fluid import stiffening_bulk_modulus
 from hydrofdi.physics.friction import FRICTION_LAWS
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.quantities import SI, Section
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     LawName = str
 else:
     LawName = Literal[tuple(FRICTION_LAWS)]
@@ -161,8 +165,12 @@ class ActuatorConfig(Section):
 class FluidConfig(Section):
     """Fluid in the chambers."""
 
-    bulk_modulus: Annotated[float, SI("Pa", above=0, usual=("10 MPa", "10 GPa"))] = 551e6
+    bulk_modulus: Annotated[float, SI("Pa", above=0, usual=("200 MPa", "4 GPa"))] = 551e6
     """Effective bulk modulus β (EBM) [Pa]. 551 MPa = 80 kpsi is the paper's normal value."""
+
+    bulk_modulus_pressure_slope: Annotated[float, SI("1", least=0, most=100, usual=("1", "20"))] = 0.0
+    """Rise of β per pressure, m [-]; ``bulk_modulus`` is then that at the pressure zero. The tangent modulus
+    of a mineral oil without air rises by 10 to 12 (Hayward, 1970). None in the paper."""
 
     vapour_pressure: Annotated[float, SI("Pa", usual=("1 Pa", "1 MPa"))] = 0.0
     """Pressure below which a chamber counts as cavitating [Pa]; on the same scale as the return pressure.
@@ -187,6 +195,11 @@ class FluidConfig(Section):
     atmospheric_pressure: Annotated[float, SI("Pa", above=0, usual=("10 kPa", "1 MPa"))] = 101325.0
     """Absolute pressure at which the pressures of the model are zero [Pa]."""
 
+    temperature: Annotated[float, SI("K", above=0, usual=("230 K", "400 K"))] | None = None
+    """Temperature of the oil for which the other parameters are given [K], such as ``45 °C``; it has no
+    effect on the motion. If stated, records have the channel ``oil_temperature``: this temperature with rise
+    and drift, as ``temperature_sensor`` shows it."""
+
     temperature_rise: Annotated[float, SI("K", usual=("0.01 K", "100 K"))] = 0.0
     """Temperature of the oil at the start of the record above that for which the other parameters are given
     [K]. It changes β, viscous friction, and all laminar leakage: clearances of the valve, external leakage,
@@ -203,9 +216,23 @@ class FluidConfig(Section):
     working temperature."""
 
     @property
+    def is_constant(self) -> bool:
+        """Whether β does not depend on pressure."""
+        return self.law == "constant" and self.bulk_modulus_pressure_slope == 0.0
+
+    def modulus_at(self, pressure: float) -> float:
+        """β without air at a pressure [Pa]."""
+        return float(stiffening_bulk_modulus(pressure, self.bulk_modulus, self.bulk_modulus_pressure_slope))
+
+    @property
     def is_warm(self) -> bool:
         """Whether the temperature ever differs from that for which the parameters are given."""
         return self.temperature_rise != 0.0 or self.temperature_drift != 0.0
+
+    def temperature_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Temperature of the oil at times since the start of the record [K]; NaN if it is not stated."""
+        start = math.nan if self.temperature is None else self.temperature + self.temperature_rise
+        return start + self.temperature_drift * time
 
 
 class FrictionConfig(Section):

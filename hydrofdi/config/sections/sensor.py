@@ -174,6 +174,18 @@ class VoltageSensorConfig(SensorConfig):
     highest: Annotated[float, SI("V", usual=("10 µV", "1 kV"))] | None = None
 
 
+class TemperatureSensorConfig(SensorConfig):
+    """Temperature sensor. Like every sensor, it is ideal and changes nothing unless set otherwise."""
+
+    noise: Annotated[float, SI("K", least=0, usual=("0.0001 K", "10 K"))] = 0.0
+    noise_density: Annotated[float, SI("K/Hz^0.5", least=0, usual=("1e-6 K/√Hz", "10 K/√Hz"))] = 0.0
+    hum: Annotated[float, SI("K", least=0, usual=("0.0001 K", "10 K"))] = 0.0
+    bias: Annotated[float, SI("K", usual=("0.001 K", "100 K"))] = 0.0
+    drift: Annotated[float, SI("K/s", usual=("1e-6 K/s", "10 K/s"))] = 0.0
+    lowest: Annotated[float, SI("K", usual=("100 K", "1000 K"))] | None = None
+    highest: Annotated[float, SI("K", usual=("100 K", "1000 K"))] | None = None
+
+
 class MeasurementConfig(Section):
     """Common settings of the sensors."""
 

@@ -284,7 +284,7 @@ class DetectorFile(Part):
 
     positive: tuple[str, ...] = ()
     """Outputs that can only be positive, and are so in all healthy windows; in other windows without an alarm
-    they make the window novel."""
+    they make the window novel, the flow gain in any."""
 
     fits: dict[str, float] = Field(default_factory=dict)
     """Output that states how well the model explains a window → largest value without a doubt: that of the

@@ -136,10 +136,19 @@ class Estimator:
         followed, trace = indicator.step(own, self._records(n_before, samples))
         due = instants(n_before, stop - first, indicator.samples_per_estimate(self.sampling_frequency))
         is_settled = (n_before + due) / self.sampling_frequency >= indicator.options.transient - 1e-9
+        found: list[Estimate] = []
+        after: dict[str, NDArray[Any]] = {
+            "n_seen": np.array([n_before + stop - first]),
+            "n_lost": state["n_lost"],
+            "had_score": state["had_score"],
+            "is_missing": np.array([False]),
+            **{_INDICATOR + name: np.asarray(array) for name, array in followed.items()},
+        }
+        if not is_settled.any():
+            return after, stop, found
         values = {self._prefix + name: rows[0, is_settled] for name, rows in trace.values.items()}
         doubts = doubts_of(indicator, values, self._prefix, self._fits)
         fits = [self._prefix + each.name for each in indicator.outputs if each.is_fit]
-        found: list[Estimate] = []
         for row, place in enumerate(first + due[is_settled]):
             score, fault = float(values[self._score][row]), None
             has_score = math.isfinite(score)
@@ -155,13 +164,7 @@ class Estimator:
             found.append(Estimate(int(place), time, score, fault, doubts[row], explained, conditions))
             if is_given_up:
                 return self.start(), int(place) + 1, found
-        after: dict[str, NDArray[Any]] = {
-            "n_seen": np.array([n_before + stop - first]),
-            "n_lost": np.array([n_lost]),
-            "had_score": np.array([had_score]),
-            "is_missing": np.array([False]),
-            **{_INDICATOR + name: np.asarray(array) for name, array in followed.items()},
-        }
+        after |= {"n_lost": np.array([n_lost]), "had_score": np.array([had_score])}
         return after, stop, found
 
     @property

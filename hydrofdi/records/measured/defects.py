@@ -112,7 +112,7 @@ def _of_channel(
         yield Issue(text, channel, kind="missing", is_unusable=True)
         return
     if channel in ranges:
-        yield from _out_of_range(channel, samples, ranges[channel])
+        yield from _out_of_range(recording, channel, samples, ranges[channel])
     if channel is Channel.OIL_TEMPERATURE:
         return
     if channel is Channel.PISTON_POSITION and (
@@ -133,10 +133,14 @@ def _of_channel(
     yield from _hum(recording, channel, samples, limits)
 
 
-def _out_of_range(channel: Channel, samples: Array, limits: tuple[float, float]) -> Iterator[Issue]:
+def _out_of_range(
+    recording: Recording, channel: Channel, samples: Array, limits: tuple[float, float]
+) -> Iterator[Issue]:
     outside = float(np.mean((samples < limits[0]) | (samples > limits[1])))
     if outside:
-        yield Issue(f"{outside:.2%} of {channel} samples lie outside its range", channel, kind="out_of_range")
+        low, high = (shown_quantity(each, recording.unit(channel)) for each in limits)
+        text = f"{outside:.2%} of {channel} samples lie outside its range, {low} … {high}"
+        yield Issue(text, channel, kind="out_of_range")
 
 
 def _spikes(recording: Recording, channel: Channel, samples: Array) -> Iterator[Issue]:

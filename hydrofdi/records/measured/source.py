@@ -24,7 +24,7 @@ from hydrofdi.records.measured.cutting import (
     short_stroke,
     trimmed,
 )
-from hydrofdi.records.measured.defects import Ranges, defects, differences
+from hydrofdi.records.measured.defects import defects, differences
 from hydrofdi.records.measured.description.checks import contradictions
 from hydrofdi.records.measured.description.sections import OF_STREAMS, MeasuredConfig
 from hydrofdi.records.measured.formats.opening import open_table
@@ -123,7 +123,9 @@ class MeasuredSource:
         try:
             record = cycle if config.segment is None else segment_of(cycle, stroke, config.segment)
             found = [*short_stroke(cycle, stroke, config.limits.shortest_stroke)]
-            record = record.remarked((*found, *defects(record, config.limits, self._ranges)))
+            own = config.actuator.ranges.items()
+            ranges = {each: limits for each, limits in own if each not in record.relative} | self._ranges
+            record = record.remarked((*found, *defects(record, config.limits, ranges)))
             if config.normalize != "none":
                 record = normalized(record, config.normalize, reference_pressure(cycle, config.normalize))
         except RejectionError as rejection:
@@ -135,7 +137,7 @@ class MeasuredSource:
         return path_pattern(self.config.path)
 
     @cached_property
-    def _ranges(self) -> Ranges:
+    def _ranges(self) -> dict[Channel, tuple[float, float]]:
         pairs = ((name, column.plausible_range(name.unit)) for name, column in self.config.channels.items())
         return {channel: limits for channel, limits in pairs if limits is not None}
 

@@ -44,6 +44,7 @@ _SECTIONS = {
     Channel.PISTON_POSITION: "position_sensor",
     Channel.PISTON_VELOCITY: "velocity_sensor",
     Channel.SPOOL_POSITION: "spool_sensor",
+    Channel.OIL_TEMPERATURE: "temperature_sensor",
 }
 
 

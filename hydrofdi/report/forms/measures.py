@@ -56,6 +56,26 @@ def measures_table(
     return Table((*lead, *numbers.values(), reasons), notes=tuple(notes), row="record", n_lead=len(lead))
 
 
+def upright(table: Table, columns: Sequence[Column]) -> Table:
+    """Few records beside each other, a row for each number with its error: scores, fits, then the others."""
+    names, *others = table.shown[: table.n_shown_lead]
+    numbers = {each.name: each for each in table.shown[table.n_shown_lead :]}
+    errors = {name: numbers.pop(f"{name}_error") for name in [*numbers] if f"{name}_error" in numbers}
+    outputs = sorted(columns, key=lambda each: (not each.output.is_score, not each.output.is_fit))
+    rows = [*others, *(numbers[each.name] for each in outputs if each.name in numbers)]
+
+    def text(of: TableColumn, row: int) -> str:
+        error = errors.get(of.name)
+        return of.text_of(row) + (f" ± {error.text_of(row)}" if error else "")
+
+    records = (
+        TableColumn(names.text_of(row), [text(each, row) for each in rows], is_text=True)
+        for row in range(len(table))
+    )
+    headings = TableColumn("number", [each.heading for each in rows], is_text=True)
+    return Table((headings, *records), notes=table.notes)
+
+
 def _files(columns: Sequence[Column], records: Iterable[RecordMeasures]) -> Iterator[Table]:
     """Tables of as many records as memory holds at once: a column for each number, units in names."""
     records = iter(records)

@@ -16,7 +16,7 @@ from hydrofdi.physics.cylinder import (
     supported_pressure_rate,
 )
 from hydrofdi.physics.equation import Quantity, equation
-from hydrofdi.physics.fluid import effective_bulk_modulus, temperature_factor
+from hydrofdi.physics.fluid import effective_bulk_modulus, stiffening_bulk_modulus, temperature_factor
 from hydrofdi.physics.friction import chosen_friction, dry_friction_factor
 from hydrofdi.physics.leakage import (
     blended_leakage_flow,
@@ -315,6 +315,8 @@ def port_flows(state: State, spool_position: float, p: LaneParameters, options: 
 def bulk_modulus_at(pressure: float, p: LaneParameters, options: ModelOptions) -> float:
     """β of the fluid in a chamber by the chosen law [Pa]."""
     modulus: float = p.bulk_modulus
+    if options.stiffening is not None:
+        modulus = stiffening_bulk_modulus(pressure, modulus, p.pressure_stiffening)
     if options.free_air is not None:
         modulus = effective_bulk_modulus(pressure, modulus, p.free_air, p.air_exponent, p.atmosphere)
     return modulus
@@ -326,7 +328,7 @@ def pressure_rates(
 ) -> tuple[float, float]:
     """P_1' and P_2' from the net flows [m³/s] into the chambers [Pa/s]."""
     modulus = p.bulk_modulus
-    if options.free_air is not None:
+    if options.free_air is not None or options.stiffening is not None:
         net_1 *= bulk_modulus_at(state.pressure_1, p, options)
         net_2 *= bulk_modulus_at(state.pressure_2, p, options)
         modulus = 1.0

@@ -59,6 +59,7 @@ PARAMETERS = {
     "return_resistance": "supply.return_resistance",
     "return_time": "supply.return_time_constant",
     "bulk_modulus": "fluid.bulk_modulus",
+    "pressure_stiffening": "fluid.bulk_modulus_pressure_slope",
     "free_air": "fluid.free_air",
     "air_exponent": "fluid.polytropic_exponent",
     "atmosphere": "fluid.atmospheric_pressure",
@@ -201,6 +202,7 @@ class ModelOptions(NamedTuple):
     bristles: Chosen = None
     uneven_friction: Chosen = None
     warm_oil: Chosen = None
+    stiffening: Chosen = None
     free_air: Chosen = None
     clamped_cavitation: Chosen = None
     limited_spool: Chosen = None
@@ -241,6 +243,7 @@ class ModelOptions(NamedTuple):
             bristles=FRICTION_LAWS[run.friction.law].has_bristles or None,
             uneven_friction=run.friction.is_uneven or None,
             warm_oil=run.fluid.is_warm or None,
+            stiffening=run.fluid.bulk_modulus_pressure_slope > 0.0 or None,
             free_air=run.fluid.law == "free_air" or None,
             clamped_cavitation=run.fluid.cavitation == "clamped" or None,
             limited_spool=valve.is_limited or None,

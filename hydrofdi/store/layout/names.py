@@ -50,7 +50,7 @@ class Variable:
     @property
     def is_mostly_still(self) -> bool:
         """Whether the variable is a signal that is constant unless certain options of the model are used."""
-        return self.name in {REFERENCE_POSITION, LOAD_FORCE, VALVE_SUPPLY_PRESSURE}
+        return self.name in {REFERENCE_POSITION, LOAD_FORCE, VALVE_SUPPLY_PRESSURE, OIL_TEMPERATURE}
 
 
 RUN_ID, RECORD_ID, STATUS, MESSAGE = "run_id", "record_id", "status", "message"
@@ -73,7 +73,7 @@ BULK_MODULUS = "bulk_modulus"
 MODE_FREQUENCY = "hydraulic_mode_frequency"
 MODE_DAMPING_RATIO = "hydraulic_mode_damping_ratio"
 INPUT_VOLTAGE, REFERENCE_POSITION, LOAD_FORCE = "input_voltage", "reference_position", "load_force"
-VALVE_SUPPLY_PRESSURE = "valve_supply_pressure"
+VALVE_SUPPLY_PRESSURE, OIL_TEMPERATURE = "valve_supply_pressure", "oil_temperature"
 CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE = "chamber_1_pressure", "chamber_2_pressure"
 LARGEST_CHAMBER_1_PRESSURE = "chamber_1_pressure_max"
 FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
@@ -92,6 +92,7 @@ _OF_SIGNALS = (
     ("Pa", "pressure of chamber 1, P_1"),
     ("Pa", "pressure of chamber 2, P_2"),
     ("Pa", "supply pressure at the valve, P_s"),
+    ("K", "temperature of the oil"),
     ("m3 s-1", "leakage flow from chamber 1 to 2, q_il"),
 )
 """Unit and long name of each of the `SIGNALS`."""

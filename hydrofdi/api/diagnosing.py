@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.arguments import Names
+from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import HealthyRecords, analysed_batches
 from hydrofdi.api.measuring import assumed_plants, of_machine
 from hydrofdi.api.records.sources import Said, sources_of
@@ -25,7 +25,7 @@ from hydrofdi.diagnosis.history import (
 from hydrofdi.diagnosis.hypotheses import HEALTHY, REPAIRS
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators.balancing import P1, P2, X
-from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.report.table import Column, Table
 from hydrofdi.settings.messages import counted
@@ -128,12 +128,14 @@ class Diagnosis:
 
 def diagnose(
     data: Any,
-    healthy: Any = None,
+    history: Any = None,
     *,
+    healthy: str | int | Sequence[str | int] = (),
     options: Mapping[str, Any] | None = None,
     sampling_frequency: str | float | None = None,
     channel: Names = None,
     unit: Names = None,
+    label: Texts = None,
 ) -> Diagnosis:
     """Name the fault that records of a machine show, or say that nothing is wrong.
 
@@ -142,12 +144,14 @@ def diagnose(
     data : path, results, array_like, mapping, DataFrame, Dataset, or list of these
         Records with P1, x, and u or the spool position; better with P2. As for `hydrofdi.measure`. Of
         labelled records, those that are not healthy.
-    healthy : same, optional
+    history : same, optional
         Healthy records of the same machine, at least three, better twelve, of other days. By default the
         healthy ones of labelled records; if there are none, the data sheet takes their place.
+    healthy : str, int, or sequence of them, optional
+        Labels of healthy records, besides those that descriptions name.
     options : mapping, optional
         Options of the indicator ``flow_balance``, such as ``{"half_window": 8}``.
-    sampling_frequency, channel, unit : optional
+    sampling_frequency, channel, unit, label : optional
         As for `hydrofdi.measure`.
 
     Returns
@@ -160,15 +164,15 @@ def diagnose(
         An argument is invalid, or channels are missing.
     """
     said = Said(sampling_frequency, channel, unit)
-    sources = sources_of(data, tuple(Channel), said)
-    history_sources = sources if healthy is None else sources_of(healthy, tuple(Channel), said)
-    known = HealthyRecords(history_sources)
-    is_own = healthy is None
+    sources = sources_of(data, tuple(Channel), replace(said, label=label))
+    is_own, names = history is None, tuple(names_of("healthy", healthy, "labels of healthy records"))
+    history_sources = sources if is_own else sources_of(history, tuple(Channel), said)
+    known = HealthyRecords(history_sources, names)
     if is_own and known.is_unlabelled:
         past, asked = list[RecordBatch](), _batches(sources)
     else:
         past = [*known.batches()]
-        asked = [*HealthyRecords(sources, is_faulty=True).batches()] if is_own else _batches(sources)
+        asked = [*HealthyRecords(sources, names, is_faulty=True).batches()] if is_own else _batches(sources)
     if not asked:
         raise ConfigError(f"{known.name}: all records are healthy; there is none to diagnose")
     return _diagnosed(past, asked, [*sources, *([] if is_own else history_sources)], options or {})
@@ -196,7 +200,7 @@ def _diagnosed(
         raise DataError(f"{sources[0].name}: {reason}")
     shared = set.intersection(*({*each.channels} - each.relative for each in used))
     settings = _settings(shared, sources[0].name) | dict(options)
-    made = of_machine({"flow_balance": sound_indicator("flow_balance", settings)}, sources)
+    made = of_machine(make_indicators({"flow_balance": settings}), sources)
     chosen = made["flow_balance"].options
     n_past = sum(each.n_record for each in past)
     remarks = [*assumed_plants(made)]
@@ -204,7 +208,7 @@ def _diagnosed(
         found = f"{counted(n_past, 'healthy record')}; " if n_past else ""
         remarks.append(
             f"{found}the data sheet takes the place of a history: small faults and valves that differ from it"
-            f" look alike; at least {FEWEST} healthy records of this machine tell more (--healthy)"
+            f" look alike; at least {FEWEST} healthy records of this machine tell more (--history)"
         )
     balance = balance_of(past if n_past >= FEWEST else used, chosen)
     judges: Judge | None = Judge(history_of(past, balance)) if n_past >= FEWEST else None

@@ -87,7 +87,7 @@ _KEYWORDS = {
     "calibrate": ("flows --flow",),
     "check": ("halve_step --converge", "tolerance"),
     "detect": ("sampling_frequency",),
-    "diagnose": ("sampling_frequency",),
+    "diagnose": ("healthy", "sampling_frequency"),
     "evaluate": ("indicators", "healthy", "false_alarm_rate", "confidence", "usual_scores"),
     "export": ("format", "channels", "unit", "runs", "sampling_frequency", "overwrite"),
     "inspect": ("indicators", "record", "write", "sampling_frequency"),

@@ -159,7 +159,7 @@ def _measures(columns: Sequence[Column], records: Iterator[RecordMeasures]) -> I
 
 def diagnose(
     sources: Sources,
-    healthy: Annotated[
+    history: Annotated[
         list[str] | None,
         typer.Option(metavar="SOURCE", help="Healthy records of the same machine; repeat it for several."),
     ] = None,
@@ -168,10 +168,10 @@ def diagnose(
 ) -> int:
     """Name the fault that records show: which, how probable, how large, and what else it may be.
 
-    Compares with healthy records of the same machine: --healthy, or those that are labelled so; else with the
+    Compares with healthy records of the same machine: --history, or those with a healthy label; else with the
     data sheet. Needs P1, x, and u or xv; P2 tells much more. Exit code 1 if a record could not be judged.
     """
-    found = hydrofdi.diagnose(sources, healthy or None, **settings)
+    found = hydrofdi.diagnose(sources, history or None, **settings)
     answer(found, _diagnosis, json=json)
     tell(*(f"note: {remark}" for remark in found.remarks))
     return int(any(not record.findings for record in found.records))

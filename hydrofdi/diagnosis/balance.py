@@ -125,7 +125,7 @@ class FaultBalance:
     def estimate(self, fitted: Fitted, variance: float) -> Estimates:
         """Estimates if the squared error of the equations is `variance` times the stated one."""
         normal, right, square = self._normal(fitted.moments)
-        covariances = np.linalg.inv(normal / variance + np.eye(len(NAMES)))
+        covariances = np.asarray(np.linalg.inv(normal / variance + np.eye(len(NAMES))), dtype=float)
         values = np.einsum("rij,rj->ri", covariances, right / variance)
         misfits = self._misfits(values, normal, right, square, fitted.counts)
         values = values.copy()

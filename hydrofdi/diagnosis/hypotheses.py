@@ -28,6 +28,8 @@ class Hypothesis:
         Quantities that it changes by an amount that is not known.
     advice : str
         What to look at.
+    error : float
+        Error of its direction, in any direction, over its length.
     """
 
     name: str
@@ -37,6 +39,7 @@ class Hypothesis:
     directions: Array
     free: tuple[str, ...] = ()
     advice: str = ""
+    error: float = 0.3
 
 
 HEALTHY, NONE = "healthy", "none_of_these"
@@ -133,6 +136,7 @@ def _all(history: History) -> Iterator[Hypothesis]:
         yield Hypothesis(
             name, "more friction" if sign > 0 else "less friction", "N", friction,
             moves({"coulomb": sign}), advice="look at rod guide, seals and alignment",
+            error=1.0,  # the piston sticks and slips, which no equation of the balance states
         )  # fmt: skip
     yield Hypothesis(
         "weak_supply", "supply pressure is low", "Pa", 0.05 * supply, moves({"supply": -1.0 / supply}),

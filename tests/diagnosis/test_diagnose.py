@@ -1,0 +1,115 @@
+"""``hydrofdi diagnose``: files, arrays, wrong wiring, missing channels."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import hydrofdi
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.records import Channel
+from tests.commands import run
+from tests.diagnosis.conftest import N_HEALTHY
+
+SYMBOLS = {"P1": "Pa", "P2": "Pa", "x": "m", "u": "V"}
+FLOW = 0.2e-3 / 60.0
+OPTIONS = {"return_pressure": "4 bar"}
+
+
+def columns(batch, row, names=tuple(SYMBOLS)):
+    """Samples of a record by symbol."""
+    return {name: batch[Channel(name)][row] for name in names}
+
+
+def write(path, batch, row):
+    """A CSV file of a record."""
+    own = columns(batch, row)
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["time [s]", *(f"{name} [{unit}]" for name, unit in SYMBOLS.items())])
+        time = np.arange(batch.n_time) / batch.sampling_frequency
+        writer.writerows(np.column_stack((time, *own.values())).tolist())
+
+
+def in_memory(batch, **renamed):
+    """Records as columns, some with other samples."""
+    return {Channel(name): batch[Channel(renamed.get(name, name))] for name in SYMBOLS}
+
+
+@pytest.fixture(scope="module")
+def leaking(days):
+    """A day with a leaking seal."""
+    return days([{"leakage.internal_coefficient": FLOW / 8e6**0.5}], first=700)
+
+
+def test_the_command_names_the_fault_of_a_file(healthy, leaking, tmp_path):
+    (tmp_path / "healthy").mkdir()
+    for row in range(N_HEALTHY):
+        write(tmp_path / "healthy" / f"day{row}.csv", healthy, row)
+    write(tmp_path / "today.csv", leaking, 0)
+    done = run("diagnose", "today.csv", "--history", "healthy", "--json", cwd=tmp_path, check=0)
+    found = json.loads(done.stdout)
+    assert found["healthy_records"] == N_HEALTHY
+    assert found["sensors"] == "P1 P2 x u"
+    first = found["records"][0]["findings"][0]
+    assert first["name"] == found["records"][0]["name"] == "seal_orifice"
+    assert first["size"] == pytest.approx(FLOW, rel=0.3)
+    shown = run("diagnose", "today.csv", "--history", "healthy", cwd=tmp_path, check=0).stdout
+    assert "piston seal leaks" in shown
+    assert "L/min" in shown
+    again = run("diagnose", "healthy/day0.csv", "--history", "healthy", "--json", cwd=tmp_path, check=0)
+    assert json.loads(again.stdout)["records"][0]["name"] == "healthy"
+
+
+@pytest.mark.parametrize(
+    ("name", "renamed", "sign"),
+    [
+        ("swapped_pressures", {"P1": "P2", "P2": "P1"}, ""),
+        ("wrong_sign_u", {}, "u"),
+        ("wrong_sign_x", {}, "x"),
+    ],
+)
+def test_wrong_wiring_is_named(name, renamed, sign, healthy, days):
+    data = in_memory(days([{}], first=800), **renamed)
+    if sign:
+        data[Channel(sign)] = -data[Channel(sign)]
+    found = hydrofdi.diagnose(
+        data, in_memory(healthy), options=OPTIONS, sampling_frequency=healthy.sampling_frequency
+    )
+    assert found.records[0].name == name
+
+
+def test_labelled_records_bring_their_history(healthy, leaking):
+    data = {name: np.vstack((healthy[name], leaking[name])) for name in in_memory(healthy)}
+    frequency = healthy.sampling_frequency
+    labels = ["healthy"] * N_HEALTHY + ["worn"]
+    whole = hydrofdi.diagnose(
+        data, sampling_frequency=frequency, label=labels, healthy="healthy", options=OPTIONS
+    )
+    apart = hydrofdi.diagnose(
+        in_memory(leaking), in_memory(healthy), sampling_frequency=frequency, options=OPTIONS
+    )
+    assert [each.name for each in whole.records] == ["seal_orifice"]
+    assert whole.records[0].findings == apart.records[0].findings
+    assert set(whole.table["name"]) == {each.name for each in whole.records[0].named}
+
+
+def test_what_cannot_be_told_is_an_error(leaking):
+    data, frequency = in_memory(leaking), leaking.sampling_frequency
+    del data[Channel.PISTON_POSITION]
+    with pytest.raises(DataError, match="missing: x"):
+        hydrofdi.diagnose(data, sampling_frequency=frequency)
+    still = {name: np.zeros_like(samples) for name, samples in in_memory(leaking).items()}
+    with pytest.raises(DataError):
+        hydrofdi.diagnose(still, sampling_frequency=frequency)
+    with pytest.raises(ConfigError, match="half_windo"):
+        hydrofdi.diagnose(in_memory(leaking), sampling_frequency=frequency, options={"half_windo": 8})
+
+
+def test_a_record_with_a_hole_is_not_judged(leaking):
+    data = {name: samples.copy() for name, samples in in_memory(leaking).items()}
+    data[Channel.CHAMBER_1_PRESSURE][0, 50] = np.nan
+    found = hydrofdi.diagnose(data, sampling_frequency=leaking.sampling_frequency)
+    assert not found.records[0].findings
+    assert found.records[0].reason

@@ -1,0 +1,132 @@
+"""Faults of simulated days are named, with their sizes; what is no hypothesis is none of these."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hydrofdi.diagnosis.evidence import Judge
+from hydrofdi.diagnosis.history import balance_of, history_of, history_of_sheet, signatures
+from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.records import Channel
+from tests.diagnosis.conftest import N_HEALTHY
+
+SHEET = {"spool": "command", "supply": "nominal", "return_pressure": 4e5}
+FLOW = 0.1e-3 / 60.0
+
+FAULTS = {
+    "seal_orifice": ({"leakage.internal_coefficient": FLOW / 8e6**0.5}, FLOW),
+    "seal_laminar": ({"leakage.internal_coefficient": 2.0 * FLOW / 8e6**0.5, "leakage.law": "laminar"}, None),
+    "external_1": ({"leakage.external_coefficient_1": FLOW / 8e6}, FLOW),
+    "worn_edge": ({"supply_1_edge.lap": -2e-6}, 2e-6),
+    "null_shift": ({"valve.null_offset": -1.5e-6}, 1.5e-6),
+    "weak_supply": ({"supply.pressure": 15.5e6}, 1.7e6),
+    "raised_return": ({"supply.return_pressure": 14e5}, 1e6),
+    "soft_oil": ({"fluid.bulk_modulus": 551e6 / 1.5}, None),
+    "bias_P1": ({"pressure_1_sensor.bias": 5e5}, 5e5),
+    "gain_P2": ({"pressure_2_sensor.gain_error": -0.05}, 0.05),
+}
+"""Fault → what differs on its day, and its size as it is stated; None if that depends on more."""
+
+
+@pytest.fixture(scope="session")
+def options():
+    """Balance of the nominal machine."""
+    return sound_indicator("flow_balance", SHEET).options
+
+
+@pytest.fixture(scope="session")
+def judge(healthy, options):
+    """Judge with the history of healthy days."""
+    return Judge(history_of([healthy], balance_of([healthy], options)))
+
+
+def findings(judge, batch):
+    """The findings on each record."""
+    found, estimates = signatures(judge.history.balance, batch, judge.history.variance)
+    rows = zip(found, estimates.gains, estimates.covariances, strict=True)
+    return [judge.judge(*row) for row in rows]
+
+
+@pytest.fixture(scope="session")
+def of_faults(days, judge):
+    """Fault → findings on its day."""
+    batch = days([change for change, _ in FAULTS.values()], first=100)
+    return dict(zip(FAULTS, findings(judge, batch), strict=True))
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_is_named_first_with_its_size(name, of_faults):
+    first, *_ = of_faults[name]
+    alike = (first.name, *first.looks_like)
+    assert name in alike, [(each.name, round(each.probability, 3)) for each in of_faults[name][:3]]
+    assert first.name == name
+    assert first.low <= first.probability <= first.high
+    size = FAULTS[name][1]
+    if size is not None:
+        assert first.size == pytest.approx(size, rel=0.35)
+        assert first.size_low < first.size < first.size_high
+    assert sum(each.probability for each in of_faults[name]) == pytest.approx(1.0)
+
+
+def test_healthy_days_are_healthy(days, judge):
+    batch = days([{}] * 20, first=200)
+    names = [each[0].name for each in findings(judge, batch)]
+    assert names.count("healthy") >= 19
+
+
+def test_a_fault_without_a_hypothesis_is_none_of_these(days, judge):
+    batch = days([{"valve.hysteresis": 0.15}] * 4, first=300)
+    assert [each[0].name for each in findings(judge, batch)].count("none_of_these") >= 3
+
+
+@pytest.mark.parametrize(
+    ("name", "channel", "factor", "unknown"),
+    [
+        ("gain_P1", Channel.CHAMBER_1_PRESSURE, 1.01, "gain_1"),
+        ("gain_x", Channel.PISTON_POSITION, 1.01, "position_gain"),
+        ("flow_gain", Channel.INPUT_VOLTAGE, 1.02, "flow_gain"),
+    ],
+)
+def test_an_error_of_a_channel_moves_the_signature_along_its_direction(
+    name, channel, factor, unknown, healthy, judge
+):
+    one = healthy.rows([0])
+    changed = replace(one, channels={**one.channels, channel: factor * one[channel]})
+    history = judge.history
+    before, estimates = signatures(history.balance, one, history.variance)
+    after, _ = signatures(history.balance, changed, history.variance)
+    hypothesis = next(each for each in judge.hypotheses if each.name == name)
+    gain, n_own = estimates.gains[0], estimates.gains.shape[1]
+    moved = (after - before)[0, :n_own]
+    expected = (factor - 1.0) * (gain @ hypothesis.directions[:, :n_own].T)
+    best = expected[:, np.argmax(expected.T @ moved)]
+    weights = 1.0 / np.sqrt(np.diag(history.scatter)[:n_own])
+    cosine = (weights * moved) @ (weights * best) / np.linalg.norm(weights * moved)
+    assert cosine / np.linalg.norm(weights * best) > 0.9, unknown
+
+
+def test_gains_of_valve_and_position_look_alike_until_a_second_sensor_tells(days, judge):
+    (found,) = findings(judge, days([{"voltage_sensor.gain_error": 0.06}], first=400))
+    assert found[0].name in ("flow_gain", "gain_x")
+    other = {"flow_gain": "gain_x", "gain_x": "flow_gain"}[found[0].name]
+    assert other in found[0].looks_like
+    assert found[0].told_by[other] in ("a second position sensor", "spool position")
+
+
+def test_the_data_sheet_alone_tells_a_large_leak(days, options):
+    batch = days([{"leakage.internal_coefficient": 10.0 * FLOW / 8e6**0.5}], first=500)
+    judge = Judge(history_of_sheet(batch, balance_of([batch], options)))
+    (found,) = findings(judge, batch)
+    assert found[0].name == "seal_orifice"
+    assert judge.history.n_record == 0
+
+
+def test_one_pressure_names_a_large_leak_among_others(healthy, days):
+    made = sound_indicator("flow_balance", SHEET | {"chambers": 1}).options
+    judge = Judge(history_of([healthy], balance_of([healthy], made)))
+    assert {"friction_up", "external_2", "bias_P2"}.isdisjoint(each.name for each in judge.hypotheses)
+    (found,) = findings(judge, days([{"leakage.internal_coefficient": 8.0 * FLOW / 8e6**0.5}], first=600))
+    assert found[0].name != "healthy"
+    assert any("seal" in name for name in (found[0].name, *found[0].looks_like))
+    assert len(healthy.record_ids) == N_HEALTHY

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property
@@ -188,8 +189,11 @@ class Trend:
         text = f"{datetime.fromtimestamp(time, UTC):%Y-%m-%d %H:%M}"
         return text[:10] if self.every >= _DAY / 2 else text
 
-    def _range(self, found: Estimate, text: Any) -> str:
-        return f"{text(found.value)} ({text(found.low)} to {text(found.high)})"
+    def _range(self, found: Estimate, text: Callable[[float], str]) -> str:
+        """A value and its interval; a unit that all have stands once."""
+        value, low, high = (text(each) for each in (found.value, found.low, found.high))
+        unit = f" {self.shown_unit}" if text == self.amount and self.shown_unit else ""
+        return f"{value} ({low.removesuffix(unit)} to {high})"
 
     @property
     def answer(self) -> str:

@@ -144,6 +144,8 @@ def _told(tally: Tally) -> Iterator[str]:
         kinds = ", ".join(f"{kind} {n:,}" for kind, n in tally.faults.most_common())
         beyond = f"; {tally.n_beyond:,} of them with a score beyond the limit" if tally.n_beyond else ""
         yield f"not judged: {tally.faults.total():,} ({kinds}){beyond}"
+    if tally.n_alarm:
+        yield tally.consequence.sentences
     if tally.n_doubtful:
         yield f"doubtful: {tally.n_doubtful:,} of {windows}, such as {tally.first_doubt}"
     for (_, record), reason in list(tally.unjudged.items())[:1]:

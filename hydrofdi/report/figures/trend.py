@@ -65,7 +65,8 @@ def draw_trend(
     if edges[1] > time[-1]:
         axis.axvline(x(time[-1:])[0], color=GREY, linewidth=0.6)
     _frame(axis, values[is_in], level, limit)
-    axis.set(title=title, ylabel=label, xlim=tuple(x(edges)))
+    figure.suptitle(title, x=0.01, ha="left", fontsize=9.5)
+    axis.set(ylabel=label, xlim=tuple(x(edges)))
     if is_dated:
         from matplotlib import dates
 

@@ -428,7 +428,7 @@ def trend(
         )
     days, warm = points.time / _DAY, points.temperature if is_compensated else None
     is_used = used.copy()
-    is_used[used] = inliers(days[used], points.score[used], None if warm is None else warm[used])
+    is_used[used] = inliers(points.score[used])
     points = Points(points.time, points.score, points.temperature, points.n_score, is_used)
     model = ChangePointModel(days[is_used], None if warm is None else warm[is_used])
     p_value = model.p_value(points.score[is_used])

@@ -23,8 +23,8 @@ _MOST_ONSETS = 120
 _CORRELATIONS, _WHITE = (0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.97), (0.0, 0.3, 0.6, 0.9)
 """Correlation from a point to the next, and share of the variance that is not correlated."""
 
-_OUTLYING, _MOST_ROUNDS = 5.0, 4
-"""Robust standard deviations beyond which a residual is an outlier, and repetitions of their search."""
+_OUTLYING = 5.0
+"""Robust standard deviations of neighbours beyond which a value is an outlier."""
 
 _JUMP = 8.0
 """Robust standard deviations up to which a single error is not taken for a change; a choice between sudden
@@ -206,31 +206,18 @@ class ChangePointModel:
             self.time, base[:, 0], growth, self.onset[change], self.law[change], base[:, 1:], deviation
         )
 
-    def residuals(self, values: ArrayLike) -> Array:
-        """What the most probable change leaves of a series, shape (n,)."""
-        own = np.asarray(values, dtype=float)
-        some = self.evidences(own[:, None])[1][:, :, 0]
-        which, change = np.unravel_index(np.argmax(some), some.shape)
-        noise = self.noises[which]
-        grows = grown(self.time, self.onset[[change]], self.law[[change]], self.time[-1])
-        design = np.column_stack([self.base, grows])
-        fitted = np.linalg.lstsq(noise.root @ design, noise.root @ own, rcond=None)[0]
-        return np.asarray(own - design @ fitted)
 
+def inliers(values: ArrayLike) -> NDArray[np.bool_]:
+    """Whether each value is close to the median of the seven around it (Hampel's identifier), shape (n,).
 
-def inliers(time: ArrayLike, values: ArrayLike, covariate: ArrayLike | None = None) -> Array:
-    """Whether each point is within five robust standard deviations of the most probable change."""
-    at, own = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
-    other = None if covariate is None else np.asarray(covariate, dtype=float)
-    is_in = np.ones(at.size, dtype=bool)
-    for _ in range(_MOST_ROUNDS):
-        left = ChangePointModel(at[is_in], None if other is None else other[is_in]).residuals(own[is_in])
-        spread = _TO_DEVIATION * np.median(np.abs(left - np.median(left)))
-        is_far = np.abs(left) > _OUTLYING * spread
-        if not is_far.any() or is_in.sum() - is_far.sum() < FEWEST:
-            break
-        is_in[np.flatnonzero(is_in)[is_far]] = False
-    return is_in
+    A change that lasts for `AFTER` points leaves no outliers: Pearson, IEEE Transactions on Control Systems
+    Technology 10 (2002) 55.
+    """
+    own = np.asarray(values, dtype=float)
+    n_near = 2 * AFTER - 1
+    first = np.clip(np.arange(own.size) - AFTER + 1, 0, own.size - n_near)
+    away = own - np.median(own[first[:, None] + np.arange(n_near)], axis=1)
+    return np.asarray(np.abs(away) <= _OUTLYING * _TO_DEVIATION * np.median(np.abs(away)))
 
 
 def _log_sum(logs: Array) -> Array:

@@ -325,7 +325,7 @@ class Watch:
         if event.kind is not EventKind.ALARM_RAISED:
             return event
         n_judged, n_alarm = int(state["n_judged"]), int(state["n_alarm"])
-        found = consequence(self.file, n_judged, n_alarm, verdict.score, verdict.doubt)
+        found = consequence(self.file, n_judged, n_alarm, verdict.score, verdict.margin, verdict.doubt)
         return replace(event, text=f"{event.text}; {found.sentences}", details=found.to_dict())
 
 

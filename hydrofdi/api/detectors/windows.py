@@ -275,7 +275,7 @@ class Tally:
         """What the alarms come to; the flow is that of their median score."""
         score = float(np.median(self._alarming)) if self._alarming else None
         doubt = self.first_doubt if self.n_doubtful >= self.n_alarm else ""
-        return consequence(self.file, self.n_judged, self.n_alarm, score, doubt)
+        return consequence(self.file, self.n_judged, self.n_alarm, score, doubt=doubt)
 
     @property
     def rate(self) -> Rate:

@@ -9,11 +9,15 @@ from typing import Any
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import count_text, number_text, shown_quantity, time_text
+from hydrofdi.settings.readable import count_text, number_text, shown_quantity
 from hydrofdi.units import convert
 
 _ORIFICE, _FLOW = "leakage", "m^3/s"
 """Output that is the flow of an orifice at a reference pressure, and the unit of flows."""
+
+_CHANCE, _FAR = 0.01, 10.0
+"""Probability of as many false alarms below which they are not chance, and healthy spreads beyond the limit
+from which on a single alarm is not."""
 
 _PAGE = "docs/how-to/after-an-alarm.md"
 
@@ -74,7 +78,12 @@ class Consequence:
 
 
 def consequence(
-    file: DetectorFile, windows_judged: int, alarms: int, score: float | None, doubt: str = ""
+    file: DetectorFile,
+    windows_judged: int,
+    alarms: int,
+    score: float | None,
+    margin: float | None = None,
+    doubt: str = "",
 ) -> Consequence:
     """What alarms come to, of which one, or the median, has a score."""
     flow = pressure = drift = None
@@ -87,7 +96,8 @@ def consequence(
             flow *= math.sqrt(pressure / stated)
         drift = flow / area if area else None
     expected = windows_judged * false_alarms_per_window(file)
-    return Consequence(windows_judged, alarms, expected, flow, pressure, drift, _advice(file, doubt))
+    advice = _advice(file, alarms, expected, margin, doubt)
+    return Consequence(windows_judged, alarms, expected, flow, pressure, drift, advice)
 
 
 def false_alarms_per_window(file: DetectorFile) -> float:
@@ -110,16 +120,13 @@ def _constant(file: DetectorFile, name: str, *, is_stated: bool = False) -> floa
     return float(found) if found is not None else None
 
 
-def _advice(file: DetectorFile, doubt: str) -> str:
+def _advice(file: DetectorFile, alarms: int, expected: float, margin: float | None, doubt: str) -> str:
+    from scipy.special import pdtrc
+
     if doubt:
-        return f"next, look at the signals ('hydrofdi inspect'), because the verdict is doubtful ({_PAGE})"
-    if file.chart is not None and file.config.chart is not None:
-        every = time_text(file.config.chart.false_alarm_every)
-        return (
-            f"a healthy machine alarms once in {every}: next, check the signals and test the seal ({_PAGE})"
-        )
+        return f"look at the signals first ('hydrofdi inspect'): the verdict is doubtful ({_PAGE})"
+    is_far = margin is not None and margin < -_FAR
+    if file.chart is not None or is_far or (alarms and pdtrc(alarms - 1, expected) < _CHANCE):
+        return f"more than chance explains: check the signals, repeat the motion, test the seal ({_PAGE})"
     noun = "windows" if file.n_sample else "estimates"
-    return (
-        f"a single alarm may be chance: if most of the next ten {noun} alarm, too, check the signals and test"
-        f" the seal ({_PAGE})"
-    )
+    return f"this may be chance: wait whether most of the next ten {noun} alarm, too ({_PAGE})"

@@ -37,7 +37,7 @@ _FEW = 0.1
 """Share of the usual number of scores below which a point is left out."""
 _KNOWN, _VARIES = 0.75, 1.0
 """Least share of points with an oil temperature, and least standard deviation of it [K], to compensate it."""
-_LEAST_RATE = 0.001
+_LEAST_RATE = 0.002
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +185,7 @@ class Trend:
         if math.isinf(time):
             return "before the history" if time < 0 else f"not within {time_or_days(self.duration)}"
         if not self.history.is_dated:
-            return f"{plain(time / _DAY, 4)} days" if self.every >= _DAY / 2 else time_text(time)
+            return f"day {plain(time / _DAY, 4)}" if self.every >= _DAY / 2 else time_text(time)
         text = f"{datetime.fromtimestamp(time, UTC):%Y-%m-%d %H:%M}"
         return text[:10] if self.every >= _DAY / 2 else text
 
@@ -214,8 +214,9 @@ class Trend:
             chance = self.probability(self.horizon)
             early = f", with {percent(chance)} within that time" if at.low <= self.horizon else ""
             return f"{first} It most probably does not reach {limit} within {span}{early}."
+        on = "on" if self.history.is_dated else "at"
         verb = "reached" if at.value <= end else "reaches"
-        return f"{first} It {verb} {limit} on {self._range(at, self.when)}."
+        return f"{first} It {verb} {limit} {on} {self._range(at, self.when)}."
 
     def facts(self) -> dict[str, str]:
         """What stands beside the answer, for display."""
@@ -224,21 +225,21 @@ class Trend:
         ends = f"{self.when(self.draws.time[0] * _DAY)} to {self.when(self.draws.time[-1] * _DAY)}"
         found = {
             "history": f"{ends}, {used} points of {time_or_days(self.every)}{left}",
-            "evidence": f"p = {self.p_value:.2g}; a trend up to {percent(self.false_alarm_rate)}",
+            "evidence": f"p = {self.p_value:.2g}, a trend if at most {percent(self.false_alarm_rate)}",
             "intervals": f"{100.0 * self.confidence:g} %",
         }
         if self.rate is not None:
-            month = 30.0 * _DAY
+            span = 30.0 * self.every
             laws = ", ".join(f"{name} {percent(share)}" for name, share in self.laws.items())
             found |= {
                 "law": laws,
                 "level before": self._range(self.level_before, self.amount),
                 "level now": self._range(self.level_now, self.amount),
                 "rate now": self._range(
-                    Estimate(*(month * each for each in (self.rate.value, self.rate.low, self.rate.high))),
+                    Estimate(*(span * each for each in (self.rate.value, self.rate.low, self.rate.high))),
                     self.amount,
                 )
-                + " in 30 days",
+                + f" in {time_or_days(span)}",
             }
         if (effect := self.temperature_effect) is not None:
             found["oil temperature"] = f"compensated, {self._range(effect, self.amount)} per K"
@@ -386,7 +387,7 @@ def trend(
     begin : str, optional
         Date at which the clock of a log is zero, such as ``2026-01-31T12:00Z``, if it does not state dates.
     false_alarm_rate : str or float
-        Share of histories without a change in which a trend may be stated, from 0.1 %.
+        Share of histories without a change in which a trend may be stated, from 0.2 %.
     confidence : str or float
         Confidence level of all intervals.
     sampling_frequency : str or float, optional
@@ -409,7 +410,7 @@ def trend(
         for name, given in (("false_alarm_rate", false_alarm_rate), ("confidence", confidence))
     )
     if not _LEAST_RATE <= rate < 1.0:
-        raise ConfigError(f"false_alarm_rate: must be from 0.1 % to below 100 %; found {false_alarm_rate!r}")
+        raise ConfigError(f"false_alarm_rate: must be from 0.2 % to below 100 %; found {false_alarm_rate!r}")
     if not 0.0 < level < 1.0:
         raise ConfigError(f"confidence: must be below 1; found {confidence!r}")
     history = history_of(data, indicator, output, Said(sampling_frequency))

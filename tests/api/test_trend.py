@@ -143,15 +143,15 @@ def test_a_clock_that_starts_again_is_refused():
 
 
 SENSORS = tuple(f"--set=pressure_{n}_sensor.noise=20 kPa" for n in (1, 2))
-LEAK = ("internal_flow=0.3 L/min", "onset=ramp", "onset_time=60 s", "onset_duration=60 s")
+LEAK = ("internal_flow=0.3 L/min", "onset=ramp", "onset_time=30 s", "onset_duration=30 s")
 
 
 @pytest.fixture(scope="module")
 def worn(tmp_path_factory):
-    """Two minutes of a machine, from the middle of which on K_i grows to 0.3 L/min, as text."""
+    """A minute of a machine, from the middle of which on K_i grows to 0.3 L/min, as text."""
     leak = [f"--set=leakage.{each}" for each in LEAK]
     played = run(
-        "replay", "motions/closed-loop", "--record", "1", "--rate", "max", "--set=record.duration=120 s",
+        "replay", "motions/closed-loop", "--record", "1", "--rate", "max", "--set=record.duration=60 s",
         *SENSORS, *leak, check=0,
     )  # fmt: skip
     path = tmp_path_factory.mktemp("worn") / "worn.csv"
@@ -164,13 +164,13 @@ def test_a_monitor_writes_all_that_a_trend_needs(worn, tmp_path):
     text = worn.read_text().splitlines(keepends=True)
     healthy.write_text("".join(text[: len(text) // 2]))
     run(
-        "train", healthy, "--indicator", "flow_balance", "--window", "3 s", "--false-alarm-rate", "10 %",
+        "train", healthy, "--indicator", "flow_balance", "--window", "1.5 s", "--false-alarm-rate", "10 %",
         "--out", detector, check=0,
     )  # fmt: skip
     run("monitor", detector, worn, "--no-follow", "--log", log, check=0)
-    found = hydrofdi.trend(log, every="3 s", limit="0.1 L/min")
-    assert found.onset.low - 3.0 < 60.0 < found.onset.high + 3.0
-    assert found.reached.low < 120.0
+    found = hydrofdi.trend(log, every="1.5 s", limit="0.1 L/min")
+    assert found.onset.low - 1.5 < 30.0 < found.onset.high + 1.5
+    assert found.reached.low < 60.0
     raised = next(line for line in map(json.loads, log.read_text().splitlines()) if "details" in line)
     assert raised["event"] == "alarm_raised"
     details = raised["details"]

@@ -318,28 +318,30 @@ class Trend:
         """The points, the level with its interval, the onset, the limit and when it is reached."""
         from hydrofdi.report.figures.trend import draw_trend
 
-        days, used, draws = self.points.time / _DAY, self.points.is_used, self.draws
+        used, draws = self.points.is_used, self.draws
+        unit = "" if self.history.is_dated else "days" if self.every >= _DAY / 2 else "min"
+        span = 60.0 if unit == "min" else _DAY
         values = self.points.score.copy()
         if self.is_compensated:
             known = np.isfinite(self.points.temperature)
             mean = self.points.temperature[used].mean()
             values[known] -= np.median(draws.slopes[:, 0]) * (self.points.temperature[known] - mean)
         end = self.horizon if self.has_trend and self.limit is not None else self.horizon - self.duration
-        instants, tail = np.linspace(days[0], end / _DAY, 300), (1.0 - self.confidence) / 2.0
-        levels = np.quantile(draws.levels(instants), (tail, 0.5, 1.0 - tail), axis=1)
+        instants, tail = np.linspace(self.points.time[0], end, 300), (1.0 - self.confidence) / 2.0
+        levels = np.quantile(draws.levels(instants / _DAY), (tail, 0.5, 1.0 - tail), axis=1)
         onset, reached = (
-            None if found is None else (found.value / _DAY, found.low / _DAY, found.high / _DAY)
+            None if found is None else (found.value / span, found.low / span, found.high / span)
             for found in (self.onset, self.reached)
         )
         return draw_trend(
             self.answer.partition(". ")[0].rstrip("."),
             f"{self.history.meaning} [{self.shown_unit or '-'}]",
-            (days, self.factor * values, used),
-            (instants, self.factor * levels),
+            (self.points.time / span, self.factor * values, used),
+            (instants / span, self.factor * levels),
             onset,
             None if self.limit is None else self.factor * self.limit,
             reached,
-            is_dated=self.history.is_dated,
+            time_unit=unit,
         )
 
     def __repr__(self) -> str:

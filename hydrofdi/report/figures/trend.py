@@ -28,24 +28,26 @@ def draw_trend(
     limit: float | None,
     reached: Interval | None,
     *,
-    is_dated: bool,
+    time_unit: str = "",
 ) -> Figure:
     """Draw a trend.
 
     Parameters
     ----------
     points : tuple of ndarray, shape (n,)
-        Time [days], values, and whether each is used.
+        Time, values, and whether each is used.
     levels : tuple of ndarray, shape (n_time,) and (3, n_time)
-        Time [days]; lower end, median and upper end of the level.
+        Time; lower end, median and upper end of the level.
     onset, reached : Interval, optional
-        [days]; ends of `reached` may be infinite.
+        Ends of `reached` may be infinite.
+    time_unit : str
+        Unit of all instants; days since 1970 if empty.
     """
     time, values, is_in = points
     instants, (low, level, high) = levels
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
     axis: Any = figure.subplots()
-    x = _dates if is_dated else np.asarray
+    x = np.asarray if time_unit else _dates
     axis.plot(x(time[is_in]), values[is_in], "o", color=GREY, markersize=3, label="points")
     if not is_in.all():
         axis.plot(x(time[~is_in]), values[~is_in], "x", color=GREY, markersize=4, label="left out")
@@ -67,14 +69,14 @@ def draw_trend(
     _frame(axis, values[is_in], level, limit)
     figure.suptitle(title, x=0.01, ha="left", fontsize=9.5)
     axis.set(ylabel=label, xlim=tuple(x(edges)))
-    if is_dated:
+    if time_unit:
+        axis.set_xlabel(f"time [{time_unit}]")
+    else:
         from matplotlib import dates
 
         places: Any = dates.AutoDateLocator()  # type: ignore[no-untyped-call]
         axis.xaxis.set_major_locator(places)
         axis.xaxis.set_major_formatter(dates.ConciseDateFormatter(places))  # type: ignore[no-untyped-call]
-    else:
-        axis.set_xlabel("time [days]")
     legend_above(axis, 6)
     return shown(figure)
 

@@ -96,15 +96,6 @@ def test_a_covariate_is_taken_out():
     assert slope.high - slope.low < 0.15
 
 
-def test_a_correlation_reaches_over_gaps_as_far_as_over_days():
-    kept = np.sort(np.random.default_rng(5).choice(200, 60, replace=False))
-    counts = 0
-    for seed in range(40):
-        scores = wear.spread(np.random.default_rng(seed), 200, 0.8, 0.0)[kept]
-        counts += ChangePointModel(kept.astype(float)).p_value(scores, 99) <= 0.05
-    assert counts <= 7
-
-
 def test_single_outliers_are_left_out_and_a_lasting_change_is_not():
     truth = wear.worn(4, N_DAY, "sudden", "independent")
     scores = truth.scores.copy()
@@ -116,3 +107,23 @@ def test_short_histories_are_refused():
     with pytest.raises(NotStatedError) as refused:
         ChangePointModel(np.arange(FEWEST - 1.0))
     assert refused.value.records_needed == FEWEST
+
+
+def test_the_evidence_of_a_change_is_its_integral_over_the_growth(model):
+    """For changes that differ in law and onset, against that of no change in what the growth leaves."""
+    scores = wear.worn(7, N_DAY, "linear", "independent").scores
+    growths = np.linspace(-200.0, 200.0, 40001)
+    changes = [3, 50, 120, 200]
+    columns = grown(DAYS, model.onset[changes], model.law[changes], DAYS[-1])
+    stated = next(model.evidences(scores[:, None]))[1][changes, 0] - np.log(model._prior[changes])
+    left = (scores[:, None] - np.multiply.outer(column, growths) for column in columns.T)
+    integrals = np.array([np.trapezoid(np.exp(next(model.evidences(each))[0] + 60.0)) for each in left])
+    np.testing.assert_allclose(np.diff(stated), np.diff(np.log(integrals)), rtol=1e-6)
+
+
+def test_the_correlation_of_two_points_depends_on_the_time_between_them():
+    time = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 18.0, 19.0, 20.0])
+    noise = ChangePointModel(time).noises[1]
+    correlation = noise.cholesky @ noise.cholesky.T
+    assert correlation[0, 1] == pytest.approx(0.2)
+    assert correlation[8, 9] == pytest.approx(0.2**10)

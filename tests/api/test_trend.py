@@ -174,6 +174,9 @@ def test_a_monitor_writes_all_that_a_trend_needs(worn, tmp_path):
     raised = next(line for line in map(json.loads, log.read_text().splitlines()) if "details" in line)
     assert raised["event"] == "alarm_raised"
     details = raised["details"]
+    judged = (line for line in map(json.loads, log.read_text().splitlines()) if line.get("alarm") is not None)
+    before = [line["alarm"] for line in judged if line["end"] <= raised["time"]]
+    assert (details["windows_judged"], details["alarms"]) == (len(before), sum(before))
     assert details["false_alarms_expected"] == pytest.approx(0.1 * details["windows_judged"])
     assert details["flow_L_per_min"] > 0.0
     assert details["recommendation"] in raised["text"]

@@ -18,6 +18,7 @@ NOISES = {
     "AR(1) 0.8 and 30 % white": (0.8, 0.3, None),
     "AR(1) 0.95": (0.95, 0.0, None),
     "AR(1) 0.5, Student's t with 4": (0.5, 0.0, 4),
+    "AR(1) 0.8, Student's t with 4": (0.8, 0.0, 4),
 }
 """Name → correlation from day to day, share of white noise, degrees of freedom of the innovations."""
 

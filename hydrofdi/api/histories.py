@@ -6,10 +6,12 @@ import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hydrofdi.api.measuring import assumed_plants, of_machine
 from hydrofdi.api.records.sources import Said, sources_of
@@ -20,6 +22,11 @@ from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Array, Channel, RecordSource
+from hydrofdi.settings.messages import counted
+from hydrofdi.settings.readable import time_text
+
+DAY = 86400.0
+"""A day [s]."""
 
 FIRST_DATE = 1e9
 """Least instant of a clock that counts from 1970 [s]."""
@@ -171,3 +178,59 @@ def _balance_of(sources: Sequence[RecordSource], name: str) -> tuple[str, dict[s
         )
     options = {"spool": spool} | ({} if _P2 in known else {"chambers": 1})
     return ("flow_balance" if _X in known else "pressure_balance"), options
+
+
+_MOST_POINTS = 400
+"""Most points; more are joined."""
+_FEW = 0.1
+"""Share of the usual number of scores below which a point is left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Medians of the scores of equal spans of time.
+
+    Attributes
+    ----------
+    time, score, temperature : ndarray, shape (n,)
+        [s], unit of the score, [K].
+    n_score : ndarray, shape (n,)
+    is_used : ndarray, shape (n,)
+        False for outliers, and for points without oil temperature if that is compensated.
+    """
+
+    time: Array
+    score: Array
+    temperature: Array
+    n_score: NDArray[np.int64]
+    is_used: NDArray[np.bool_]
+
+
+def points_of(history: History, span: float) -> tuple[Points, float, list[str]]:
+    """Points of a history, their span [s], which may be longer than asked for, and remarks."""
+    remarks = list[str]()
+    n_most = np.unique(np.floor(history.time / span)).size
+    if n_most > _MOST_POINTS:
+        span *= math.ceil(n_most / _MOST_POINTS)
+        remarks.append(f"points of {time_or_days(span)}, because there would be more than {_MOST_POINTS}")
+    starts = np.flatnonzero(np.diff(np.floor(history.time / span), prepend=-np.inf))
+    parts = [slice(*ends) for ends in pairwise([*starts.tolist(), history.time.size])]
+    counts = np.array([part.stop - part.start for part in parts])
+    parts = [part for part, n in zip(parts, counts, strict=True) if n >= _FEW * np.median(counts)]
+    if len(parts) < counts.size:
+        remarks.append(f"left out: {counted(counts.size - len(parts), 'point')} of few scores")
+    warm = [history.temperature[part] for part in parts]
+    points = Points(
+        np.array([np.median(history.time[part]) for part in parts]),
+        np.array([np.median(history.score[part]) for part in parts]),
+        np.array([np.mean(each[np.isfinite(each)]) if np.isfinite(each).any() else np.nan for each in warm]),
+        np.array([part.stop - part.start for part in parts]),
+        np.ones(len(parts), dtype=bool),
+    )
+    return points, span, remarks
+
+
+def time_or_days(seconds: float) -> str:
+    """A duration for display."""
+    days = seconds / DAY
+    return counted(round(days), "day") if days >= 0.995 else time_text(seconds)

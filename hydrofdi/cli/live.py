@@ -22,7 +22,7 @@ from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.detectors.windows import JudgedWindow, Tally
-    from hydrofdi.api.trend import Trend
+    from hydrofdi.api.trend_answer import Trend
     from hydrofdi.detectors.trained.file import DetectorFile
 
 INTERRUPTED = 130

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.starting import init as init
     from hydrofdi.api.sweep import collect as collect
     from hydrofdi.api.sweep import sweep as sweep
+    from hydrofdi.api.trend import trend as trend
     from hydrofdi.config import load_experiment as load_experiment
     from hydrofdi.errors import HydrofdiError as HydrofdiError
     from hydrofdi.report.table import Table as Table
@@ -70,6 +71,7 @@ _HOMES = {
         "api.run": "Run simulate",
         "api.starting": "init",
         "api.sweep": "collect sweep",
+        "api.trend": "trend",
         "config": "load_experiment",
         "errors": "HydrofdiError",
         "report.table": "Table",

@@ -16,7 +16,7 @@ LAYERS = [
     {"papers"},
     {"monitor", "report", "studies", "quality", "sensing", "store", "simulation"},
     {"config"},
-    {"detectors"},
+    {"detectors", "diagnosis"},
     {"indicators"},
     {"evaluation", "transforms", "records"},
     {"compilation"},

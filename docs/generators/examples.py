@@ -71,5 +71,6 @@ hydrofdi monitor detector.json mqtts://broker.example/press/samples --state pres
 hydrofdi replay monitoring/leak | hydrofdi monitor detector.json -
 hydrofdi replay rig.csv --rate max
 """,
+    "trend": "hydrofdi trend press.jsonl --limit '0.5 L/min' --figure trend.png\n",
     "export": "hydrofdi export results/smoke --out signals\n",
 }

@@ -32,6 +32,9 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, number_text, percent, percentage, readable_unit, typeset
 from hydrofdi.units import convert
 
+_PIECE = 20.0
+"""Length into which longer records are cut [s]."""
+
 U, SPOOL, SUPPLY = Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION, Channel.SUPPLY_PRESSURE
 
 
@@ -143,7 +146,7 @@ def diagnose(
     ----------
     data : path, results, array_like, mapping, DataFrame, Dataset, or list of these
         Records with P1, x, and u or the spool position; better with P2. As for `hydrofdi.measure`. Of
-        labelled records, those that are not healthy.
+        labelled records, those that are not healthy. Records of 40 s or more are cut into pieces of 20 s.
     history : same, optional
         Healthy records of the same machine, at least three, better twelve, of other days. By default the
         healthy ones of labelled records; if there are none, the data sheet takes their place.
@@ -188,13 +191,14 @@ def _diagnosed(
     sources: Sequence[RecordSource],
     options: Mapping[str, Any],
 ) -> Diagnosis:
-    past = [each for each in past if each.n_record]
-    used = [each for each in (*past, *asked) if each.n_record]
+    n_day = sum(each.n_record for each in past)
     rejected = tuple(
         RecordDiagnosis(each.record_id, reason=each.remark.message)
         for batch in asked
         for each in batch.rejected
     )
+    past, asked = ([piece for each in batches for piece in _pieces(each)] for batches in (past, asked))
+    used = [*past, *asked]
     if not used:
         reason = rejected[0].reason if rejected else "no record"
         raise DataError(f"{sources[0].name}: {reason}")
@@ -210,6 +214,11 @@ def _diagnosed(
             f"{found}the data sheet takes the place of a history: small faults and valves that differ from it"
             f" look alike; at least {FEWEST} healthy records of this machine tell more (--history)"
         )
+    elif n_day < FEWEST:
+        remarks.append(
+            f"the history is cut from {counted(n_day, 'record')}: what differs from day to day, as oil"
+            " temperature does, may look like a fault"
+        )
     balance = balance_of(past if n_past >= FEWEST else used, chosen)
     judges: Judge | None = Judge(history_of(past, balance)) if n_past >= FEWEST else None
     records: list[RecordDiagnosis] = []
@@ -224,6 +233,20 @@ def _diagnosed(
             records.append(RecordDiagnosis(one.record_ids[0], tuple(_judged(one, judge))))
     sensors = " ".join(each.symbol for each in Channel if each in balance_channels(shared))
     return Diagnosis((*records, *rejected), sensors, n_past if judges else 0, tuple(remarks))
+
+
+def _pieces(batch: RecordBatch) -> Iterator[RecordBatch]:
+    """Records of usual length: longer ones are cut, and named by their time [s]."""
+    n_piece = int(batch.duration / _PIECE)
+    if n_piece < 2:
+        yield from [replace(batch, rejected=())] if batch.n_record else []
+        return
+    length = batch.n_time // n_piece
+    for first in range(0, n_piece * length, length):
+        piece = batch.window(first, first + length)
+        ends = f"{piece.start_time:.0f}–{piece.start_time + piece.duration:.0f} s"
+        ids = tuple(f"{each} {ends}" for each in batch.record_ids)
+        yield replace(piece, record_ids=ids, rejected=())
 
 
 def balance_channels(shared: set[Channel]) -> set[Channel]:

@@ -70,7 +70,7 @@ _GROUPS = {
     "Start": ("init", "configs", "check", "simulate"),
     "Study": ("plan", "sweep", "report", "status", "collect", "calibrate"),
     "Records": ("inspect", "measure", "diagnose", "evaluate", "export"),
-    "Live": ("train", "detect", "monitor", "replay"),
+    "Live": ("train", "detect", "monitor", "replay", "trend"),
     "Look up": ("indicators", "schema"),
     "Audit": ("verify", "why", "rerun"),
 }
@@ -98,6 +98,16 @@ _KEYWORDS = {
     "simulate": ("out",),
     "sweep": ("out", "workers", "engine", "scheduler", "shared_directory", "retry_failed"),
     "train": ("healthy", "config", "sampling_frequency"),
+    "trend": (
+        "limit",
+        "indicator",
+        "output",
+        "every",
+        "begin",
+        "false_alarm_rate",
+        "confidence",
+        "sampling_frequency",
+    ),
     "why": ("experiment --config",),
 }
 """Command → keywords of a function in Python that are its options, too."""

@@ -1,4 +1,4 @@
-"""``hydrofdi train``, ``detect``, ``monitor`` and ``replay``."""
+"""``hydrofdi train``, ``detect``, ``monitor``, ``replay`` and ``trend``."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ import typer
 
 import hydrofdi
 from hydrofdi.cli.options import Detector, Json, Settings, Sources
-from hydrofdi.cli.terminal import answer, tell, write_out
+from hydrofdi.cli.terminal import answer, draw, facts, tell, write_out
 from hydrofdi.errors import interruption, without_credentials
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.detectors.windows import JudgedWindow, Tally
+    from hydrofdi.api.trend_answer import Trend
     from hydrofdi.detectors.trained.file import DetectorFile
 
 INTERRUPTED = 130
@@ -143,6 +144,8 @@ def _told(tally: Tally) -> Iterator[str]:
         kinds = ", ".join(f"{kind} {n:,}" for kind, n in tally.faults.most_common())
         beyond = f"; {tally.n_beyond:,} of them with a score beyond the limit" if tally.n_beyond else ""
         yield f"not judged: {tally.faults.total():,} ({kinds}){beyond}"
+    if tally.n_alarm:
+        yield tally.consequence.sentences
     if tally.n_doubtful:
         yield f"doubtful: {tally.n_doubtful:,} of {windows}, such as {tally.first_doubt}"
     for (_, record), reason in list(tally.unjudged.items())[:1]:
@@ -246,3 +249,37 @@ def replay(
         return 0
     tell(f"played {counted(n_sample, 'sample')}")
     return 0
+
+
+def trend(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="SOURCE...",
+            help="Logs of 'hydrofdi monitor --log', or a description or folder of measured files with dates.",
+        ),
+    ],
+    figure: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the trend (.png, .svg or .pdf).")
+    ] = None,
+    json: Json = False,
+    **settings: Any,
+) -> int:
+    """State since when a leak grows, how fast, and when it reaches a limit.
+
+    Reads the log of a monitor, or measures records with dates. All statements have intervals. Nothing is
+    stated for later than the length of the history after its end.
+    """
+    found = hydrofdi.trend(sources, **settings)
+    draw(found, figure)
+    answer(found, _trend, json=json)
+    tell(*(f"note: {remark}" for remark in found.remarks))
+    return 0
+
+
+def _trend(found: Trend) -> Iterator[Any]:
+    from rich.text import Text
+
+    yield Text(found.history.name, "bold")
+    yield from facts(found.facts())
+    yield Text(found.answer, "bold")

@@ -58,7 +58,8 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
     """A line as an object for JSON; numbers that are not finite are None."""
     if isinstance(line, Event):
         record = {"line": "event", "event": line.kind.value, "time": _finite(line.time)}
-        return {**record, "count": line.count, "is_end": line.is_end, "text": line.text}
+        record |= {"count": line.count, "is_end": line.is_end, "text": line.text}
+        return record | ({"details": dict(line.details)} if line.details else {})
     verdict, chart = line.verdict, line.chart
     return {
         "line": "window",
@@ -73,6 +74,7 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
         "beyond_limit": verdict.is_beyond,
         "fault": verdict.fault and {"kind": verdict.fault.kind, "text": verdict.fault.message},
         "doubt": verdict.doubt or None,
+        "oil_temperature": _finite(verdict.temperature),
         "chart": chart and {
             "statistic": _finite(chart.statistic),
             "limit": _finite(chart.limit),

@@ -24,7 +24,7 @@ from hydrofdi.records.streams import State
 from hydrofdi.store.files import open_own, reason, require_regular, whole_file, write_all
 from hydrofdi.store.folder.lock import file_lock, take_lock
 
-SCHEMA, VERSION = "hydrofdi.monitor-state", 4
+SCHEMA, VERSION = "hydrofdi.monitor-state", 5
 """Raise the version when arrays of the state get another name or meaning."""
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hydrofdi.detectors.trained.consequence import consequence
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.following import ChartReading, Follower, ScoreChart
 from hydrofdi.detectors.trained.measuring import Judge, Verdict
@@ -171,6 +172,7 @@ def _conditioned(
         is_alarm = verdict.alarm if chart is None else chart.alarm
         n_calm = 0 if is_alarm else min(int(state["n_calm"]) + 1, patience)
         state["n_calm"] = np.array(n_calm)
+        state |= {"n_judged": state["n_judged"] + 1, "n_alarm": state["n_alarm"] + bool(is_alarm)}
         if is_alarm and not is_raised:
             state |= {"is_raised": np.array(1), "since": np.array(end)}
             doubt = f"; doubtful: {verdict.doubt}" if verdict.doubt else ""
@@ -236,6 +238,7 @@ class Watch:
     def start(self) -> State:
         """The state before the first sample."""
         own = {"is_raised": 0, "n_calm": 0, "n_not_judged": self._judging.patience, "since": np.nan}
+        own |= {"n_judged": 0, "n_alarm": 0}
         return _flat(
             {
                 "stream": self._stream.start(),
@@ -314,7 +317,16 @@ class Watch:
         parts["conditions"], condition, alarms = _conditioned(
             parts["conditions"], patience, end, verdict, reading
         )
+        alarms = [self._with_consequence(parts["conditions"], event, verdict) for event in alarms]
         return [replace(window, chart=reading, condition=condition), *episodes, *alarms]
+
+    def _with_consequence(self, state: State, event: Event, verdict: Verdict) -> Event:
+        """An alarm with what it comes to."""
+        if event.kind is not EventKind.ALARM_RAISED:
+            return event
+        n_judged, n_alarm = int(state["n_judged"]), int(state["n_alarm"])
+        found = consequence(self.file, n_judged, n_alarm, verdict.score, verdict.margin, verdict.doubt)
+        return replace(event, text=f"{event.text}; {found.sentences}", details=found.to_dict())
 
 
 def _flat(parts: Mapping[str, State]) -> State:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -109,6 +110,8 @@ class RecordBatch:
         Records that were read with these, but cannot be measured.
     units : mapping of Channel to frozenset of str
         Units of the channels in the files, as written there.
+    dates : tuple of float, length n_record
+        Instant of the first sample of each record since 1970 [s]; NaN if unknown.
     labels : tuple of str or None
         Label of each record, such as its known condition; None unless a study asked for labels.
     """
@@ -125,18 +128,27 @@ class RecordBatch:
     remarks: tuple[tuple[Issue, ...], ...] = ()
     rejected: tuple[RejectedRecord, ...] = ()
     units: Mapping[Channel, frozenset[str]] = field(default_factory=dict)
+    dates: tuple[float, ...] = ()
     labels: tuple[str, ...] | None = field(default=None)
 
     def __post_init__(self) -> None:
         """Fill in what is omitted, and check that all attributes have the same number of records."""
         n_record = self.n_record
-        defaults = {"sources": ("",) * n_record, "groups": ("",) * n_record, "remarks": ((),) * n_record}
+        defaults: dict[str, tuple[Any, ...]] = {
+            "sources": ("",), "groups": ("",), "remarks": ((),), "dates": (math.nan,)
+        }  # fmt: skip
         for name, value in defaults.items():
             if not getattr(self, name):
-                object.__setattr__(self, name, value)
-        columns = (self.sources, self.groups, self.remarks, *([] if self.labels is None else [self.labels]))
+                object.__setattr__(self, name, value * n_record)
+        columns = (
+            self.sources,
+            self.groups,
+            self.remarks,
+            self.dates,
+            *([] if self.labels is None else [self.labels]),
+        )
         if any(len(column) != n_record for column in columns):
-            raise ValueError("sources, groups, remarks and labels have one entry per record")
+            raise ValueError("sources, groups, remarks, dates and labels have one entry per record")
         if len({samples.shape for samples in self.channels.values()} | {(n_record, self.n_time)}) > 1:
             raise ValueError("all channels have the shape (n_record, n_time)")
 
@@ -186,6 +198,7 @@ class RecordBatch:
             sources=tuple(self.sources[row] for row in chosen),
             groups=tuple(self.groups[row] for row in chosen),
             remarks=tuple(self.remarks[row] for row in chosen),
+            dates=tuple(self.dates[row] for row in chosen),
             labels=None if self.labels is None else tuple(self.labels[row] for row in chosen),
             rejected=(),
         )
@@ -196,13 +209,22 @@ class RecordBatch:
             self,
             channels={channel: samples[:, first:stop] for channel, samples in self.channels.items()},
             start_time=self.start_time + first / self.sampling_frequency,
+            dates=tuple(date + first / self.sampling_frequency for date in self.dates),
         )
 
     def blinded(self) -> RecordBatch:
         """The same samples of numbered records, without ids, sources, groups, remarks, units and labels."""
         numbers = tuple(map(str, range(self.n_record)))
         return replace(
-            self, record_ids=numbers, sources=(), groups=(), remarks=(), rejected=(), units={}, labels=None
+            self,
+            record_ids=numbers,
+            sources=(),
+            groups=(),
+            remarks=(),
+            rejected=(),
+            units={},
+            dates=(),
+            labels=None,
         )
 
 

@@ -72,6 +72,8 @@ class Event:
         counts of one kind, without ends of episodes, add up to all occurrences.
     is_end : bool
         Whether it ends an episode; `count` is then the count of the whole episode.
+    details : mapping of str to (float, str or None)
+        What an alarm comes to.
     """
 
     kind: EventKind
@@ -80,6 +82,7 @@ class Event:
     count: int = 1
     is_silent: bool = False
     is_end: bool = False
+    details: Mapping[str, Any] = field(default_factory=dict)
 
 
 class EvenStream:

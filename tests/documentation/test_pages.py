@@ -15,7 +15,7 @@ LONG = {
     "my-actuator.md", "my-csv.md", "my-single-rod-cylinder.md", "my-single-rod-cylinder-records.md",
     "monitor-a-machine.md", "what-can-i-detect.md",
     "another-oil-as-a-shift.md", "compare-two-sensors.md", "write-a-report.md", "after-an-alarm.md",
-    "run-in-ci.md",
+    "run-in-ci.md", "since-when-how-long-still.md",
 }  # fmt: skip
 PAGES = sorted([*DOCS.glob("tutorials/*.md"), *DOCS.glob("how-to/*.md")])
 PAGES = [page for page in PAGES if page.name != "index.md"]

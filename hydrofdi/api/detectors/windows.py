@@ -14,6 +14,7 @@ import numpy as np
 
 from hydrofdi.api.detectors.healthy_records import analysed_batches
 from hydrofdi.api.records.sources import Said, held, records_of
+from hydrofdi.detectors.trained.consequence import Consequence, consequence
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.following import Follower
 from hydrofdi.detectors.trained.measuring import without_scale
@@ -190,6 +191,7 @@ class Tally:
         self.unjudged: dict[tuple[str, str], str] = {}
         self._windows = windows
         self._outcomes: list[float] = []
+        self._alarming: list[float] = []
         self._groups: list[str] = []
         self._blocks: list[str] = []
         self._records: set[tuple[str, str]] = set()
@@ -218,6 +220,8 @@ class Tally:
         if window.alarm is not None and window.line is not None:
             self.unjudged.pop(record, None)
             self._outcomes.append(float(window.alarm))
+            if window.alarm and window.line.verdict.score is not None:
+                self._alarming.append(window.line.verdict.score)
             self._groups.append(window.group or " ".join(record))
             self._blocks.append(" ".join((*record, str(int(window.line.start / self._duration)))))
             self._has_groups |= bool(window.group)
@@ -265,6 +269,13 @@ class Tally:
     def group_noun(self) -> str:
         """What they are: ``groups`` or ``records``."""
         return "groups" if self._has_groups else "records"
+
+    @property
+    def consequence(self) -> Consequence:
+        """What the alarms come to; the flow is that of their median score."""
+        score = float(np.median(self._alarming)) if self._alarming else None
+        doubt = self.first_doubt if self.n_doubtful >= self.n_alarm else ""
+        return consequence(self.file, self.n_judged, self.n_alarm, score, doubt=doubt)
 
     @property
     def rate(self) -> Rate:
@@ -379,6 +390,7 @@ def json_parts(tally: Tally) -> Iterator[str]:
         "not_judged": dict(sorted(tally.faults.items())),
         "n_not_judged_beyond_limit": tally.n_beyond,
         "n_doubtful": tally.n_doubtful,
+        "consequence": tally.consequence.to_dict(),
     }
     yield f'\n],\n"summary": {json.dumps(summary, allow_nan=False)}}}\n'
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.detectors.registry import make_chart
-from hydrofdi.detectors.trained.conditions import estimated_conditions, outside, temperatures
+from hydrofdi.detectors.trained.conditions import TEMPERATURE, estimated_conditions, outside, temperatures
 from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.detectors.trained.file import DetectorFile, Scale
 from hydrofdi.detectors.trained.measuring import Verdict, findings, verdict_of
@@ -219,19 +219,24 @@ class Follower:
         verdicts: list[Verdict] = []
         for first in range(0, len(found), _BATCH_SIZE):
             some = found[first : first + _BATCH_SIZE]
-            faults = self._faults(rows, [n_held + each.place + 1 for each in some])
-            verdicts += [
-                verdict_of(self.file, each.score, each.fault or fault, None, each.doubts, each.conditions)
-                for each, fault in zip(some, faults, strict=True)
-            ]
+            faults, warm = self._faults(rows, [n_held + each.place + 1 for each in some])
+            for each, fault, mean in zip(some, faults, warm, strict=True):
+                verdict = verdict_of(
+                    self.file, each.score, each.fault or fault, None, each.doubts, each.conditions
+                )
+                verdicts.append(replace(verdict, temperature=mean))
         times = np.array([each.time for each in found])
         return {**after, _HELD: rows[:, -self._n_look :].copy()}, times, verdicts
 
-    def _faults(self, rows: Array, stops: Sequence[int]) -> list[Issue | None]:
-        """Fault of the samples before each of some places; None if there are too few samples to check."""
+    def _faults(self, rows: Array, stops: Sequence[int]) -> tuple[list[Issue | None], list[float | None]]:
+        """Fault of the samples before each of some places, and their mean oil temperature [K].
+
+        None if there are too few samples to check.
+        """
         channels, frequency = self.file.channels, self.file.sampling_frequency
         looks = [rows[:, max(0, stop - self._n_look) : stop] for stop in stops]
         faults: list[Issue | None] = [None] * len(looks)
+        warm: list[float | None] = [None] * len(looks)
         whole = [place for place, look in enumerate(looks) if look.shape[1] == self._n_look]
         for place in whole:
             time, samples = looks[place][0], looks[place][1:]
@@ -245,7 +250,8 @@ class Follower:
             for row, fault in enumerate(findings(records, file.ranges)):
                 own = {name: float(values[row]) for name, values in means.items()}
                 faults[sound[row]] = fault or outside(file.conditions, file.basis.n_window, own)
-        return faults
+                warm[sound[row]] = own.get(TEMPERATURE)
+        return faults, warm
 
 
 def samples_looked_at(indicator: RecursiveIndicator[Any], sampling_frequency: float) -> int:

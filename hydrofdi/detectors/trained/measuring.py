@@ -195,6 +195,8 @@ class Verdict:
         Why the window is not judged.
     doubt : str
         Why the verdict is doubtful, which it remains all the same; empty if it is not.
+    temperature : float or None
+        Mean oil temperature [K]; None if it is not measured.
     """
 
     score: float | None
@@ -202,6 +204,7 @@ class Verdict:
     margin: float | None
     fault: Issue | None = None
     doubt: str = ""
+    temperature: float | None = None
 
     @property
     def is_beyond(self) -> bool | None:
@@ -227,9 +230,10 @@ class Judge:
         faults = findings(records, self.file.ranges)
         for row, place in enumerate(sound):
             own = {name: float(values[row]) for name, values in found.conditions.items()}
-            verdicts[place] = verdict_of(
+            verdict = verdict_of(
                 self.file, scores[row], faults[row], found.obstacles[row], found.doubts[row], own
             )
+            verdicts[place] = replace(verdict, temperature=own.get(TEMPERATURE))
         return verdicts
 
 

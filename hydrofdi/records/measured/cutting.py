@@ -97,7 +97,8 @@ def part(recording: Recording, first: int, stop: int, start_time: float | None =
     """The samples from `first` to before `stop`; time continues unless `start_time` is given."""
     start = recording.start_time + first / recording.sampling_frequency if start_time is None else start_time
     channels = {channel: samples[first:stop] for channel, samples in recording.channels.items()}
-    return replace(recording, channels=channels, start_time=start)
+    date = recording.date + first / recording.sampling_frequency
+    return replace(recording, channels=channels, start_time=start, date=date)
 
 
 def trimmed(recording: Recording, trim: TrimConfig) -> Recording:

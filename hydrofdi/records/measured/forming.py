@@ -112,6 +112,7 @@ def _batch(
         rejected=tuple(rejected),
         units={channel: frozenset(record.units[channel] for record in records) for channel in first.units},
         labels=tuple(record.label for record in records) if labels else None,
+        dates=tuple(record.date for record in records),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -36,6 +37,8 @@ class Table(ABC):
     place: str
     titles: Sequence[str]
     remarks: tuple[Issue, ...] = ()
+    first_date = math.nan
+    """Time of the first date that was read, since 1970 in UTC, or in an unknown zone [s]."""
 
     @property
     def has_decimal_commas(self) -> bool:
@@ -154,6 +157,9 @@ def _resampled(channels: dict[Channel, Array], times: Array, frequency: float) -
     return {channel: np.interp(instants, times, samples) for channel, samples in channels.items()}
 
 
+_FIRST_DATE = 1e9
+"""Least instant of a clock that counts from 1970 [s]."""
+
 _TOLERANCE = 0.01
 """Share by which a stated sampling frequency may differ from a column of time."""
 
@@ -163,7 +169,8 @@ class Recording:
     """Channels of one file, or of a part of it: a record that is not yet in a batch, whose attributes it has.
 
     `values` are what group and label may use; `scaled_headers` the units that the file states for channels
-    with a gain, `units` those of its numbers; `stroke` is the last minus the first position, or zero.
+    with a gain, `units` those of its numbers; `stroke` is the last minus the first position, or zero; `date`
+    the instant of its first sample since 1970 [s].
     """
 
     channels: dict[Channel, Array]
@@ -180,6 +187,7 @@ class Recording:
     group: str = ""
     label: str = ""
     stroke: float = 0.0
+    date: float = math.nan
 
     def remarked(self, remarks: Iterable[Issue]) -> Recording:
         """The recording with more remarks."""
@@ -232,6 +240,7 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
             if column.config.gain is not None
         },
         units={channel: column.unit for channel, column in columns.items()},
+        date=start if start >= _FIRST_DATE else table.first_date + start,
     )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel, RecordBatch, RejectedRecord
+from hydrofdi.records.dates import instant
 from hydrofdi.records.measured.cutting import (
     cycles_of,
     find_stroke,
@@ -102,6 +103,8 @@ class MeasuredSource:
                 raise RejectionError("path", f"the path does not match {config.path!r}")
             with open_table(path, str(path), config.format) as table:
                 recording = recording_of(table, config)
+            if config.date:
+                recording = replace(recording, date=_date(filled(config.date, {**names, **recording.values})))
             recording = trimmed(recording, config.trim)
             cycles = [recording] if config.cycles is None else list(cycles_of(recording, config.cycles))
         except RejectionError as rejection:
@@ -140,6 +143,14 @@ class MeasuredSource:
     def _ranges(self) -> dict[Channel, tuple[float, float]]:
         pairs = ((name, column.plausible_range(name.unit)) for name, column in self.config.channels.items())
         return {channel: limits for channel, limits in pairs if limits is not None}
+
+
+def _date(text: str) -> float:
+    """A date since 1970 [s]."""
+    try:
+        return instant(text).nanoseconds / 1e9
+    except ValueError as error:
+        raise RejectionError("date", str(error)) from None
 
 
 def measured_source(path: Path | str, *, most_samples: int = MOST_SAMPLES) -> MeasuredSource:

@@ -9,6 +9,7 @@ import hydrofdi
 from hydrofdi.detectors.trained.conditions import coverage, outside
 from hydrofdi.detectors.trained.measuring import verdict_of
 from hydrofdi.errors import NotStatedError
+from hydrofdi.monitor.lines import line_record
 from tests.commands import run_hydrofdi
 from tests.detectors.trained.test_training import trained
 
@@ -65,6 +66,13 @@ def test_a_window_outside_of_the_covered_temperatures_is_novel_and_names_them():
     told = detector.judge(records([310.0, 321.0, 341.15, 280.0], seed=1), sampling_frequency=100)
     assert told["fault"].tolist() == ["", "", "novel", "novel"]
     assert told["reason"][2] == "oil temperature is 68.0 °C; healthy windows cover 27.0 °C to 47.0 °C"
+
+
+def test_lines_state_the_mean_oil_temperature():
+    detector, temperatures = own(np.linspace(300.15, 320.15, 30)), [305.0, 310.0]
+    windows = detector.windows(records(temperatures), sampling_frequency=100)
+    told = [line_record(window.line)["oil_temperature"] for window in windows]
+    assert told == pytest.approx(temperatures)
 
 
 def test_an_alarm_outside_of_the_covered_temperatures_is_not_raised_and_is_said():
@@ -137,7 +145,8 @@ def test_by_estimate_the_estimates_and_the_temperature_are_covered(tmp_path):
     assert set(detector.file.conditions) == {
         "oil_temperature", "weak_rls.bulk_modulus", "weak_rls.supply_pressure",
     }  # fmt: skip
-    assert "fault" in detector.judge(channels, sampling_frequency=frequency).columns
+    *_, last = detector.windows(channels, sampling_frequency=frequency)
+    assert last.line.verdict.temperature == pytest.approx(310.0)
     assert detector.file.limits.allowance == 0.0
     unknown = {name: samples for name, samples in channels.items() if name != "oil_temperature"}
     allowing = hydrofdi.train(unknown, config=config, sampling_frequency=frequency)

@@ -110,7 +110,8 @@ def _names(config: MeasuredConfig, source: Source) -> Iterator[Issue]:
         yield source.mistake(("path",), f"is not a regular expression: {error}")
         return
     known = [*pattern.groupindex, *config.columns, *OWN_NAMES]
-    for key in ("group", "label"):
+    for key in ("group", "label", "date"):
         for name in fields_of(getattr(config, key)):
-            if name not in known:
+            # a file has a date, but only its cycles have a direction
+            if name not in known or (key, name) == ("date", "direction"):
                 yield source.mistake((key,), f"unknown name {{{name}}}{nearest(name, known)}")

@@ -274,6 +274,10 @@ class MeasuredConfig(SamplesConfig):
     ``{folder}``, ``{file}`` and ``{direction}`` (``+``, ``-`` or ``0``: the sign of the last minus the first
     piston position). Records with the same text form a group."""
 
+    date: str = ""
+    """Date of each file, for `hydrofdi trend`: a template like `group` that makes a date, such as
+    ``{date}`` for 2026-01-31 in the path. By default a time column with dates states it."""
+
     label: str = ""
     """Known condition of a record: a template like `group`. Only evaluations use it."""
 

@@ -80,6 +80,8 @@ class ArrayTable(Table):
         if values.dtype.kind != "M":
             return self.numbers(position)
         known = values[~np.isnat(values)]
+        if known.size:
+            self.first_date = float((known[0] - np.datetime64(0, "s")) / np.timedelta64(1, "s"))
         return (values - known[:1]) / np.timedelta64(1, "s") if known.size else np.full(values.size, np.nan)
 
     def text(self, position: int) -> str:

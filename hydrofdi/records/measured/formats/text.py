@@ -303,4 +303,6 @@ class _Reading:
         """Time since the first date [s]."""
         instants = [None if self._rows.is_missing(text) else dates.instant(text) for text in texts]
         self._since = self._since or next(filter(None, instants), None)
+        if self._since is not None:
+            self.first_date = self._since.nanoseconds / 1e9
         return dates.seconds_since(self._since, instants)

@@ -1,0 +1,131 @@
+"""Since when the leakage grows, how fast, and when it reaches a limit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.api.arguments import positive_of, refusal
+from hydrofdi.api.histories import DAY, FIRST_DATE, History, Points, history_of, points_of, time_or_days
+from hydrofdi.api.records.sources import Said
+from hydrofdi.api.trend_answer import Trend
+from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.evaluation.change_point import FEWEST, ChangePointModel, inliers
+from hydrofdi.records.dates import instant
+from hydrofdi.settings.messages import counted
+from hydrofdi.units import parse_quantity
+
+_KNOWN, _VARIES = 0.75, 1.0
+"""Least share of points with an oil temperature, and least standard deviation of it [K], to compensate it."""
+_LEAST_RATE = 0.002
+
+
+def trend(
+    data: Any,
+    *,
+    limit: str | float | None = None,
+    indicator: str = "",
+    output: str = "",
+    every: str | float = "1 day",
+    begin: str | None = None,
+    false_alarm_rate: str | float = "1 %",
+    confidence: float | str = 0.95,
+    sampling_frequency: str | float | None = None,
+) -> Trend:
+    """State since when a score grows, how fast, and when it reaches a limit, as ``hydrofdi trend`` does.
+
+    Parameters
+    ----------
+    data : path, list of paths, or list of mappings
+        Logs of a monitor (``hydrofdi monitor --log``) or its lines; or measured records with dates, in files.
+    limit : str or float, optional
+        Score whose date is wanted, such as ``0.5 L/min``.
+    indicator : str, optional
+        What is measured of records; by default the balance that their sensors allow.
+    output : str, optional
+        Output of the indicator; by default its first score.
+    every : str or float
+        Span of time whose scores make a point, their median.
+    begin : str, optional
+        Date at which the clock of a log is zero, such as ``2026-01-31T12:00Z``, if it does not state dates.
+    false_alarm_rate : str or float
+        Share of histories without a change in which a trend may be stated, from 0.2 %.
+    confidence : str or float
+        Confidence level of all intervals.
+    sampling_frequency : str or float, optional
+        Of a data file without a column of time [Hz].
+
+    Returns
+    -------
+    Trend
+        ``answer``, ``has_trend``, ``onset``, ``rate``, ``reached`` and more, with intervals; ``table``,
+        ``plot()``.
+
+    Raises
+    ------
+    ConfigError, DataError
+        An argument is invalid, a record has no date, or the history has fewer than 12 points.
+    """
+    span = positive_of("every", every, "s", "a duration such as '1 day'")
+    rate, level = (
+        positive_of(name, given, "1", "a share such as '1 %'")
+        for name, given in (("false_alarm_rate", false_alarm_rate), ("confidence", confidence))
+    )
+    if not _LEAST_RATE <= rate < 1.0:
+        raise ConfigError(f"false_alarm_rate: must be from 0.2 % to below 100 %; found {false_alarm_rate!r}")
+    if not 0.0 < level < 1.0:
+        raise ConfigError(f"confidence: must be below 1; found {confidence!r}")
+    history = history_of(data, indicator, output, Said(sampling_frequency))
+    history = history if begin is None else _begun(history, begin)
+    wanted = None if limit is None else _limit_of(limit, history.unit)
+    points, span, remarks = points_of(history, span)
+    known = np.isfinite(points.temperature)
+    is_compensated = bool(
+        known.mean() >= _KNOWN and np.std(points.temperature[known]) >= _VARIES and known.sum() >= FEWEST
+    )
+    used = known if is_compensated else np.ones(known.size, dtype=bool)
+    if used.sum() < FEWEST:
+        raise DataError(
+            f"{history.name}: has {counted(int(used.sum()), 'point')} of {time_or_days(span)}; a trend needs"
+            f" {FEWEST} or more: state a shorter span with 'every', or wait"
+        )
+    days, warm = points.time / DAY, points.temperature if is_compensated else None
+    is_used = used.copy()
+    is_used[used] = inliers(points.score[used])
+    points = Points(points.time, points.score, points.temperature, points.n_score, is_used)
+    model = ChangePointModel(days[is_used], None if warm is None else warm[is_used])
+    p_value = model.p_value(points.score[is_used])
+    draws = model.draws(points.score[is_used], is_changed=p_value <= rate)
+    if not is_compensated:
+        remarks.append("the oil temperature is not compensated: its seasons may look like a trend")
+    notes = (*history.remarks, *remarks)
+    return Trend(history, points, span, p_value, draws, wanted, rate, level, is_compensated, notes)
+
+
+def _begun(history: History, begin: str) -> History:
+    """The history on a clock that counts from 1970."""
+    if history.is_dated:
+        raise ConfigError(f"begin: the clock of {history.name} states dates already")
+    try:
+        zero = instant(begin).nanoseconds / 1e9
+    except (ValueError, AttributeError) as error:
+        raise ConfigError(f"begin: {error}") from None
+    if zero < FIRST_DATE:
+        raise ConfigError(f"begin: must be after 2001-09-09; found {begin!r}")
+    return replace(history, time=zero + history.time)
+
+
+def _limit_of(limit: Any, unit: str) -> float:
+    if isinstance(limit, bool) or not isinstance(limit, str | Real):
+        raise refusal("limit", f"a score in {unit}, such as a number with its unit", limit)
+    try:
+        value = parse_quantity(limit, unit) if isinstance(limit, str) else float(limit)
+    except ValueError as error:
+        raise ConfigError(f"limit: {error}") from None
+    if not math.isfinite(value):
+        raise ConfigError(f"limit: must be finite; found {limit!r}")
+    return value

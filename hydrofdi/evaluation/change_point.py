@@ -1,0 +1,231 @@
+"""A change of the level of a series: whether there is one, since when, and how it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hydrofdi.errors import NotStatedError
+from hydrofdi.evaluation.courses import LAWS, Draws, grown
+from hydrofdi.evaluation.scores import Array
+
+FEWEST = 12
+"""Fewest points of a series."""
+
+AFTER = 4
+"""Fewest points after an onset, so that outliers are no change."""
+
+_MOST_ONSETS = 120
+
+_CORRELATIONS, _WHITE = (0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.97), (0.0, 0.3, 0.6, 0.9)
+"""Correlation from a point to the next, and share of the variance that is not correlated."""
+
+_OUTLYING = 5.0
+"""Robust standard deviations of neighbours beyond which a value is an outlier."""
+
+_JUMP = 8.0
+"""Robust standard deviations up to which a single error is not taken for a change; a choice between sudden
+changes that are missed and jumps of the machine that look like one."""
+
+_TO_DEVIATION = 1.4826
+
+_SEED = 28
+
+
+@dataclass(frozen=True, eq=False)
+class _Noise:
+    """A covariance of the errors, and the base columns in its terms.
+
+    Attributes
+    ----------
+    root : ndarray, shape (n, n)
+        Inverse of the Cholesky factor of the correlation matrix.
+    base, triangle : ndarray, shape (n, n_base), (n_base, n_base)
+        QR factors of the whitened base columns.
+    columns : ndarray, shape (n, n_change)
+        Whitened columns of the changes; `across` without their part along the base.
+    lengths : ndarray, shape (n_change,)
+        Squared lengths of `across`.
+    log_weight : float
+        Logarithm of prior and determinants.
+    """
+
+    cholesky: Array
+    root: Array
+    base: Array
+    triangle: Array
+    columns: Array
+    across: Array
+    lengths: Array
+    log_weight: float
+
+
+class ChangePointModel:
+    """Levels that are constant, or grow by A from an onset c to the last of given instants, by a law g.
+
+    y = a + b z + A g((t − c)/(t_n − c)) + e with a covariate z such as temperature. The errors e are the
+    spread of the machine from point to point: a first-order autoregression in continuous time plus white
+    noise, Cov = σ² ((1 − w) ρ^abs(Δt) + w δ). Priors are flat in a, b, A, log σ and over grids of c, g, ρ and
+    w; integrals over coefficients and σ are exact, sums over the grids too (Zellner, An Introduction to
+    Bayesian Inference in Econometrics (1971), chapter 3; Hoeting et al., Statistical Science 14 (1999) 382).
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        Increasing [unit of choice]. The correlation refers to the median step.
+    covariate : array_like, shape (n,), optional
+
+    Raises
+    ------
+    NotStatedError
+        There are fewer than `FEWEST` points.
+    """
+
+    def __init__(self, time: ArrayLike, covariate: ArrayLike | None = None) -> None:
+        self.time = np.asarray(time, dtype=float)
+        self.n_point = self.time.size
+        if self.n_point < FEWEST:
+            raise NotStatedError(f"{self.n_point} points are too few for a trend", FEWEST)
+        ones = np.ones(self.n_point)
+        others = np.atleast_2d([] if covariate is None else np.asarray(covariate, dtype=float))
+        own = [each - each.mean() for each in others if each.size]
+        self.base = np.stack([ones, *own], axis=1)
+        self.onset, self.law, self._prior = self._changes()
+        self._steps = np.abs(self.time[:, None] - self.time[None]) / np.median(np.diff(self.time))
+
+    def _changes(self) -> tuple[Array, NDArray[np.int64], Array]:
+        """Onset, place in `LAWS` and prior of each change; an onset is between two points, or before all."""
+        time, last = self.time, self.n_point - AFTER
+        stops = np.unique(np.linspace(1, last, min(_MOST_ONSETS, last)).round().astype(int))
+        onsets, laws = [], []
+        for place, law in enumerate(LAWS):
+            own = stops[stops >= AFTER] if law.name == "sudden" else stops
+            middle = (time[own - 1] + time[own]) / 2.0
+            onsets.append(middle if law.name == "sudden" else np.concatenate([time[:1], middle]))
+            laws.append(np.full(onsets[-1].size, place))
+        priors = [np.full(own.size, law.prior / own.size) for own, law in zip(onsets, LAWS, strict=True)]
+        return np.concatenate(onsets), np.concatenate(laws), np.concatenate(priors)
+
+    @cached_property
+    def noises(self) -> tuple[_Noise, ...]:
+        """All covariances of the grid."""
+        columns = grown(self.time, self.onset, self.law, self.time[-1])
+        pairs = [(0.0, 0.0), *((rho, white) for rho in _CORRELATIONS for white in _WHITE)]
+        return tuple(self._noise(rho, white, columns) for rho, white in pairs)
+
+    def _noise(self, correlation: float, white: float, columns: Array) -> _Noise:
+        alike = correlation**self._steps if correlation else np.eye(self.n_point)
+        cholesky = np.linalg.cholesky((1.0 - white) * alike + white * np.eye(self.n_point))
+        root = np.linalg.inv(cholesky)
+        base, triangle = np.linalg.qr(root @ self.base)
+        whitened = root @ columns
+        across = whitened - base @ (base.T @ whitened)
+        lengths = np.maximum(np.sum(across**2, axis=0), 1e-12)
+        log_determinants = np.log(np.diag(cholesky)).sum() + np.log(np.abs(np.diag(triangle))).sum()
+        prior = 1.0 / len(_CORRELATIONS) / len(_WHITE) if correlation else 1.0 / len(_CORRELATIONS)
+        return _Noise(
+            cholesky, root, base, triangle, whitened, across, lengths, np.log(prior) - log_determinants
+        )
+
+    def evidences(self, values: Array) -> Iterator[tuple[Array, Array]]:
+        """For each covariance, log evidences of no change (n_series,), and of each (n_change, n_series).
+
+        Both up to the same constant for all series, whose shape is (n, n_series).
+        """
+        n_free = self.n_point - self.base.shape[1]
+        for noise in self.noises:
+            whitened = noise.root @ values
+            left = whitened - noise.base @ (noise.base.T @ whitened)
+            square = np.sum(left**2, axis=0)
+            rest = np.maximum(square - (noise.across.T @ left) ** 2 / noise.lengths[:, None], 1e-12 * square)
+            prior = noise.log_weight + np.log(self._prior) - np.log(noise.lengths) / 2.0
+            none = noise.log_weight - n_free / 2.0 * np.log(square)
+            yield none, prior[:, None] - (n_free - 1) / 2.0 * np.log(rest)
+
+    def bayes_factors(self, values: Array) -> Array:
+        """Log of the evidence of a change over that of none, up to a constant, shape (n_series,)."""
+        pairs = [(none, _log_sum(some)) for none, some in self.evidences(values)]
+        none, some = (np.array(each) for each in zip(*pairs, strict=True))
+        return np.asarray(_log_sum(some) - _log_sum(none))
+
+    def p_value(self, values: ArrayLike, n_repeat: int = 499) -> float:
+        """Probability of at least this Bayes factor in a series without a change.
+
+        Such series have a correlation drawn from its posterior without a change (posterior predictive check:
+        Meng, Annals of Statistics 22 (1994) 1142), so that what is not known of it is allowed for.
+        """
+        own, random = np.asarray(values, dtype=float)[:, None], np.random.default_rng(_SEED)
+        none = np.array([each[0] for each, _ in self.evidences(own)])
+        drawn = random.choice(len(self.noises), n_repeat, p=_shares(none))
+        healthy = np.empty((self.n_point, n_repeat))
+        for place in np.unique(drawn):
+            noise, rows = self.noises[place], drawn == place
+            left = noise.root @ own[:, 0]
+            left -= noise.base @ (noise.base.T @ left)
+            spread = _TO_DEVIATION * np.median(np.abs(left - np.median(left)))
+            errors = np.clip(left - np.median(left), -_JUMP * spread, _JUMP * spread)
+            sampled = random.choice(errors - errors.mean(), (self.n_point, int(rows.sum())))
+            healthy[:, rows] = noise.cholesky @ sampled
+        above = np.sum(self.bayes_factors(healthy) >= self.bayes_factors(own)[0])
+        return float((1 + above) / (1 + n_repeat))
+
+    def draws(self, values: ArrayLike, n_draw: int = 4000, *, is_changed: bool = True) -> Draws:
+        """Draws from the posterior, with a change or without."""
+        own, random = np.asarray(values, dtype=float), np.random.default_rng(_SEED)
+        logs = np.array([(none[None], some)[is_changed] for none, some in self.evidences(own[:, None])])
+        shares = _shares(logs[:, :, 0])
+        picked = random.choice(shares.size, n_draw, p=shares.ravel())
+        which, change = np.divmod(picked, shares.shape[1])
+        n_free = self.n_point - self.base.shape[1] - is_changed
+        base, growth, deviation = np.empty((n_draw, self.base.shape[1])), np.zeros(n_draw), np.empty(n_draw)
+        for place in np.unique(which):
+            rows, noise = np.flatnonzero(which == place), self.noises[place]
+            whitened = noise.root @ own
+            along, across = noise.base.T @ whitened, noise.across[:, change[rows]]
+            left = whitened - noise.base @ along
+            lengths, projected = noise.lengths[change[rows]], across.T @ left
+            rest = np.sum(left**2) - (projected**2 / lengths if is_changed else 0.0)
+            sigma = np.sqrt(np.maximum(rest, 0.0) / random.chisquare(n_free, rows.size))
+            if is_changed:
+                spread = sigma / np.sqrt(lengths) * random.standard_normal(rows.size)
+                growth[rows] = projected / lengths + spread
+            taken = (noise.base.T @ noise.columns[:, change[rows]]) * growth[rows]
+            errors = sigma * random.standard_normal((self.base.shape[1], rows.size))
+            base[rows] = np.linalg.solve(noise.triangle, along[:, None] - taken + errors).T
+            deviation[rows] = sigma
+        return Draws(
+            self.time, base[:, 0], growth, self.onset[change], self.law[change], base[:, 1:], deviation
+        )
+
+
+def inliers(values: ArrayLike) -> NDArray[np.bool_]:
+    """Whether each value is close to the middle ones of its six neighbours, shape (n,).
+
+    A change that lasts for `AFTER` points leaves no outliers. As close as five standard deviations, of which
+    the differences from point to point are a measure, here or over all: in a steep growth they are large.
+    """
+    own = np.asarray(values, dtype=float)
+    n_near = 2 * AFTER - 1
+    first = np.clip(np.arange(own.size) - AFTER + 1, 0, own.size - n_near)
+    places = first[:, None] + np.arange(n_near)
+    is_other = places != np.arange(own.size)[:, None]
+    others = np.sort(own[places][is_other].reshape(own.size, n_near - 1), axis=1)
+    away = np.maximum(own - others[:, AFTER - 1], others[:, AFTER - 2] - own)
+    steps = np.abs(np.diff(own))
+    near = np.median(steps[first[:, None] + np.arange(n_near - 1)], axis=1)
+    spread = _TO_DEVIATION / np.sqrt(2.0) * np.maximum(near, np.median(steps))
+    return np.asarray(away <= _OUTLYING * spread)
+
+
+def _log_sum(logs: Array) -> Array:
+    largest = logs.max(axis=0)
+    return np.asarray(largest + np.log(np.sum(np.exp(logs - largest), axis=0)))
+
+
+def _shares(logs: Array) -> Array:
+    shares = np.exp(logs - logs.max())
+    return np.asarray(shares / shares.sum())

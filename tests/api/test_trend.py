@@ -1,0 +1,200 @@
+"""`hydrofdi trend`: from the log of a monitor and from records with dates to dates with intervals."""
+
+import json
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+
+import hydrofdi
+from hydrofdi.errors import ConfigError, DataError
+from tests.commands import run, run_json
+
+FIRST, DAY, LITRE = datetime(2026, 1, 1, tzinfo=UTC).timestamp(), 86400.0, 1e-3 / 60.0
+
+
+def lines(levels, *, temperature=None, first=FIRST, seed=1, n_each=6):
+    """Lines of a monitor: some windows of each day around its level [L/min]."""
+    random = np.random.default_rng(seed)
+    found = [{"line": "event", "event": "started", "time": None}]
+    for day, level in enumerate(levels):
+        for number in range(n_each):
+            start = first + DAY * day + 3600.0 * (8 + number)
+            score = LITRE * (level + 0.005 * random.standard_normal())
+            warm = None if temperature is None else float(temperature[day])
+            found.append({
+                "line": "window", "number": len(found) - 1, "start": start, "end": start + 4.0,
+                "score": score, "unit": "m^3/s", "oil_temperature": warm,
+            })  # fmt: skip
+    return found
+
+
+def growing(rate=0.01):
+    """Levels of 60 days, of which the last 25 grow."""
+    noise = np.random.default_rng(2).standard_normal(60)
+    return 0.02 + rate * np.maximum(np.arange(60) - 35, 0) + 0.008 * noise
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "press.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines(growing())))
+    return path
+
+
+def day_of(instant):
+    return (datetime.fromisoformat(instant["date"]).timestamp() - FIRST) / DAY
+
+
+def test_a_log_gives_dates_of_onset_and_limit_and_a_picture(log, tmp_path):
+    told = run_json("trend", log, "--limit", "0.4 L/min", "--figure", tmp_path / "trend.png", "--json")
+    assert told["has_trend"] is True
+    assert day_of(told["onset"]["low"]) < 35.0 < day_of(told["onset"]["high"])
+    reached = told["limit_reached"]
+    assert day_of(reached["low"]) < 35.0 + 38.0 < day_of(reached["high"]) < 90.0
+    assert told["level_now"]["low"] < 0.26 * LITRE < told["level_now"]["high"]
+    assert told["rate_per_s"]["low"] < 0.01 * LITRE / DAY < told["rate_per_s"]["high"]
+    assert len(told["points"]) == 60
+    assert (tmp_path / "trend.png").read_bytes().startswith(b"\x89PNG")
+    shown = run("trend", log, "--limit", "0.4 L/min", check=0).stdout.splitlines()
+    assert shown[-1].startswith("The score grows since 2026-02-0")
+    assert len(shown) <= 24
+
+
+def test_nothing_is_said_beyond_the_length_of_the_history_after_its_end(log):
+    found = hydrofdi.trend(log, limit="2 L/min")
+    assert found.reached.value == found.reached.high == np.inf
+    record = found.to_dict()
+    assert record["limit_reached"]["high"] == {"time_s": None, "date": None}
+    assert "not reach 2 L/min within 59 days" in found.answer
+    assert json.loads(json.dumps(record, allow_nan=False)) == record
+
+
+def test_a_limit_that_was_reached_has_a_date_in_the_past(log):
+    found = hydrofdi.trend(log, limit=0.1 * LITRE)
+    assert found.reached.low < FIRST + 43.5 * DAY < found.reached.high < FIRST + 60 * DAY
+    assert hydrofdi.trend(log, limit=0.001 * LITRE).reached.value == -np.inf
+
+
+def test_a_healthy_machine_has_no_trend_and_no_date():
+    found = hydrofdi.trend(lines(growing(rate=0.0)), limit="0.4 L/min")
+    assert not found.has_trend
+    assert found.onset is found.reached is found.rate is None
+    assert found.answer.startswith("No trend in 59 days")
+    assert found.level_now.low < 0.02 * LITRE < found.level_now.high
+
+
+def test_warmer_oil_is_no_leak_if_its_temperature_is_known():
+    random = np.random.default_rng(4)
+    warm = 310.0 + 12.0 * (np.arange(60) > 40) + random.standard_normal(60)
+    levels = growing(rate=0.0) + 0.01 * (warm - 310.0)
+    assert hydrofdi.trend(lines(levels)).has_trend
+    compensated = hydrofdi.trend(lines(levels, temperature=warm))
+    assert not compensated.has_trend
+    effect = compensated.temperature_effect
+    assert effect.low < 0.01 * LITRE < effect.high
+
+
+def test_a_day_with_an_error_is_left_out():
+    levels = growing()
+    levels[20] += 1.0
+    found = hydrofdi.trend(lines(levels))
+    assert np.flatnonzero(~found.points.is_used).tolist() == [20]
+
+
+def test_the_clock_of_a_stream_gets_a_date(log):
+    undated = lines(growing(), first=0.0)
+    assert hydrofdi.trend(undated).to_dict()["onset"]["value"]["date"] is None
+    dated = hydrofdi.trend(undated, begin="2026-01-01T00:00Z")
+    assert dated.onset == hydrofdi.trend(log).onset
+
+
+def test_rotated_logs_are_one_and_repeated_lines_count_once(log, tmp_path):
+    text = log.read_text().splitlines(keepends=True)
+    (tmp_path / "a").write_text("".join(text[:200]))
+    (tmp_path / "b").write_text("".join(text[180:]) + text[-1][:20])
+    whole, parts = hydrofdi.trend(log), hydrofdi.trend([tmp_path / "b", tmp_path / "a"])
+    assert parts.onset == whole.onset
+    assert parts.points.n_score.sum() == whole.points.n_score.sum()
+
+
+@pytest.mark.parametrize(
+    ("change", "arguments", "error", "named"),
+    [
+        (None, {"limit": "3 bar"}, ConfigError, "limit"),
+        (None, {"every": "0 s"}, ConfigError, "every"),
+        (None, {"begin": "2026-01-01"}, ConfigError, "begin"),
+        (None, {"indicator": "dwt"}, ConfigError, "indicator"),
+        (None, {"false_alarm_rate": "0.01 %"}, ConfigError, "false_alarm_rate"),
+        (None, {"every": "20 days"}, DataError, "points of 20 days"),
+        ({"unit": "Pa"}, {}, DataError, "window 40"),
+    ],
+)
+def test_what_cannot_be_used_is_named(change, arguments, error, named):
+    history = lines(growing())
+    history[41] |= change or {}
+    with pytest.raises(error, match=named):
+        hydrofdi.trend(history, **arguments)
+
+
+def test_a_clock_that_starts_again_is_refused():
+    with pytest.raises(DataError, match="window 0"):
+        hydrofdi.trend([*lines(growing(), first=0.0), *lines(growing(), first=0.0)])
+
+
+SENSORS = tuple(f"--set=pressure_{n}_sensor.noise=20 kPa" for n in (1, 2))
+LEAK = ("internal_flow=0.3 L/min", "onset=ramp", "onset_time=30 s", "onset_duration=30 s")
+
+
+@pytest.fixture(scope="module")
+def worn(tmp_path_factory):
+    """A minute of a machine, from the middle of which on K_i grows to 0.3 L/min, as text."""
+    leak = [f"--set=leakage.{each}" for each in LEAK]
+    played = run(
+        "replay", "motions/closed-loop", "--record", "1", "--rate", "max", "--set=record.duration=60 s",
+        *SENSORS, *leak, check=0,
+    )  # fmt: skip
+    path = tmp_path_factory.mktemp("worn") / "worn.csv"
+    path.write_text(played.stdout)
+    return path
+
+
+def test_a_monitor_writes_all_that_a_trend_needs(worn, tmp_path):
+    healthy, detector, log = (tmp_path / name for name in ("healthy.csv", "detector.json", "worn.jsonl"))
+    text = worn.read_text().splitlines(keepends=True)
+    healthy.write_text("".join(text[: len(text) // 2]))
+    run(
+        "train", healthy, "--indicator", "flow_balance", "--window", "1.5 s", "--false-alarm-rate", "10 %",
+        "--out", detector, check=0,
+    )  # fmt: skip
+    run("monitor", detector, worn, "--no-follow", "--log", log, check=0)
+    found = hydrofdi.trend(log, every="1.5 s", limit="0.1 L/min")
+    assert found.onset.low - 1.5 < 30.0 < found.onset.high + 1.5
+    assert found.reached.low < 60.0
+    raised = next(line for line in map(json.loads, log.read_text().splitlines()) if "details" in line)
+    assert raised["event"] == "alarm_raised"
+    details = raised["details"]
+    judged = (line for line in map(json.loads, log.read_text().splitlines()) if line.get("alarm") is not None)
+    before = [line["alarm"] for line in judged if line["end"] <= raised["time"]]
+    assert (details["windows_judged"], details["alarms"]) == (len(before), sum(before))
+    assert details["false_alarms_expected"] == pytest.approx(0.1 * details["windows_judged"])
+    assert details["flow_L_per_min"] > 0.0
+    assert details["recommendation"] in raised["text"]
+
+
+def test_records_with_dates_in_their_names_have_a_trend(worn, tmp_path):
+    header, *rows = worn.read_text().splitlines(keepends=True)
+    n_each = len(rows) // 30
+    for record in range(30):
+        date = datetime.fromtimestamp(FIRST, UTC) + timedelta(days=record)
+        part = rows[record * n_each : (record + 1) * n_each]
+        (tmp_path / f"press {date:%Y-%m-%d}.csv").write_text(header + "".join(part))
+    description = tmp_path / "press.yaml"
+    description.write_text('files: "press *.csv"\npath: "press {date}.csv"\n')
+    with pytest.raises(DataError, match="has no date"):
+        hydrofdi.trend(description)
+    description.write_text(description.read_text() + 'date: "{date}"\n')
+    found = hydrofdi.trend(description)
+    assert found.history.meaning == "flow_balance.leakage"
+    assert found.onset.low < FIRST + 15 * DAY < found.onset.high + DAY
+    assert found.level_now.low > found.level_before.high

@@ -57,6 +57,9 @@ hydrofdi indicators flow_balance
 hydrofdi inspect rig.csv --sampling-frequency '1 kHz'
 hydrofdi inspect rig.csv --figure rig.png
 """,
+    "diagnose": """\
+hydrofdi diagnose today.csv --history healthy/
+""",
     "evaluate": """\
 hydrofdi evaluate rig.yaml --healthy sound --indicators dwt,ring_down
 hydrofdi evaluate rig.yaml --false-alarm-rate '5 %'

@@ -139,6 +139,11 @@ class Inbox(Generic[Item]):
             self._changed.notify_all()
             return items
 
+    @property
+    def has_items(self) -> bool:
+        """Whether more can be taken."""
+        return bool(self._items)
+
     def close(self) -> None:
         """Hold nobody up any more."""
         with self._changed:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import socket
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from ipaddress import ip_address
 from threading import Thread, Timer
@@ -13,6 +13,8 @@ from typing import Any
 from wsgiref.simple_server import WSGIRequestHandler, WSGIServer
 
 from prometheus_client import CollectorRegistry, Counter, Enum, Gauge, Info, make_wsgi_app
+from prometheus_client.metrics_core import Metric
+from prometheus_client.registry import Collector
 
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError
@@ -28,12 +30,11 @@ _PATIENCE = 3.0
 """Longest time that a client gets [s]."""
 
 
-class MetricsSink:
-    """Counts lines in a registry of its own, and serves the counts."""
+class Counts:
+    """Counts samples and lines of a machine in a registry of its own."""
 
-    def __init__(self, address: str, file: DetectorFile) -> None:
-        host, port = _host_and_port(address)
-        self._registry = CollectorRegistry()
+    def __init__(self, file: DetectorFile) -> None:
+        self.registry = CollectorRegistry()
         self._describe(file)
         self._judged = self._counter("windows_judged", "Windows that were judged", ["beyond_limit"])
         for known in ("false", "true"):
@@ -46,7 +47,7 @@ class MetricsSink:
         self._events = self._counter("events", "Events, each repetition counted", ["kind"])
         states = [condition.value for condition in Condition]
         text = "Condition of the actuator"
-        self._condition = Enum("hydrofdi_condition", text, states=states, registry=self._registry)
+        self._condition = Enum("hydrofdi_condition", text, states=states, registry=self.registry)
         self._score = self._gauge("score", f"Score of the last window that has one, in {file.unit}", math.nan)
         text = "Distance of this score from its limit, in healthy spreads"
         self._margin = self._gauge("margin", text, math.nan)
@@ -56,22 +57,9 @@ class MetricsSink:
         self._sample = self._gauge("last_sample_time_seconds", text)
         self._lag: Gauge | None = None
         self._latest = math.nan
-        try:
-            family, _, _, _, found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-            self._server = _Server(family, (host, port), make_wsgi_app(self._registry))
-        except (OSError, UnicodeError) as error:
-            raise ConfigError(f"metrics: {address}: {reason(error)}") from None
-        self._thread = Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
-        self._thread.start()
-        shown = f"[{host}]" if ":" in host else host
-        self.url = f"http://{shown}:{self._server.server_port}/metrics"
-        self._said: list[Line] = [Event(EventKind.NOTICE, f"metrics are served at {self.url}")]
-        if not ip_address(str(found[0]).partition("%")[0]).is_loopback:
-            text = f"everyone who reaches {self.url} can read the metrics"
-            self._said.append(Event(EventKind.INSECURE, text))
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Count the samples and the lines of a reading; report the address once."""
+        """Count the samples and the lines of a reading."""
         if chunk is not None and chunk.readable.n_time:
             self._count_samples(chunk.readable)
         for line in lines:
@@ -79,22 +67,15 @@ class MetricsSink:
                 self._count_window(line)
             else:
                 self._count_event(line)
-        said, self._said = self._said, []
-        return said
-
-    def close(self) -> None:
-        """End the server."""
-        self._server.shutdown()
-        self._server.server_close()
-        self._thread.join()
+        return ()
 
     def _describe(self, file: DetectorFile) -> None:
         output = file.config.output or file.score_name
-        Info("hydrofdi_monitor", "Version and detector", registry=self._registry).info(
+        Info("hydrofdi_monitor", "Version and detector", registry=self.registry).info(
             {"version": __version__, "indicator": file.config.indicator, "output": output}
         )
         text = f"Limits of the score, in {file.unit}"
-        threshold = Gauge("hydrofdi_threshold", text, ["side"], registry=self._registry)
+        threshold = Gauge("hydrofdi_threshold", text, ["side"], registry=self.registry)
         for side, limit in (("low", file.limits.low), ("high", file.limits.high)):
             if limit is not None:
                 threshold.labels(side).set(limit)
@@ -135,12 +116,103 @@ class MetricsSink:
             self._alarms.inc()
 
     def _counter(self, name: str, text: str, labels: Sequence[str] = ()) -> Counter:
-        return Counter(f"hydrofdi_{name}", text, labels, registry=self._registry)
+        return Counter(f"hydrofdi_{name}", text, labels, registry=self.registry)
 
     def _gauge(self, name: str, text: str, value: float = 0.0) -> Gauge:
-        gauge = Gauge(f"hydrofdi_{name}", text, registry=self._registry)
+        gauge = Gauge(f"hydrofdi_{name}", text, registry=self.registry)
         gauge.set(value)
         return gauge
+
+
+class MetricsServer:
+    """Serves a registry; `said` has its address, until somebody takes it."""
+
+    def __init__(self, address: str, registry: CollectorRegistry) -> None:
+        host, port = _host_and_port(address)
+        try:
+            family, _, _, _, found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+            self._server = _Server(family, (host, port), make_wsgi_app(registry))
+        except (OSError, UnicodeError) as error:
+            raise ConfigError(f"metrics: {address}: {reason(error)}") from None
+        self._thread = Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
+        self._thread.start()
+        shown = f"[{host}]" if ":" in host else host
+        self.url = f"http://{shown}:{self._server.server_port}/metrics"
+        self.said: list[Event] = [Event(EventKind.NOTICE, f"metrics are served at {self.url}")]
+        if not ip_address(str(found[0]).partition("%")[0]).is_loopback:
+            text = f"everyone who reaches {self.url} can read the metrics"
+            self.said.append(Event(EventKind.INSECURE, text))
+
+    def close(self) -> None:
+        """End the server."""
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+
+class MetricsSink(Counts):
+    """Counts samples and lines, and serves the counts."""
+
+    def __init__(self, address: str, file: DetectorFile) -> None:
+        super().__init__(file)
+        self._server = MetricsServer(address, self.registry)
+        self.url = self._server.url
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+        """Count the samples and the lines of a reading; report the address once."""
+        super().put(chunk, lines)
+        said, self._server.said = self._server.said, []
+        return said
+
+    def close(self) -> None:
+        """End the server."""
+        self._server.close()
+
+
+class FleetMetrics(Collector):
+    """Counts of each machine, served with its name as the label ``machine``; events of the fleet without."""
+
+    def __init__(self, address: str) -> None:
+        self._machines: dict[str, Counts] = {}
+        registry = CollectorRegistry()
+        registry.register(self)
+        text = "Events of the fleet, each repetition counted"
+        self._events = Counter("hydrofdi_fleet_events", text, ["kind"], registry=registry)
+        self._server = MetricsServer(address, registry)
+        self.said, self.url = self._server.said, self._server.url
+
+    def put(
+        self, machine: str, file: DetectorFile | None, chunk: Chunk | None, lines: Sequence[Line]
+    ) -> None:
+        """Count samples and lines of a machine; without a detector, events of the fleet."""
+        if file is not None:
+            if machine not in self._machines:
+                self._machines[machine] = Counts(file)
+            self._machines[machine].put(chunk, lines)
+        else:
+            for line in lines:
+                if isinstance(line, Event) and not line.is_end:
+                    self._events.labels(line.kind.value).inc(line.count)
+
+    def forget(self, machine: str) -> None:
+        """Serve nothing of a machine any more."""
+        self._machines.pop(machine, None)
+
+    def collect(self) -> Iterable[Metric]:
+        """The metrics of all machines, those of one name together."""
+        families: dict[str, Metric] = {}
+        for name, counts in [*self._machines.items()]:
+            for own in counts.registry.collect():
+                new = Metric(own.name, own.documentation, own.type)
+                family = families.setdefault(own.name, new)
+                family.samples += [
+                    each._replace(labels={"machine": name} | each.labels) for each in own.samples
+                ]
+        return families.values()
+
+    def close(self) -> None:
+        """End the server."""
+        self._server.close()
 
 
 class _Server(WSGIServer):

@@ -180,12 +180,70 @@ CAPACITY, AT_ONCE = 1000 * LEAST_SIZE, 100 * LEAST_SIZE
 """Most bytes of messages that wait to be read, and that are read at once."""
 
 
-class MqttSource(MqttConnection, StreamSource):
-    """A topic, read at quality of service 1 in a session that outlives the monitor.
+class Subscription(MqttConnection):
+    """Topics, read at quality of service 1 in a session that outlives the monitor.
 
-    The broker keeps every message until a state that contains its samples is stored. At quality of service 1
-    nothing is lost: while the inbox is full, nothing is read from the network.
+    The broker keeps every message until it is acknowledged. At quality of service 1 nothing is lost: while
+    the inbox is full, nothing is read from the network. The broker is asked to send at most so many messages
+    that are `unacknowledged`.
     """
+
+    def __init__(
+        self,
+        address: Address,
+        topics: Sequence[str],
+        config: MonitorConfig,
+        client_id: str,
+        unacknowledged: int,
+        first_wait: float = 1.0,
+    ) -> None:
+        self._inbox: Inbox[tuple[Client, MQTTMessage]] = Inbox(CAPACITY)
+        super().__init__(
+            address,
+            config.mqtt,
+            self._inbox.say,
+            first_wait,
+            client_id,
+            SessionExpiryInterval=round(config.mqtt.session_expiry),
+            ReceiveMaximum=unacknowledged,
+            MaximumPacketSize=16 * config.limits.payload,
+        )
+        self._topics = topics
+        self._was_connected, self._remark = False, ""
+
+    def close(self) -> None:
+        """End the connection; the broker keeps the session."""
+        self._inbox.close()
+        super().close()
+
+    def prepare(self, client: Client) -> None:
+        """Take messages."""
+        client.on_message, client.on_subscribe = self._received, self._subscribed
+
+    def connected(self, client: Client, had_session: bool) -> None:
+        """Subscribe to new messages, without an earlier retained one."""
+        is_forgotten = self._was_connected and not had_session
+        self._remark = "; the broker kept no messages in the meantime" if is_forgotten else ""
+        self._was_connected = True
+        options = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
+        client.subscribe([(topic, options) for topic in self._topics])
+
+    def _subscribed(self, client: Client, _: Any, __: int, codes: Any, properties: Any) -> None:
+        for topic, code in zip(self._topics, codes, strict=True):
+            if code.is_failure:
+                self.refuse(client, f"it does not let this user read {topic!r}")
+                return
+        is_lossy = not all(code.value for code in codes)
+        lossy = "; it grants only quality of service 0, so messages can be lost" if is_lossy else ""
+        self.report_connected(self._remark + lossy)
+
+    def _received(self, client: Client, _: Any, message: MQTTMessage) -> None:
+        size = max(len(message.payload), LEAST_SIZE)
+        self._inbox.put((client, message), size, waits=bool(message.qos))
+
+
+class MqttSource(Subscription, StreamSource):
+    """A topic; its messages are acknowledged when a state that contains their samples is stored."""
 
     def __init__(
         self,
@@ -195,22 +253,14 @@ class MqttSource(MqttConnection, StreamSource):
         needed: Collection[Channel] = (),
         first_wait: float = 1.0,
     ) -> None:
-        self._inbox: Inbox[tuple[Client, MQTTMessage]] = Inbox(CAPACITY)
-        StreamSource.__init__(self, str(address), self._inbox.events)
-        super().__init__(
-            address,
-            config.mqtt,
-            self._inbox.say,
-            first_wait,
-            config.mqtt.client_id or _client_id(address, detector),
-            SessionExpiryInterval=round(config.mqtt.session_expiry),
-            ReceiveMaximum=_MOST_UNACKNOWLEDGED,
-            MaximumPacketSize=16 * config.limits.payload,
+        client_id = config.mqtt.client_id or client_id_of(detector, str(address))
+        Subscription.__init__(
+            self, address, [address.path], config, client_id, _MOST_UNACKNOWLEDGED, first_wait
         )
+        StreamSource.__init__(self, str(address), self._inbox.events)
         self._reader = PayloadReader(config, needed=needed)
         self._unconfirmed: list[tuple[Client, int]] = []
         self._unconfirmed_since, self._latest = 0.0, -math.inf
-        self._was_connected, self._remark = False, ""
 
     def open(self, position: Position) -> None:
         """Begin to connect; the broker knows where to continue."""
@@ -233,34 +283,6 @@ class MqttSource(MqttConnection, StreamSource):
             client.ack(number, 1)
         self._unconfirmed.clear()
 
-    def close(self) -> None:
-        """End the connection; the broker keeps the session."""
-        self._inbox.close()
-        super().close()
-
-    def prepare(self, client: Client) -> None:
-        """Take messages."""
-        client.on_message, client.on_subscribe = self._received, self._subscribed
-
-    def connected(self, client: Client, had_session: bool) -> None:
-        """Subscribe to new messages, without an earlier retained one."""
-        is_forgotten = self._was_connected and not had_session
-        self._remark = "; the broker kept no messages in the meantime" if is_forgotten else ""
-        self._was_connected = True
-        options = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
-        client.subscribe(self.address.path, options=options)
-
-    def _subscribed(self, client: Client, _: Any, __: int, codes: Any, properties: Any) -> None:
-        if codes[0].is_failure:
-            self.refuse(client, f"it does not let this user read {self.address.path!r}")
-            return
-        lossy = "" if codes[0].value else "; it grants only quality of service 0, so messages can be lost"
-        self.report_connected(self._remark + lossy)
-
-    def _received(self, client: Client, _: Any, message: MQTTMessage) -> None:
-        size = max(len(message.payload), LEAST_SIZE)
-        self._inbox.put((client, message), size, waits=bool(message.qos))
-
     def _samples(self, client: Client, message: MQTTMessage) -> Chunk:
         if message.qos:
             if not self._unconfirmed:
@@ -278,9 +300,9 @@ class MqttSource(MqttConnection, StreamSource):
         return chunk
 
 
-def _client_id(address: Address, detector: Path) -> str:
+def client_id_of(file: Path, *more: str) -> str:
     """A client id that is the same at each start; every broker accepts its 23 characters."""
-    text = "\n".join((socket.gethostname(), str(detector.resolve()), str(address)))
+    text = "\n".join((socket.gethostname(), str(file.resolve()), *more))
     return f"hydrofdi-{hashlib.sha256(text.encode()).hexdigest()[:14]}"
 
 
@@ -384,12 +406,15 @@ class MqttSink(Publisher):
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
         """Queue the lines to send; never waits."""
-        wanted = [
-            line
-            for line in lines
-            if (self.config.windows if isinstance(line, WindowLine) else not line.is_silent)
-        ]
-        n_lost = sum(not self.send(line_text(line, self._unit).rstrip().encode()) for line in wanted)
+        return self.send_all([line_text(line, self._unit) for line in lines if self.wants(line)])
+
+    def wants(self, line: Line) -> bool:
+        """Whether it sends such a line."""
+        return self.config.windows if isinstance(line, WindowLine) else not line.is_silent
+
+    def send_all(self, texts: Sequence[str]) -> list[Event]:
+        """Queue texts of lines to send, without waiting; what happened to those before."""
+        n_lost = sum(not self.send(text.rstrip().encode()) for text in texts)
         events = [self.events.popleft() for _ in range(len(self.events))]
         if n_lost:
             reason = "lines are lost: the broker is too slow, or was unreachable for too long"

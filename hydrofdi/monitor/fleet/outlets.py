@@ -1,0 +1,86 @@
+"""Where the lines of a fleet go: standard output, a function, topics, and metrics with labels."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, TextIO
+
+from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.errors import ConfigError
+from hydrofdi.monitor.configuration import Address, is_mqtt
+from hydrofdi.monitor.connections import needing_extra
+from hydrofdi.monitor.fleet.configuration import FleetConfig
+from hydrofdi.monitor.lines import Line, is_said, line_record
+from hydrofdi.records.streams import Chunk, Event
+
+if TYPE_CHECKING:
+    from hydrofdi.monitor.metrics import FleetMetrics
+    from hydrofdi.monitor.mqtt import MqttSink
+
+
+class Outlets:
+    """Hands lines of machines on, with the name of the machine, as JSON; None for lines of the fleet."""
+
+    def __init__(self, config: FleetConfig, to: Callable[[dict[str, Any]], None] | TextIO | None) -> None:
+        self._to, self._texts = to, list[str]()
+        self._metrics: FleetMetrics | None = None
+        self._sinks: list[MqttSink] = []
+        self._events = list[Event]()
+        self._stack = ExitStack()
+        with needing_extra(), ExitStack() as stack:
+            if config.metrics:
+                from hydrofdi.monitor.metrics import FleetMetrics
+
+                self._metrics = FleetMetrics(config.metrics)
+                stack.callback(self._metrics.close)
+                self._events += self._metrics.said
+            for text in config.events:
+                if not is_mqtt(text):
+                    raise ConfigError(f"events: {text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
+                from hydrofdi.monitor.mqtt import MqttSink
+
+                self._sinks.append(MqttSink(Address.parse(text), config.mqtt))
+                stack.callback(self._sinks[-1].close)
+            self._stack = stack.pop_all()
+
+    def put(self, machine: str, file: DetectorFile | None, chunk: Chunk | None, lines: Sequence[Line]) -> str:
+        """Hand lines on; the text of those that are said."""
+        if self._metrics is not None and (lines or chunk is not None):
+            self._metrics.put(machine, file, chunk, lines)
+        said = [line for line in lines if is_said(line)]
+        if not said:
+            return ""
+        unit = "1" if file is None else file.unit
+        records = [{"line": "", "machine": machine or None, **line_record(line, unit)} for line in said]
+        texts = [json.dumps(record, ensure_ascii=False, allow_nan=False) + "\n" for record in records]
+        for sink in self._sinks:
+            wanted = [text for line, text in zip(said, texts, strict=True) if sink.wants(line)]
+            self._events += sink.send_all(wanted)
+        if callable(self._to):
+            for record in records:
+                self._to(record)
+        elif self._to is not None:
+            self._texts += texts
+        return "".join(texts)
+
+    def flush(self) -> list[Event]:
+        """Write the lines of a round; events of the outlets themselves."""
+        for sink in self._sinks:
+            self._events += sink.send_all(())
+        if self._texts and self._to is not None and not callable(self._to):
+            self._to.write("".join(self._texts))
+            self._to.flush()
+            self._texts.clear()
+        events, self._events = self._events, []
+        return events
+
+    def forget(self, machine: str) -> None:
+        """Serve no metrics of a machine any more."""
+        if self._metrics is not None:
+            self._metrics.forget(machine)
+
+    def close(self) -> None:
+        """Write and send what is left, and end."""
+        self._stack.close()

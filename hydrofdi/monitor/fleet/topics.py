@@ -1,0 +1,179 @@
+"""Topics of many machines over one connection. The broker keeps what is in no stored state yet."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Collection
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+from zlib import crc32
+
+import numpy as np
+from paho.mqtt.client import Client, MQTTMessage
+
+from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
+from hydrofdi.monitor.fleet.machines import SourceOf
+from hydrofdi.monitor.mqtt import AT_ONCE, Subscription, client_id_of
+from hydrofdi.monitor.payload import PayloadError, PayloadReader
+from hydrofdi.monitor.sources import Position, StreamSource, joined, malformed
+from hydrofdi.records.batch import Channel
+from hydrofdi.records.streams import Chunk
+
+_MOST_UNACKNOWLEDGED = 2**16 - 1
+"""Most unacknowledged messages that the broker is asked to send, the most that MQTT allows."""
+
+MOST_KEPT = 30_000
+"""Number of unacknowledged messages beyond which machines are stored in mid-window."""
+
+_STALLED = 1.0
+"""Time without a message after which the broker may be waiting for acknowledgements [s]."""
+
+_REMEMBERED = 64
+"""Number of acknowledged messages that a machine can recognise; the broker may not know of the latest."""
+
+
+class TopicSource(StreamSource):
+    """The topic of a machine. A message that the broker sends again is known by its checksum.
+
+    Order and content of what a broker sends again are those of the first time, so that the samples that are
+    in the state can be left out exactly, however the clock of the machine goes.
+    """
+
+    def __init__(self, topic: str, config: MonitorConfig, needed: Collection[Channel]) -> None:
+        super().__init__(topic)
+        self._reader = PayloadReader(config, needed=needed)
+        self._arrived: list[MQTTMessage] = []
+        self._client: Client | None = None
+        self._known, self._seen, self._n_open = deque[int](), deque[int](), 0
+        self._newest = self.stored = -1
+
+    def open(self, position: Position) -> None:
+        """Begin; the position has the checksums of messages in the state that the broker may send again."""
+        self._known = deque(position.get("seen", ()))
+
+    def take(self, number: int, client: Client, message: MQTTMessage) -> None:
+        """Let a message wait; numbers increase."""
+        if client is not self._client:
+            if self._client is not None:
+                self._known, self._seen = self._known + self._seen, deque()
+            self._client = client
+        self._arrived.append(message)
+        self._newest, self._n_open = number, self._n_open + bool(message.qos)
+
+    def read(self, timeout: float) -> Chunk | None:
+        """The samples of all messages that wait."""
+        arrived, self._arrived = self._arrived, []
+        chunks = [self._samples(message) for message in arrived]
+        return joined(chunks) if chunks else None
+
+    @property
+    def position(self) -> Position:
+        """Checksums of the messages that the broker may send again."""
+        return {"seen": [*self._known, *self._seen]}
+
+    def confirm(self) -> None:
+        """All that was read is stored."""
+        self.stored = self._newest
+
+    def acknowledged(self) -> None:
+        """The oldest message was acknowledged."""
+        self._n_open -= 1
+        while len(self._seen) > self._n_open + _REMEMBERED:
+            self._seen.popleft()
+
+    def _samples(self, message: MQTTMessage) -> Chunk:
+        checksum, known = crc32(message.payload), self._known
+        if message.qos:
+            self._seen.append(checksum)
+        if message.dup and checksum in known:
+            while known.popleft() != checksum:
+                pass
+            return Chunk(np.empty(0), {})
+        if not message.dup:
+            known.clear()
+        try:
+            return self._reader.read(bytes(message.payload))
+        except (PayloadError, UnicodeDecodeError) as error:
+            return malformed("message", message.payload[:60].decode(errors="replace"), str(error))
+
+
+class _Open(NamedTuple):
+    """A message that is not acknowledged; without a source, nobody needs it."""
+
+    number: int
+    client: Client
+    mid: int
+    source: TopicSource | None
+
+
+class Topics(Subscription):
+    """A connection for the topics of all machines at a broker.
+
+    Messages are acknowledged in the order in which they came, as MQTT demands, each when the state of its
+    machine is stored. A state is best stored at the end of a window, when it is small: until then the broker
+    keeps the messages.
+    """
+
+    def __init__(
+        self, patterns: list[Pattern], config: FleetConfig, file: Path, first_wait: float = 1.0
+    ) -> None:
+        address = patterns[0].address
+        assert address is not None
+        names = [str(pattern.address) for pattern in patterns]
+        client_id = config.mqtt.client_id or client_id_of(file, *names, config.partition)
+        topics = [pattern.text for pattern in patterns]
+        super().__init__(address, topics, config, client_id, _MOST_UNACKNOWLEDGED, first_wait)
+        self.events = self._inbox.events
+        self._patterns, self._n_taken = patterns, 0
+        self._open: deque[_Open] = deque()
+        self._heard, self.is_behind = time.monotonic(), False
+
+    def dispatch(self, source_of: SourceOf) -> None:
+        """Hand the messages that have arrived to the sources of their machines."""
+        arrived = self._inbox.take(0.0, AT_ONCE)
+        self.is_behind = self._inbox.has_items
+        if arrived:
+            self._heard = time.monotonic()
+        for client, message in arrived:
+            source = self._source(message, source_of)
+            if source is not None:
+                source.take(self._n_taken, client, message)
+            if message.qos:
+                self._open.append(_Open(self._n_taken, client, message.mid, source))
+            self._n_taken += 1
+
+    def blocking(self) -> set[TopicSource]:
+        """Sources whose states must be stored although no window ended, so that messages can go on coming."""
+        n_over = len(self._open) - MOST_KEPT
+        if time.monotonic() - self._heard > _STALLED:
+            n_over = len(self._open)
+        elif n_over > 0:
+            n_over += MOST_KEPT // 2
+        found = (each.source for each in islice(self._open, max(0, n_over)) if not _is_done(each))
+        return {source for source in found if source is not None}
+
+    def acknowledge(self) -> None:
+        """Acknowledge all that is stored, up to the first message that is not."""
+        while self._open and _is_done(self._open[0]):
+            done = self._open.popleft()
+            done.client.ack(done.mid, 1)
+            if done.source is not None:
+                done.source.acknowledged()
+
+    def _source(self, message: MQTTMessage, source_of: SourceOf) -> TopicSource | None:
+        try:
+            topic = message.topic
+        except UnicodeDecodeError:
+            return None
+        name = next(filter(None, (pattern.name_in(topic) for pattern in self._patterns)), None)
+        if name is None:
+            return None
+        source = source_of(name, topic, lambda kind: TopicSource(topic, kind.config, kind.file.channels))
+        return source if isinstance(source, TopicSource) else None
+
+
+def _is_done(message: _Open) -> bool:
+    return message.source is None or message.source.stored >= message.number

@@ -140,9 +140,9 @@ class Inbox(Generic[Item]):
             return items
 
     @property
-    def has_items(self) -> bool:
-        """Whether more can be taken."""
-        return bool(self._items)
+    def size(self) -> int:
+        """Sum of the sizes of the items."""
+        return self._size
 
     def close(self) -> None:
         """Hold nobody up any more."""

@@ -10,20 +10,22 @@ from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
 
-import numpy as np
-from paho.mqtt.client import Client, MQTTMessage
+from paho.mqtt.client import Client
 
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
 from hydrofdi.monitor.fleet.machines import SourceOf
-from hydrofdi.monitor.mqtt import AT_ONCE, Subscription, client_id_of
-from hydrofdi.monitor.payload import PayloadError, PayloadReader
-from hydrofdi.monitor.sources import Position, StreamSource, joined, malformed
+from hydrofdi.monitor.mqtt import CAPACITY, Message, Subscription, client_id_of
+from hydrofdi.monitor.payload import PayloadReader
+from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.streams import Chunk
 
 _MOST_UNACKNOWLEDGED = 2**16 - 1
 """Most unacknowledged messages that the broker is asked to send, the most that MQTT allows."""
+
+_LEAST_SIZE = 1 << 10
+"""Bytes for which a small message counts."""
 
 MOST_KEPT = 30_000
 """Number of unacknowledged messages beyond which machines are stored in mid-window."""
@@ -45,7 +47,7 @@ class TopicSource(StreamSource):
     def __init__(self, topic: str, config: MonitorConfig, needed: Collection[Channel]) -> None:
         super().__init__(topic)
         self._reader = PayloadReader(config, needed=needed)
-        self._arrived: list[MQTTMessage] = []
+        self._arrived: list[Message] = []
         self._client: Client | None = None
         self._known, self._seen, self._n_open = deque[int](), deque[int](), 0
         self._newest = self.stored = -1
@@ -54,7 +56,7 @@ class TopicSource(StreamSource):
         """Begin; the position has the checksums of messages in the state that the broker may send again."""
         self._known = deque(position.get("seen", ()))
 
-    def take(self, number: int, client: Client, message: MQTTMessage) -> None:
+    def take(self, number: int, client: Client, message: Message) -> None:
         """Let a message wait; numbers increase."""
         if client is not self._client:
             if self._client is not None:
@@ -66,8 +68,8 @@ class TopicSource(StreamSource):
     def read(self, timeout: float) -> Chunk | None:
         """The samples of all messages that wait."""
         arrived, self._arrived = self._arrived, []
-        chunks = [self._samples(message) for message in arrived]
-        return joined(chunks) if chunks else None
+        payloads = [message.payload for message in arrived if self._is_new(message)]
+        return self._reader.read_all(payloads) if payloads else None
 
     @property
     def position(self) -> Position:
@@ -84,28 +86,26 @@ class TopicSource(StreamSource):
         while len(self._seen) > self._n_open + _REMEMBERED:
             self._seen.popleft()
 
-    def _samples(self, message: MQTTMessage) -> Chunk:
+    def _is_new(self, message: Message) -> bool:
+        """Whether a message is in no state yet."""
         checksum, known = crc32(message.payload), self._known
         if message.qos:
             self._seen.append(checksum)
-        if message.dup and checksum in known:
+        if message.is_repeated and checksum in known:
             while known.popleft() != checksum:
                 pass
-            return Chunk(np.empty(0), {})
-        if not message.dup:
+            return False
+        if not message.is_repeated:
             known.clear()
-        try:
-            return self._reader.read(bytes(message.payload))
-        except (PayloadError, UnicodeDecodeError) as error:
-            return malformed("message", message.payload[:60].decode(errors="replace"), str(error))
+        return True
 
 
 class _Open(NamedTuple):
     """A message that is not acknowledged; without a source, nobody needs it."""
 
-    number: int
+    place: int
     client: Client
-    mid: int
+    number: int
     source: TopicSource | None
 
 
@@ -125,7 +125,7 @@ class Topics(Subscription):
         names = [str(pattern.address) for pattern in patterns]
         client_id = config.mqtt.client_id or client_id_of(file, *names, config.partition)
         topics = [pattern.text for pattern in patterns]
-        super().__init__(address, topics, config, client_id, _MOST_UNACKNOWLEDGED, first_wait)
+        super().__init__(address, topics, config, client_id, _MOST_UNACKNOWLEDGED, _LEAST_SIZE, first_wait)
         self.events = self._inbox.events
         self._patterns, self._n_taken = patterns, 0
         self._open: deque[_Open] = deque()
@@ -133,16 +133,16 @@ class Topics(Subscription):
 
     def dispatch(self, source_of: SourceOf) -> None:
         """Hand the messages that have arrived to the sources of their machines."""
-        arrived = self._inbox.take(0.0, AT_ONCE)
-        self.is_behind = self._inbox.has_items
+        self.is_behind = 2 * self._inbox.size > CAPACITY
+        arrived = self._inbox.take(0.0, CAPACITY)
         if arrived:
             self._heard = time.monotonic()
         for client, message in arrived:
-            source = self._source(message, source_of)
+            source = self._source(message.topic, source_of)
             if source is not None:
                 source.take(self._n_taken, client, message)
             if message.qos:
-                self._open.append(_Open(self._n_taken, client, message.mid, source))
+                self._open.append(_Open(self._n_taken, client, message.number, source))
             self._n_taken += 1
 
     def blocking(self) -> set[TopicSource]:
@@ -159,15 +159,11 @@ class Topics(Subscription):
         """Acknowledge all that is stored, up to the first message that is not."""
         while self._open and _is_done(self._open[0]):
             done = self._open.popleft()
-            done.client.ack(done.mid, 1)
+            done.client.ack(done.number, 1)
             if done.source is not None:
                 done.source.acknowledged()
 
-    def _source(self, message: MQTTMessage, source_of: SourceOf) -> TopicSource | None:
-        try:
-            topic = message.topic
-        except UnicodeDecodeError:
-            return None
+    def _source(self, topic: str, source_of: SourceOf) -> TopicSource | None:
         name = next(filter(None, (pattern.name_in(topic) for pattern in self._patterns)), None)
         if name is None:
             return None
@@ -176,4 +172,4 @@ class Topics(Subscription):
 
 
 def _is_done(message: _Open) -> bool:
-    return message.source is None or message.source.stored >= message.number
+    return message.source is None or message.source.stored >= message.place

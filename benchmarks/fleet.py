@@ -5,8 +5,9 @@
 Each machine sends four channels at 1 kHz as JSON, `block` samples a message at quality of service 1, evenly
 spread over time, with Unix time. Windows last 10 s; those of the machines end at different times, unless all
 begin together. The latency is the time from the sending of the last sample of a window to its line on
-standard output, and in the log. `hydrofdi monitor`, the broker and the senders run on one machine; the shares
-of a core of the first two are stated. `--monitor` is the command instead of ``python -m hydrofdi``.
+standard output, and in the log. `hydrofdi monitor`, the broker and the senders run on one machine; of the
+first two, processor time by duration of the samples is stated. `--monitor` is another command than ``python
+-m hydrofdi``.
 """
 
 from __future__ import annotations
@@ -23,7 +24,9 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import IO, Any
 
@@ -85,29 +88,26 @@ def packet(topic: str, number: int, payload: bytes) -> bytes:
     return bytes([*head, length]) + body
 
 
-def send(port: int, load: Load, sender: int, start: float) -> None:
-    """Send the blocks of some of the machines, each when its last sample is due."""
+def send(port: int, load: Load, sender: int, start: float, lags: Connection) -> None:
+    """Send the blocks of some of the machines, each when its last sample is due; the largest delay [s]."""
     machines, counts = range(sender, load.n_machine, N_SENDER), range(round(load.seconds / load.period))
     due = sorted((load.begin(machine, count), machine, count) for machine in machines for count in counts)
+    lag = 0.0
     with socket.create_connection(("127.0.0.1", port)) as connection:
         connection.sendall(bytes([0x10, 15]) + b"\0\4MQTT\5\2\0\0\0\0\2s%d" % sender)
-        threading.Thread(target=drain, args=(connection,), daemon=True).start()
         for number, (begin, machine, count) in enumerate(due):
-            if (early := start + begin + load.period - time.time()) > 0.001:
-                time.sleep(early)
             text = load.blocks[count % len(load.blocks)]
             content = f'{{"time": {start + begin:.6f}, "sampling_frequency": {FREQUENCY}, {text}}}'
-            connection.sendall(packet(f"plant/m{machine}/samples", number, content.encode()))
+            message = packet(f"plant/m{machine}/samples", number, content.encode())
+            if (early := start + begin + load.period - time.time()) > 0.0:
+                time.sleep(early)
+            connection.sendall(message)
+            lag = max(lag, -early)
+            if number % 10 == 0:
+                with suppress(BlockingIOError):
+                    connection.recv(1 << 16, socket.MSG_DONTWAIT)  # acknowledgements
         time.sleep(1.0)
-
-
-def drain(connection: socket.socket) -> None:
-    """Discard acknowledgements."""
-    try:
-        while connection.recv(1 << 16):
-            pass
-    except OSError:
-        pass
+    lags.send(lag)
 
 
 def usage(process: int) -> tuple[float, float]:
@@ -159,30 +159,30 @@ def run(folder: Path, load: Load, command: Sequence[str], interval: float) -> di
     while not any(line.get("event") == "connected" for _, line in printed):
         time.sleep(0.05)
     start = time.time() + 1.0
+    lags, lag = multiprocessing.Pipe(duplex=False)
     senders = [
-        multiprocessing.Process(target=send, args=(port, load, each, start)) for each in range(N_SENDER)
+        multiprocessing.Process(target=send, args=(port, load, each, start, lag)) for each in range(N_SENDER)
     ]
     for sender in senders:
         sender.start()
-    time.sleep(1.0 + load.later)
-    busy, broker_busy, began = usage(fleet.pid)[0], usage(broker.pid)[0], time.monotonic()
-    time.sleep(max(0.0, start + load.seconds - time.time()))
-    lasted = time.monotonic() - began
-    (busy_then, memory), broker_then = usage(fleet.pid), usage(broker.pid)[0]
+    busy, broker_busy = usage(fleet.pid)[0], usage(broker.pid)[0]
     for sender in senders:
         sender.join()
-    time.sleep(2.0)
+    n_expected = load.n_machine * int(load.seconds / WINDOW)
+    while sum(line["line"] == "window" for _, line in [*logged]) < n_expected:
+        time.sleep(0.1)
+    (busy_then, memory), broker_then = usage(fleet.pid), usage(broker.pid)[0]
     for process in (fleet, broker):
         process.terminate()
         process.wait()
     ended.set()
-    n_expected = load.n_machine * int(load.seconds / WINDOW)
     delays = [latencies(found) for found in (printed, logged)]
     assert [each.size for each in delays] == [n_expected] * 2, ([each.size for each in delays], n_expected)
     return {
-        "monitor": (busy_then - busy) / lasted,
-        "broker": (broker_then - broker_busy) / lasted,
+        "monitor": (busy_then - busy) / load.seconds,
+        "broker": (broker_then - broker_busy) / load.seconds,
         "memory": memory,
+        "lag": max(lags.recv() for _ in senders),
         "latency": dict(zip(("line", "log"), delays, strict=True)),
     }
 
@@ -218,6 +218,7 @@ def main() -> None:
     each = (found["memory"] - few["memory"]) / max(1, given.machines - 10)
     print(f"{given.machines} machines, {given.block} samples a message, {given.indicator}")
     print(f"processor: monitor {found['monitor']:.2f} of a core, broker {found['broker']:.2f}")
+    print(f"largest delay of a sender: {found['lag']:.2f} s")
     print(f"memory: {found['memory']:.0f} MB; {each:.2f} MB for each machine beyond ten")
     for what, delays in found["latency"].items():
         shown = (f"{np.quantile(delays, share):.2f} ({100 * share:g} %)" for share in (0.5, 0.99, 1.0))

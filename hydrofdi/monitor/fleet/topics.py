@@ -5,17 +5,16 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Collection
-from itertools import islice
+from itertools import groupby, islice, takewhile
+from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
 
-from paho.mqtt.client import Client
-
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
 from hydrofdi.monitor.fleet.machines import SourceOf
-from hydrofdi.monitor.mqtt import CAPACITY, Message, Subscription, client_id_of
+from hydrofdi.monitor.mqtt import CAPACITY, Message, Reader, Subscription, client_id_of
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.records.batch import Channel
@@ -27,7 +26,7 @@ _MOST_UNACKNOWLEDGED = 2**16 - 1
 _LEAST_SIZE = 1 << 10
 """Bytes for which a small message counts."""
 
-MOST_KEPT = 30_000
+MOST_KEPT = 50_000
 """Number of unacknowledged messages beyond which machines are stored in mid-window."""
 
 _STALLED = 1.0
@@ -48,7 +47,7 @@ class TopicSource(StreamSource):
         super().__init__(topic)
         self._reader = PayloadReader(config, needed=needed)
         self._arrived: list[Message] = []
-        self._client: Client | None = None
+        self._client: Reader | None = None
         self._known, self._seen, self._n_open = deque[int](), deque[int](), 0
         self._newest = self.stored = -1
 
@@ -56,7 +55,7 @@ class TopicSource(StreamSource):
         """Begin; the position has the checksums of messages in the state that the broker may send again."""
         self._known = deque(position.get("seen", ()))
 
-    def take(self, number: int, client: Client, message: Message) -> None:
+    def take(self, number: int, client: Reader, message: Message) -> None:
         """Let a message wait; numbers increase."""
         if client is not self._client:
             if self._client is not None:
@@ -104,7 +103,7 @@ class _Open(NamedTuple):
     """A message that is not acknowledged; without a source, nobody needs it."""
 
     place: int
-    client: Client
+    client: Reader
     number: int
     source: TopicSource | None
 
@@ -146,22 +145,28 @@ class Topics(Subscription):
             self._n_taken += 1
 
     def blocking(self) -> set[TopicSource]:
-        """Sources whose states must be stored although no window ended, so that messages can go on coming."""
-        n_over = len(self._open) - MOST_KEPT
-        if time.monotonic() - self._heard > _STALLED:
-            n_over = len(self._open)
-        elif n_over > 0:
-            n_over += MOST_KEPT // 2
-        found = (each.source for each in islice(self._open, max(0, n_over)) if not _is_done(each))
-        return {source for source in found if source is not None}
+        """Sources whose states must be stored although no window ended, so that messages can go on coming.
+
+        All, if nothing comes any more, because the broker may be waiting; else so many that the number of
+        unacknowledged messages stays below its limit. Some are stored early, so that not all are at once.
+        """
+        is_stalled, n_open = time.monotonic() - self._heard > _STALLED, len(self._open)
+        if not is_stalled and n_open <= MOST_KEPT // 2:
+            return set()
+        n_over = n_open if is_stalled or n_open <= MOST_KEPT else n_open - MOST_KEPT // 2
+        open_ones = (each.source for each in islice(self._open, n_over) if not _is_done(each))
+        found = [*dict.fromkeys(source for source in open_ones if source is not None)]
+        return {*(found if is_stalled or n_open > MOST_KEPT else found[: 1 + len(found) // 8])}
 
     def acknowledge(self) -> None:
         """Acknowledge all that is stored, up to the first message that is not."""
-        while self._open and _is_done(self._open[0]):
-            done = self._open.popleft()
-            done.client.ack(done.number, 1)
-            if done.source is not None:
-                done.source.acknowledged()
+        done = [*takewhile(_is_done, self._open)]
+        for each in done:
+            self._open.popleft()
+            if each.source is not None:
+                each.source.acknowledged()
+        for client, some in groupby(done, attrgetter("client")):
+            client.acknowledge(each.number for each in some)
 
     def _source(self, topic: str, source_of: SourceOf) -> TopicSource | None:
         name = next(filter(None, (pattern.name_in(topic) for pattern in self._patterns)), None)

@@ -83,6 +83,14 @@ class FleetConfig(MonitorConfig):
                 raise ValueError(str(error)) from None
         return given
 
+    @field_validator("events")
+    @classmethod
+    def _are_topics(cls, given: tuple[str, ...]) -> tuple[str, ...]:
+        for text in given:
+            if not is_mqtt(text):
+                raise ValueError(f"{text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
+        return given
+
     @model_validator(mode="after")
     def _has_files_of_its_own(self) -> Self:
         if self.state is not None and self.state == self.log:

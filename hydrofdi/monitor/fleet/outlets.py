@@ -8,8 +8,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, TextIO
 
 from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.configuration import Address, is_mqtt
+from hydrofdi.monitor.configuration import Address
 from hydrofdi.monitor.connections import needing_extra
 from hydrofdi.monitor.fleet.configuration import FleetConfig
 from hydrofdi.monitor.lines import Line, is_said, line_record
@@ -37,8 +36,6 @@ class Outlets:
                 stack.callback(self._metrics.close)
                 self._events += self._metrics.said
             for text in config.events:
-                if not is_mqtt(text):
-                    raise ConfigError(f"events: {text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
                 from hydrofdi.monitor.mqtt import MqttSink
 
                 self._sinks.append(MqttSink(Address.parse(text), config.mqtt))

@@ -137,7 +137,8 @@ class Fleet:
     def _write(self, *, is_end: bool) -> None:
         machines, blocking = [*self.machines.values()], self._sources.blocking()
         is_all = is_end or self._store is None
-        due = [each for each in machines if is_all or each.is_due or each.source in blocking]
+        idle = [each for each in machines if self._is_idle(each)]
+        due = [each for each in machines if is_all or each.is_due or each.source in blocking or each in idle]
         if due or (self._log is not None and self._log.has_waiting):
             if self._store is not None:
                 log = {} if self._log is None else self._log.position
@@ -149,7 +150,7 @@ class Fleet:
             each.source.confirm()
         self._sources.acknowledge()
         if self._store is not None and not is_end:
-            self._release([each for each in due if self._is_idle(each)])
+            self._release(idle)
 
     def _is_idle(self, machine: Machine) -> bool:
         return time.monotonic() - machine.heard > self._config.idle and not self._sources.is_file(

@@ -37,10 +37,10 @@ _REMEMBERED = 64
 
 
 class TopicSource(StreamSource):
-    """The topic of a machine. A message that the broker sends again is known by its checksum.
+    """The topic of a machine. A message that the broker sends again is known by a checksum.
 
-    Order and content of what a broker sends again are those of the first time, so that the samples that are
-    in the state can be left out exactly, however the clock of the machine goes.
+    A broker sends messages again in their order, and with their first numbers. So those in the state can be
+    left out exactly, however the clock of the machine goes.
     """
 
     def __init__(self, topic: str, config: MonitorConfig, needed: Collection[Channel]) -> None:
@@ -87,7 +87,7 @@ class TopicSource(StreamSource):
 
     def _is_new(self, message: Message) -> bool:
         """Whether a message is in no state yet."""
-        checksum, known = crc32(message.payload), self._known
+        checksum, known = crc32(message.payload, message.number), self._known
         if message.qos:
             self._seen.append(checksum)
         if message.is_repeated and checksum in known:

@@ -7,10 +7,10 @@ from itertools import zip_longest
 
 from hydrofdi.api.fleets import monitor_fleet
 from hydrofdi.detectors.trained.file import detector_text
-from hydrofdi.monitor.lines import is_said, line_record
+from hydrofdi.monitor.lines import is_said, line_text
 from hydrofdi.monitor.mqtt import payload_of
 from hydrofdi.monitor.watch import Watch
-from tests.monitor.streams import P1, Killed, lines_of, made_detector, part, stream
+from tests.monitor.streams import P1, Killed, made_detector, part, stream
 
 FILE = made_detector()
 N_WINDOW = 12
@@ -41,14 +41,13 @@ def write_csv(path, chunk):
 
 def expected(machines, *, is_over=True):
     """Name → what the batch says of the samples of a machine; at a stop, episodes go on."""
-    lines = {name: lines_of(Watch(FILE), [chunk]) for name, chunk in machines.items()}
-    records = {
-        name: [json.loads(json.dumps(line_record(line, FILE.unit))) for line in found if is_said(line)]
-        for name, found in lines.items()
-    }
-    return {
-        name: [each for each in found if is_over or not each.get("is_end")] for name, found in records.items()
-    }
+    found = {}
+    for name, chunk in machines.items():
+        watch = Watch(FILE)
+        state, lines = watch.step(watch.start(), chunk)
+        lines += watch.end(state)[1] if is_over else []
+        found[name] = [json.loads(line_text(line, FILE.unit)) for line in lines if is_said(line)]
+    return found
 
 
 def logged(path, without=("started", "resumed", "stopped", "connected", "disconnected")):

@@ -303,7 +303,7 @@ def test_of_messages_that_come_again_exactly_those_in_the_state_are_left_out(dat
                 continue
             chunk = source.read(0.0)
             read += [] if chunk is None else chunk.time.tolist()
-            position, n_stored = source.position, number + 1
+            position, n_stored = source.position, max(n_stored, number + 1)
             for _ in range(draw(number + 1 - n_acknowledged)):
                 source.acknowledged()
                 n_acknowledged += 1

@@ -59,7 +59,7 @@ class TopicSource(StreamSource):
         """Let a message wait; numbers increase."""
         if client is not self._client:
             if self._client is not None:
-                self._known, self._seen = self._known + self._seen, deque()
+                self._known, self._seen = self._seen + self._known, deque()
             self._client = client
         self._arrived.append(message)
         self._newest, self._n_open = number, self._n_open + bool(message.qos)
@@ -73,7 +73,7 @@ class TopicSource(StreamSource):
     @property
     def position(self) -> Position:
         """Checksums of the messages that the broker may send again."""
-        return {"seen": [*self._known, *self._seen]}
+        return {"seen": [*self._seen, *self._known]}
 
     def confirm(self) -> None:
         """All that was read is stored."""

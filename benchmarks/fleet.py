@@ -36,6 +36,7 @@ from benchmarks.monitor import FREQUENCY, N_SAMPLE, WINDOW, Healthy, signals
 from hydrofdi.detectors.trained.configuration import DetectorConfig
 from hydrofdi.detectors.trained.file import Made, detector_text
 from hydrofdi.detectors.trained.training import train
+from hydrofdi.monitor.fleet.configuration import load_fleet_config
 from hydrofdi.records import Array, Channel
 
 N_SENDER = 2
@@ -134,7 +135,7 @@ def followed(path: Path, ended: threading.Event) -> Iterator[str]:
             time.sleep(0.005)
 
 
-def run(folder: Path, load: Load, command: Sequence[str], interval: float) -> dict[str, Any]:
+def run(folder: Path, load: Load, command: Sequence[str], interval: float, partition: str) -> dict[str, Any]:
     """Shares of a core, memory [MB], and latencies [s] of a fleet."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -150,7 +151,9 @@ def run(folder: Path, load: Load, command: Sequence[str], interval: float) -> di
     broker = subprocess.Popen([BROKER, "-c", folder / "broker.conf"], stderr=subprocess.DEVNULL)
     time.sleep(0.5)
     fleet = subprocess.Popen(
-        [*command, "monitor", str(folder / "fleet.yaml")], stdout=subprocess.PIPE, text=True
+        [*command, "monitor", str(folder / "fleet.yaml"), "--partition", partition],
+        stdout=subprocess.PIPE,
+        text=True,
     )
     assert fleet.stdout is not None
     printed, logged, ended = Lines(), Lines(), threading.Event()
@@ -168,7 +171,8 @@ def run(folder: Path, load: Load, command: Sequence[str], interval: float) -> di
     busy, broker_busy = usage(fleet.pid)[0], usage(broker.pid)[0]
     for sender in senders:
         sender.join()
-    n_expected = load.n_machine * int(load.seconds / WINDOW)
+    owns = load_fleet_config(folder / "fleet.yaml", partition=partition).owns
+    n_expected = sum(owns(f"m{each}") for each in range(load.n_machine)) * int(load.seconds / WINDOW)
     while sum(line["line"] == "window" for _, line in [*logged]) < n_expected:
         time.sleep(0.1)
     (busy_then, memory), broker_then = usage(fleet.pid), usage(broker.pid)[0]
@@ -203,6 +207,7 @@ def main() -> None:
     options.add_argument("--interval", type=float, default=0.25)
     options.add_argument("--together", action="store_true")
     options.add_argument("--indicator", default="weak_rls")
+    options.add_argument("--partition", default="1/1")
     options.add_argument("--monitor", default=f"{sys.executable} -m hydrofdi")
     given = options.parse_args()
     stated = {"indicator": given.indicator, "direction": "both", "false_alarm_rate": "2 %", "accept": True}
@@ -213,10 +218,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as name:
         folder, command = Path(name), given.monitor.split()
         (folder / "detector.json").write_text(detector_text(file))
-        few = run(folder, replace(load, n_machine=10, seconds=WINDOW + 1.0), command, given.interval)
-        found = run(folder, load, command, given.interval)
+        few = run(folder, replace(load, n_machine=10, seconds=WINDOW + 1.0), command, given.interval, "1/1")
+        found = run(folder, load, command, given.interval, given.partition)
     each = (found["memory"] - few["memory"]) / max(1, given.machines - 10)
-    print(f"{given.machines} machines, {given.block} samples a message, {given.indicator}")
+    print(f"{given.machines} machines, {given.block} samples a message, {given.indicator}, {given.partition}")
     print(f"processor: monitor {found['monitor']:.2f} of a core, broker {found['broker']:.2f}")
     print(f"largest delay of a sender: {found['lag']:.2f} s")
     print(f"memory: {found['memory']:.0f} MB; {each:.2f} MB for each machine beyond ten")

@@ -269,6 +269,9 @@ def test_the_command_watches_a_fleet_or_says_what_is_missing(fleet, tmp_path):
     assert n_window({"all": lines}) == 36
     log = (tmp_path / "fleet.jsonl").read_text()
     assert log == done.stdout
+    write_fleet(tmp_path, "mqtt://h/plant/+", events="mqtt://h/plant/events")
+    run("monitor", fleet, check=2)
+    write_fleet(tmp_path, "press/*.csv")
     for arguments in (
         [tmp_path / "detector.json"], [fleet, "--config", fleet], [fleet, "--partition", "0/3"],
         [tmp_path / "detector.json", tmp_path / "press" / "m0.csv", "--partition", "1/3"],

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 from zlib import crc32
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MonitorConfig, is_mqtt, read_config
@@ -19,6 +19,11 @@ from hydrofdi.settings.quantities import SI
 
 _PARTITION = re.compile(r"([1-9]\d{0,3})/([1-9]\d{0,3})")
 _ANY = "*"
+
+_for_all = BeforeValidator(
+    lambda given: {_ANY: given} if isinstance(given, str) else given,
+    json_schema_input_type=str | dict[str, str],
+)
 
 
 class FleetConfig(MonitorConfig):
@@ -29,7 +34,7 @@ class FleetConfig(MonitorConfig):
     ``+`` or ``*`` stands for is the name of a machine; without either, it is the topic, or the name of the
     file without its suffix. New topics and files are new machines."""
 
-    detectors: dict[str, Path]
+    detectors: Annotated[dict[str, Path], _for_all]
     """Pattern of names, such as ``press-*`` → file of the detector; the first that matches counts. A single
     file is that of all machines."""
 
@@ -59,11 +64,6 @@ class FleetConfig(MonitorConfig):
 
     partition: str = ""
     """``k/n``: the k-th of n processes, which share the machines by a checksum of their names."""
-
-    @field_validator("detectors", mode="before")
-    @classmethod
-    def _of_all(cls, given: Any) -> Any:
-        return {_ANY: given} if isinstance(given, str) else given
 
     @field_validator("partition")
     @classmethod
@@ -95,6 +95,17 @@ class FleetConfig(MonitorConfig):
     def _has_files_of_its_own(self) -> Self:
         if self.state is not None and self.state == self.log:
             raise ValueError("'state' and 'log' are the same file")
+        return self
+
+    @model_validator(mode="after")
+    def _reads_no_own_events(self) -> Self:
+        for text in self.events:
+            topic = Address.parse(text).path
+            for pattern in (Pattern.parse(each, Path()) for each in self.machines if is_mqtt(each)):
+                if pattern.name_in(topic) or pattern.name_in(f"{topic}/status"):
+                    raise ValueError(
+                        f"'events' {text} is also read, as that of a machine; choose another topic"
+                    )
         return self
 
     def owns(self, name: str) -> bool:

@@ -80,7 +80,7 @@ class Fleet:
             chunk, lines = machine.step()
             is_busy = is_busy or (chunk is not None and self._sources.is_file(machine.source))
             self._deliver(machine, chunk, lines)
-        for event in self._outlets.flush():
+        for event in self._outlets.happened():
             self._say(event)
         return is_busy
 
@@ -174,7 +174,6 @@ class Fleet:
                 self._deliver(machine, None, machine.end())
         self._say(Event(EventKind.STOPPED, f"stopped: {ending}"))
         self._commit(is_end=True)
-        self._outlets.flush()
         return ending
 
     def _close_machines(self) -> None:

@@ -23,7 +23,7 @@ class Outlets:
     """Hands lines of machines on, with the name of the machine, as JSON; None for lines of the fleet."""
 
     def __init__(self, config: FleetConfig, to: Callable[[dict[str, Any]], None] | TextIO | None) -> None:
-        self._to, self._texts = to, list[str]()
+        self._to = to
         self._metrics: FleetMetrics | None = None
         self._sinks: list[MqttSink] = []
         self._events = list[Event]()
@@ -59,17 +59,14 @@ class Outlets:
             for record in records:
                 self._to(record)
         elif self._to is not None:
-            self._texts += texts
+            self._to.write("".join(texts))
+            self._to.flush()
         return "".join(texts)
 
-    def flush(self) -> list[Event]:
-        """Write the lines of a round; events of the outlets themselves."""
+    def happened(self) -> list[Event]:
+        """Events of the outlets themselves."""
         for sink in self._sinks:
             self._events += sink.send_all(())
-        if self._texts and self._to is not None and not callable(self._to):
-            self._to.write("".join(self._texts))
-            self._to.flush()
-            self._texts.clear()
         events, self._events = self._events, []
         return events
 

@@ -122,7 +122,8 @@ class Topics(Subscription):
         address = patterns[0].address
         assert address is not None
         names = [str(pattern.address) for pattern in patterns]
-        client_id = config.mqtt.client_id or client_id_of(file, *names, config.partition)
+        own = config.partition.replace("/", "-")
+        client_id = config.mqtt.client_id + own if config.mqtt.client_id else client_id_of(file, *names, own)
         topics = [pattern.text for pattern in patterns]
         super().__init__(address, topics, config, client_id, _MOST_UNACKNOWLEDGED, _LEAST_SIZE, first_wait)
         self.events = self._inbox.events

@@ -118,6 +118,12 @@ def usage(process: int) -> tuple[float, float]:
     return (int(fields[11]) + int(fields[12])) / TICK, pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
+def written(process: int) -> float:
+    """What a process wrote to the disk [MB]."""
+    fields = dict(line.split(": ") for line in Path(f"/proc/{process}/io").read_text().splitlines())
+    return int(fields["write_bytes"]) / 1e6
+
+
 def note(lines: IO[str] | Iterator[str], found: Lines) -> None:
     """Note when each line comes."""
     for line in lines:
@@ -168,7 +174,7 @@ def run(folder: Path, load: Load, command: Sequence[str], interval: float, parti
     ]
     for sender in senders:
         sender.start()
-    busy, broker_busy = usage(fleet.pid)[0], usage(broker.pid)[0]
+    busy, broker_busy, wrote = usage(fleet.pid)[0], usage(broker.pid)[0], written(fleet.pid)
     for sender in senders:
         sender.join()
     owns = load_fleet_config(folder / "fleet.yaml", partition=partition).owns
@@ -176,6 +182,7 @@ def run(folder: Path, load: Load, command: Sequence[str], interval: float, parti
     while sum(line["line"] == "window" for _, line in [*logged]) < n_expected:
         time.sleep(0.1)
     (busy_then, memory), broker_then = usage(fleet.pid), usage(broker.pid)[0]
+    n_megabyte = written(fleet.pid) - wrote
     for process in (fleet, broker):
         process.terminate()
         process.wait()
@@ -186,6 +193,7 @@ def run(folder: Path, load: Load, command: Sequence[str], interval: float, parti
         "monitor": (busy_then - busy) / load.seconds,
         "broker": (broker_then - broker_busy) / load.seconds,
         "memory": memory,
+        "written": n_megabyte / load.seconds,
         "lag": max(lags.recv() for _ in senders),
         "latency": dict(zip(("line", "log"), delays, strict=True)),
     }
@@ -223,6 +231,7 @@ def main() -> None:
     each = (found["memory"] - few["memory"]) / max(1, given.machines - 10)
     print(f"{given.machines} machines, {given.block} samples a message, {given.indicator}, {given.partition}")
     print(f"processor: monitor {found['monitor']:.2f} of a core, broker {found['broker']:.2f}")
+    print(f"disk: {found['written']:.1f} MB/s; a message has {len(load.blocks[0]) / 1e3:.1f} kB")
     print(f"largest delay of a sender: {found['lag']:.2f} s")
     print(f"memory: {found['memory']:.0f} MB; {each:.2f} MB for each machine beyond ten")
     for what, delays in found["latency"].items():

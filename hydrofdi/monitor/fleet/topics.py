@@ -26,7 +26,7 @@ _MOST_UNACKNOWLEDGED = 2**16 - 1
 _LEAST_SIZE = 1 << 10
 """Bytes for which a small message counts."""
 
-MOST_KEPT = 50_000
+MOST_KEPT = 60_000
 """Number of unacknowledged messages beyond which machines are stored in mid-window."""
 
 _STALLED = 1.0
@@ -152,7 +152,7 @@ class Topics(Subscription):
         unacknowledged messages stays below its limit. Some are stored early, so that not all are at once.
         """
         is_stalled, n_open = time.monotonic() - self._heard > _STALLED, len(self._open)
-        if not is_stalled and n_open <= MOST_KEPT // 2:
+        if not is_stalled and n_open <= 3 * MOST_KEPT // 4:
             return set()
         n_over = n_open if is_stalled or n_open <= MOST_KEPT else n_open - MOST_KEPT // 2
         open_ones = (each.source for each in islice(self._open, n_over) if not _is_done(each))

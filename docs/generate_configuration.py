@@ -29,6 +29,7 @@ from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, sco
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
 from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.fleet.configuration import FleetConfig
 from hydrofdi.records.measured.description.sections import MeasuredConfig
 from hydrofdi.settings.quantities import SI, Section, field_texts
 from hydrofdi.settings.readable import readable_unit, typeset
@@ -79,6 +80,24 @@ The file may also be the [description of measured files](measured-configuration.
 trained on: what names and labels files is left out here, and `zone`, `mqtt` and `opcua` are left out there.
 What would change the samples (`trim`, `cycles`, `segment`, `normalize`, `resample`) is refused.
 """
+
+
+FLEET_INTRODUCTION = """
+
+## A fleet
+
+A fleet file, `hydrofdi monitor fleet.yaml`, has these keys besides all of the above ([fleets](fleets.md)).
+"""
+
+
+def fleet_section() -> str:
+    """The keys of a fleet file that are not those of a monitor."""
+    own = {
+        name: each
+        for name, each in FleetConfig.model_fields.items()
+        if name not in MonitorConfig.model_fields
+    }
+    return "\n".join([FLEET_INTRODUCTION, _table(own, field_texts(FleetConfig))])
 
 
 def page(config: type[BaseModel], introduction: str) -> str:
@@ -305,10 +324,11 @@ if __name__ == "__main__":
     texts = {
         DOCS / "configuration.md": page(ExperimentConfig, INTRODUCTION),
         DOCS / "measured-configuration.md": page(MeasuredConfig, MEASURED_INTRODUCTION),
-        DOCS / "monitoring-configuration.md": page(MonitorConfig, MONITOR_INTRODUCTION),
+        DOCS / "monitoring-configuration.md": page(MonitorConfig, MONITOR_INTRODUCTION) + fleet_section(),
         CONFIGS / "schema.json": json.dumps(_experiment_schema(), indent=2) + "\n",
         CONFIGS / "measured-schema.json": _schema(MeasuredConfig, "hydrofdi measured files"),
         CONFIGS / "monitor-schema.json": _schema(MonitorConfig, "hydrofdi monitor"),
+        CONFIGS / "fleet-schema.json": _schema(FleetConfig, "hydrofdi fleet"),
         CONFIGS / "detector-schema.json": _schema(DetectorFile, "hydrofdi detector"),
     }
     for file, text in texts.items():

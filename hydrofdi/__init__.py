@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.evaluation import evaluate as evaluate
     from hydrofdi.api.exporting import Exported as Exported
     from hydrofdi.api.exporting import export as export
+    from hydrofdi.api.fleets import monitor_fleet as monitor_fleet
     from hydrofdi.api.folders import rerun as rerun
     from hydrofdi.api.folders import status as status
     from hydrofdi.api.folders import verify as verify
@@ -62,6 +63,7 @@ _HOMES = {
         "api.diagnosing": "Diagnosis diagnose",
         "api.evaluation": "Evaluation evaluate",
         "api.exporting": "Exported export",
+        "api.fleets": "monitor_fleet",
         "api.folders": "rerun status verify why",
         "api.inspecting": "Inspection inspect",
         "api.measuring": "indicators measure",

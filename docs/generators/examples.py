@@ -68,6 +68,7 @@ hydrofdi evaluate rig.yaml --false-alarm-rate '5 %'
     "detect": "hydrofdi detect detector.json today.csv --fail-on-alarm\n",
     "monitor": """\
 hydrofdi monitor detector.json today.csv --state press.state
+hydrofdi monitor fleet.yaml
 hydrofdi monitor detector.json mqtts://broker.example/press/samples --state press.state
 """,
     "replay": """\

@@ -17,7 +17,7 @@ import typer
 import hydrofdi
 from hydrofdi.cli.options import Detector, Json, Settings, Sources
 from hydrofdi.cli.terminal import answer, draw, facts, tell, write_out
-from hydrofdi.errors import interruption, without_credentials
+from hydrofdi.errors import ConfigError, interruption, without_credentials
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
@@ -154,18 +154,25 @@ def _told(tally: Tally) -> Iterator[str]:
 
 
 def monitor(
-    detector: Detector,
+    detector: Annotated[
+        Path,
+        typer.Argument(metavar="DETECTOR|FLEET", help="Detector file, or YAML file of a fleet of machines."),
+    ],
     source: Annotated[
-        str,
+        str | None,
         typer.Argument(
             metavar="SOURCE",
-            help="'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or opc.tcp://HOST:PORT.",
+            help="'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or opc.tcp://HOST:PORT;"
+            " none for a fleet.",
         ),
-    ],
+    ] = None,
+    partition: Annotated[
+        str | None, typer.Option(metavar="K/N", help="Of a fleet: the k-th of n processes that share it.")
+    ] = None,
     json: Json = False,
     **settings: Any,
 ) -> int:
-    """Judge a stream with a trained detector until it ends.
+    """Judge a stream with a trained detector until it ends, or the streams of a fleet.
 
     Writes a line of JSON to standard output for each window and for each event; a terminal shows a live view
     instead, unless --json is given. SIGTERM and Ctrl-C end it after the samples already read; with --state it
@@ -174,11 +181,25 @@ def monitor(
     """
 
     with interruption(lambda: None) as asked:
+        if source is None:
+            return _monitor_fleet(detector, asked, partition=partition, **settings)
+        if partition is not None:
+            raise ConfigError("--partition: applies to a fleet, hydrofdi monitor FLEET")
         trained = hydrofdi.Detector.load(detector)
         view = _view(trained.file, source, json=json)
         ending = trained.monitor(source, on_line=view, stop=lambda: bool(asked), **settings)
     if is_unjudged := ending.name == "UNJUDGED":
         tell(f"{source}: {ending}")
+    return INTERRUPTED if signal.SIGINT in asked else int(is_unjudged)
+
+
+def _monitor_fleet(file: Path, asked: list[int], **settings: Any) -> int:
+    for key in ("config", "sampling_frequency"):
+        if key in settings:
+            raise ConfigError(f"{key}: of a fleet, state the keys of a configuration in {file}")
+    ending = hydrofdi.monitor_fleet(file, on_line=sys.stdout, stop=lambda: bool(asked), **settings)
+    if is_unjudged := ending.name == "UNJUDGED":
+        tell(f"{file}: {ending}")
     return INTERRUPTED if signal.SIGINT in asked else int(is_unjudged)
 
 

@@ -236,14 +236,14 @@ def _described(indicator: Description) -> Iterator[Any]:
 
 def schema(
     kind: Annotated[
-        Literal["experiment", "measured", "monitor", "detector"],
+        Literal["experiment", "measured", "monitor", "fleet", "detector"],
         typer.Argument(help="Kind of file that the schema describes."),
     ] = "experiment",
 ) -> int:
     """Print the JSON Schema of a kind of file.
 
-    For editors and programs: experiment files, descriptions of measured files, configurations of 'hydrofdi
-    monitor', and the detector files that 'hydrofdi train' writes.
+    For editors and programs: experiment files, descriptions of measured files, configurations and fleets of
+    'hydrofdi monitor', and the detector files that 'hydrofdi train' writes.
     """
     print_json(hydrofdi.schema(kind))
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import tzinfo
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 from urllib.parse import unquote, urlsplit
 
 from pydantic import Field, field_validator, model_validator
@@ -36,9 +36,9 @@ class Address:
     path: str
 
     @classmethod
-    def parse(cls, text: str) -> Self:
+    def parse(cls, text: str, *, may_be_filter: bool = False) -> Self:
         """The address in a text such as ``mqtts://broker.example/press/samples``; MQTT is on this machine by
-        default.
+        default. The filter of a fleet may contain ``+``.
         """
         scheme, _, rest = text.partition("://")
         scheme, (server, _, path) = scheme.lower(), rest.partition("/")
@@ -56,7 +56,7 @@ class Address:
             host.encode("idna")
         except ValueError:
             host, port = "", None
-        wrong = set(path) & set("+#\0" if is_topic else "?#")
+        wrong = set(path) & set(("#\0" if may_be_filter else "+#\0") if is_topic else "?#")
         if not host or port is None or wrong or (is_topic and not path):
             raise ConfigError(
                 f"{text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC, one topic without '+' and '#', or"
@@ -202,16 +202,25 @@ _OF_RECORDS = {
 """Keys of a description that name and label records of files."""
 
 
+Config = TypeVar("Config", bound=MonitorConfig)
+
+
 def load_monitor_config(path: Path | None) -> MonitorConfig:
     """The configuration in a YAML file; the default without one. Paths in it are relative to its folder."""
-    if path is None:
-        return MonitorConfig()
-    source = read_yaml(path, "a configuration of a monitor")
-    source.data = {key: value for key, value in (source.data or {}).items() if key not in _OF_RECORDS}
-    config = validated(MonitorConfig, source)
+    return (
+        MonitorConfig() if path is None else read_config(MonitorConfig, path, "a configuration of a monitor")
+    )
+
+
+def read_config(model: type[Config], path: Path, kind: str, **stated: Any) -> Config:
+    """The configuration in a YAML file; keys `stated` elsewhere replace its own."""
+    source = read_yaml(path, kind)
+    found = (source.data or {}) | stated
+    source.data = {key: value for key, value in found.items() if key not in _OF_RECORDS}
+    config = validated(model, source)
     if mistakes := list(channel_mistakes(config.channels, source)):
         raise ConfigError(mistakes)
-    placed = {}
+    placed: dict[str, Any] = {}
     for name, section in (("mqtt", config.mqtt), ("opcua", config.opcua)):
         files = {key: path.parent / file for key, file in section if isinstance(file, Path)}
         placed[name] = section.model_copy(update=files)

@@ -146,6 +146,11 @@ class Inbox(Generic[Item]):
             self._changed.notify_all()
             return items
 
+    @property
+    def size(self) -> int:
+        """Sum of the sizes of the items."""
+        return self._size
+
     def close(self) -> None:
         """Hold nobody up any more."""
         with self._changed:

@@ -49,7 +49,7 @@ class MetricsServer:
         self._thread.start()
         shown = f"[{host}]" if ":" in host else host
         self.url = f"http://{shown}:{self._server.server_port}/metrics"
-        self._said: list[Line] = [Event(EventKind.NOTICE, f"metrics are served at {self.url}")]
+        self._said: list[Event] = [Event(EventKind.NOTICE, f"metrics are served at {self.url}")]
         if not ip_address(str(found[0]).partition("%")[0]).is_loopback:
             text = f"everyone who reaches {self.url} can read the metrics"
             self._said.append(Event(EventKind.INSECURE, text))
@@ -66,7 +66,14 @@ class MetricsServer:
         for metric in self._metrics.values():
             metric.remove_by_labels({"machine": machine})
 
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+    def count(self, lines: Sequence[Line]) -> None:
+        """Count the events of no machine."""
+        for line in lines:
+            if isinstance(line, Event) and not line.is_end:
+                text = "Events of the fleet, each repetition counted"
+                self.metric(Counter, "fleet_events", text, "kind").labels("", line.kind.value).inc(line.count)
+
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Event]:
         """Report the address once."""
         said, self._said = self._said, []
         return said

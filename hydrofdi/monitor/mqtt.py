@@ -9,14 +9,16 @@ import socket
 import ssl
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from threading import Event as Signal
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from paho.mqtt.client import Client, MQTTMessage
-from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
+from paho.mqtt.client import Client
+from paho.mqtt.enums import CallbackAPIVersion, MessageType, MQTTErrorCode, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
@@ -43,6 +45,8 @@ class MqttConnection(Connection):
     Certificates and password are read anew for each client, so that they can be renewed. `prepare`,
     `connected` and `serve` are for subclasses.
     """
+
+    client_class: type[Client] = Client
 
     def __init__(
         self,
@@ -118,7 +122,7 @@ class MqttConnection(Connection):
             yield f"the password goes to {address.host} without encryption; use mqtts://"
 
     def _new_client(self) -> Client:
-        client = Client(
+        client = self.client_class(
             CallbackAPIVersion.VERSION2,
             self.client_id,
             protocol=MQTTProtocolVersion.MQTTv5,
@@ -184,12 +188,135 @@ _ENOUGH = _CONFIRM_AFTER * LEAST_SIZE
 """Bytes of messages that do not wait for more."""
 
 
-class MqttSource(MqttConnection, StreamSource):
-    """A topic, read at quality of service 1 in a session that outlives the monitor.
+_BLOCK = 1 << 17
+"""Bytes that are read from the network at once."""
 
-    The broker keeps every message until a state that contains its samples is stored. At quality of service 1
-    nothing is lost: while the inbox is full, nothing is read from the network.
+
+class Message(NamedTuple):
+    """A message; `number` identifies it to the broker until it is acknowledged."""
+
+    topic: str
+    payload: bytes
+    number: int
+    qos: int
+    is_repeated: bool
+
+
+class Reader(Client):
+    """A client that reads many messages at once, and makes plain ones of them.
+
+    To unpack properties, which nobody needs, and to make a lock for each message costs most of the time of
+    paho. To wait for the network several times for each message costs more if another thread computes.
     """
+
+    received: Callable[[Reader, Message], None]
+
+    _data, _at = b"", 0
+
+    def acknowledge(self, numbers: Iterable[int]) -> None:
+        """Acknowledge messages, in this order, by one writing to the network."""
+        packets = b"".join(b"\x40\2" + number.to_bytes(2, "big") for number in numbers)
+        self._packet_queue(MessageType.PUBACK, packets, 0, 0)
+
+    def loop_read(self, max_packets: int = 1) -> MQTTErrorCode:
+        """Take all messages that were read from the network."""
+        while not (code := super().loop_read(max_packets)) and self._at < len(self._data):
+            pass
+        return code
+
+    def _sock_recv(self, bufsize: int) -> bytes:
+        if self._at == len(self._data):
+            self._data, self._at = super()._sock_recv(_BLOCK), 0
+        part = self._data[self._at : self._at + bufsize]
+        self._at += len(part)
+        return part
+
+    def _handle_publish(self) -> MQTTErrorCode:
+        head, packet = self._in_packet["command"], bytes(self._in_packet["packet"])
+        qos, at = (head >> 1) & 3, 2 + int.from_bytes(packet[:2], "big")
+        topic, number = packet[2:at], 0
+        if qos:
+            number, at = int.from_bytes(packet[at : at + 2], "big"), at + 2
+        length, shift = 0, 0
+        for byte in packet[at : at + 4]:  # the length of the properties, seven bits a byte
+            length, shift, at = length | (byte & 127) << shift, shift + 7, at + 1
+            if byte < 128:
+                break
+        text = topic.decode(errors="replace")
+        message = Message(text, packet[at + length :], number, qos, bool(head & 8))
+        self.received(self, message)
+        return MQTTErrorCode.MQTT_ERR_SUCCESS
+
+
+class Subscription(MqttConnection):
+    """Topics, read at quality of service 1 in a session that outlives the monitor.
+
+    The broker keeps every message until it is acknowledged. At quality of service 1 nothing is lost: while
+    the inbox is full, nothing is read from the network. The broker is asked to send at most so many messages
+    that are `unacknowledged`. A small message counts for a `least_size` in the inbox [byte].
+    """
+
+    client_class = Reader
+
+    def __init__(
+        self,
+        address: Address,
+        topics: Sequence[str],
+        config: MonitorConfig,
+        client_id: str,
+        unacknowledged: int,
+        least_size: int,
+        first_wait: float = 1.0,
+    ) -> None:
+        self._least_size = least_size
+        self._inbox: Inbox[tuple[Reader, Message]] = Inbox(CAPACITY)
+        super().__init__(
+            address,
+            config.mqtt,
+            self._inbox.say,
+            first_wait,
+            client_id,
+            SessionExpiryInterval=round(config.mqtt.session_expiry),
+            ReceiveMaximum=unacknowledged,
+            MaximumPacketSize=16 * config.limits.payload,
+        )
+        self._topics = topics
+        self._was_connected, self._remark = False, ""
+
+    def close(self) -> None:
+        """End the connection; the broker keeps the session."""
+        self._inbox.close()
+        super().close()
+
+    def prepare(self, client: Client) -> None:
+        """Take messages."""
+        assert isinstance(client, Reader)
+        client.received, client.on_subscribe = self._received, self._subscribed
+
+    def connected(self, client: Client, had_session: bool) -> None:
+        """Subscribe to new messages, without an earlier retained one."""
+        is_forgotten = self._was_connected and not had_session
+        self._remark = "; the broker kept no messages in the meantime" if is_forgotten else ""
+        self._was_connected = True
+        options = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
+        client.subscribe([(topic, options) for topic in self._topics])
+
+    def _subscribed(self, client: Client, _: Any, __: int, codes: Any, properties: Any) -> None:
+        for topic, code in zip(self._topics, codes, strict=True):
+            if code.is_failure:
+                self.refuse(client, f"it does not let this user read {topic!r}")
+                return
+        is_lossy = not all(code.value for code in codes)
+        lossy = "; it grants only quality of service 0, so messages can be lost" if is_lossy else ""
+        self.report_connected(self._remark + lossy)
+
+    def _received(self, client: Reader, message: Message) -> None:
+        size = max(len(message.payload), self._least_size)
+        self._inbox.put((client, message), size, waits=bool(message.qos))
+
+
+class MqttSource(Subscription, StreamSource):
+    """A topic; its messages are acknowledged when a state that contains their samples is stored."""
 
     def __init__(
         self,
@@ -199,22 +326,14 @@ class MqttSource(MqttConnection, StreamSource):
         needed: Collection[Channel] = (),
         first_wait: float = 1.0,
     ) -> None:
-        self._inbox: Inbox[tuple[Client, MQTTMessage]] = Inbox(CAPACITY)
-        StreamSource.__init__(self, str(address), self._inbox.events)
-        super().__init__(
-            address,
-            config.mqtt,
-            self._inbox.say,
-            first_wait,
-            config.mqtt.client_id or _client_id(address, detector),
-            SessionExpiryInterval=round(config.mqtt.session_expiry),
-            ReceiveMaximum=_MOST_UNACKNOWLEDGED,
-            MaximumPacketSize=16 * config.limits.payload,
+        client_id = config.mqtt.client_id or client_id_of(detector, str(address))
+        Subscription.__init__(
+            self, address, [address.path], config, client_id, _MOST_UNACKNOWLEDGED, LEAST_SIZE, first_wait
         )
+        StreamSource.__init__(self, str(address), self._inbox.events)
         self._reader = PayloadReader(config, needed=needed)
-        self._unconfirmed: list[tuple[Client, int]] = []
+        self._unconfirmed: list[tuple[Reader, int]] = []
         self._unconfirmed_since, self._latest = 0.0, -math.inf
-        self._was_connected, self._remark = False, ""
 
     def open(self, position: Position) -> None:
         """Begin to connect; the broker knows where to continue."""
@@ -233,58 +352,30 @@ class MqttSource(MqttConnection, StreamSource):
 
     def confirm(self) -> None:
         """Acknowledge all messages that were read, each to the connection that delivered it."""
-        for client, number in self._unconfirmed:
-            client.ack(number, 1)
+        for client, some in groupby(self._unconfirmed, itemgetter(0)):
+            client.acknowledge(number for _, number in some)
         self._unconfirmed.clear()
 
-    def close(self) -> None:
-        """End the connection; the broker keeps the session."""
-        self._inbox.close()
-        super().close()
-
-    def prepare(self, client: Client) -> None:
-        """Take messages."""
-        client.on_message, client.on_subscribe = self._received, self._subscribed
-
-    def connected(self, client: Client, had_session: bool) -> None:
-        """Subscribe to new messages, without an earlier retained one."""
-        is_forgotten = self._was_connected and not had_session
-        self._remark = "; the broker kept no messages in the meantime" if is_forgotten else ""
-        self._was_connected = True
-        options = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
-        client.subscribe(self.address.path, options=options)
-
-    def _subscribed(self, client: Client, _: Any, __: int, codes: Any, properties: Any) -> None:
-        if codes[0].is_failure:
-            self.refuse(client, f"it does not let this user read {self.address.path!r}")
-            return
-        lossy = "" if codes[0].value else "; it grants only quality of service 0, so messages can be lost"
-        self.report_connected(self._remark + lossy)
-
-    def _received(self, client: Client, _: Any, message: MQTTMessage) -> None:
-        size = max(len(message.payload), LEAST_SIZE)
-        self._inbox.put((client, message), size, waits=bool(message.qos))
-
-    def _samples(self, client: Client, message: MQTTMessage) -> Chunk:
+    def _samples(self, client: Reader, message: Message) -> Chunk:
         if message.qos:
             if not self._unconfirmed:
                 self._unconfirmed_since = time.monotonic()
-            self._unconfirmed.append((client, message.mid))
+            self._unconfirmed.append((client, message.number))
         try:
             if message.topic != self.address.path:
                 raise PayloadError("belongs to another topic")
-            chunk = self._reader.read(bytes(message.payload))
+            chunk = self._reader.read(message.payload)
         except (PayloadError, UnicodeDecodeError) as error:
             return malformed("message", message.payload[:60].decode(errors="replace"), str(error))
-        if message.dup and chunk.n_time and chunk.time[-1] <= self._latest:
+        if message.is_repeated and chunk.n_time and chunk.time[-1] <= self._latest:
             return Chunk(np.empty(0), {})  # sent again by a new connection
         self._latest = max(self._latest, float(chunk.time[-1])) if chunk.n_time else self._latest
         return chunk
 
 
-def _client_id(address: Address, detector: Path) -> str:
+def client_id_of(file: Path, *more: str) -> str:
     """A client id that is the same at each start; every broker accepts its 23 characters."""
-    text = "\n".join((socket.gethostname(), str(detector.resolve()), str(address)))
+    text = "\n".join((socket.gethostname(), str(file.resolve()), *more))
     return f"hydrofdi-{hashlib.sha256(text.encode()).hexdigest()[:14]}"
 
 
@@ -388,12 +479,15 @@ class MqttSink(Publisher):
 
     def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
         """Queue the lines to send; never waits."""
-        wanted = [
-            line
-            for line in lines
-            if (self.config.windows if isinstance(line, WindowLine) else not line.is_silent)
-        ]
-        n_lost = sum(not self.send(line_text(line, self._unit).rstrip().encode()) for line in wanted)
+        return self.send_all([line_text(line, self._unit) for line in lines if self.wants(line)])
+
+    def wants(self, line: Line) -> bool:
+        """Whether it sends such a line."""
+        return self.config.windows if isinstance(line, WindowLine) else not line.is_silent
+
+    def send_all(self, texts: Sequence[str]) -> list[Event]:
+        """Queue texts of lines to send, without waiting; what happened to those before."""
+        n_lost = sum(not self.send(text.rstrip().encode()) for text in texts)
         events = [self.events.popleft() for _ in range(len(self.events))]
         if n_lost:
             reason = "lines are lost: the broker is too slow, or was unreachable for too long"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -97,11 +99,29 @@ class PayloadReader(Lines):
 
     def read(self, payload: bytes) -> Chunk:
         """The samples of a payload: one JSON object, or one on each line."""
+        return joined([self.chunk([found]) for found in self._objects(payload)])
+
+    def read_all(self, payloads: Sequence[bytes]) -> Chunk:
+        """The samples of payloads, at once if all have the same form; those that are not understood are a
+        sample each that could not be read."""
+        with suppress(PayloadError, UnicodeDecodeError):
+            found = [each for payload in payloads for each in self._objects(payload)]
+            if len(set(map(_form, found))) == 1:
+                return self.chunk(found)
+        chunks = []
+        for payload in payloads:
+            try:
+                chunks.append(self.read(payload))
+            except (PayloadError, UnicodeDecodeError) as error:
+                chunks.append(malformed("message", payload[:60].decode(errors="replace"), str(error)))
+        return joined(chunks)
+
+    def _objects(self, payload: bytes) -> list[dict[str, Any]]:
         if len(payload) > self.config.limits.payload:
             raise PayloadError(f"is larger than {counted(self.config.limits.payload, 'byte')}")
         lines = [line for line in payload.splitlines() if line.strip()]
         are_objects = len(lines) > 1 and lines[0].rstrip().endswith(b"}")
-        return joined([self.chunk(parsed(line)) for line in (lines if are_objects else [payload])])
+        return [parsed(line) for line in (lines if are_objects else [payload])]
 
     def chunks(self, lines: Sequence[str]) -> list[Chunk]:
         """Samples of complete lines."""
@@ -113,33 +133,44 @@ class PayloadReader(Lines):
         if len({tuple(found) for found in objects}) > 1:
             raise PayloadError("lines have different keys")
         if len(objects) == 1:
-            return self.chunk(objects[0])
-        return self.chunk({key: [found[key] for found in objects] for key in objects[0]})
+            return self.chunk(objects)
+        return self.chunk([{key: [found[key] for found in objects] for key in objects[0]}])
 
-    def chunk(self, found: Mapping[str, Any]) -> Chunk:
-        """The samples of one JSON object."""
-        time, channels = self._columns_of({key: value for key, value in found.items() if key != _FREQUENCY})
+    def chunk(self, objects: Sequence[Mapping[str, Any]]) -> Chunk:
+        """The samples of JSON objects of the same form."""
+        first = objects[0]
+        time, channels = self._columns_of({key: value for key, value in first.items() if key != _FREQUENCY})
         values = {
-            channel: column.in_si(_numbers(column.title, found[column.title]))
+            channel: [_listed(found[column.title]) for found in objects]
             for channel, column in channels.items()
         }
-        lengths = {samples.size for samples in values.values()}
+        lengths = {tuple(map(len, lists)) for lists in values.values()}
         if len(lengths) > 1:
             raise PayloadError("the channels have different numbers of samples")
-        n_time = lengths.pop()
+        (counts,) = lengths
+        in_si = {
+            channel: column.in_si(_numbers(column.title, [*chain.from_iterable(values[channel])]))
+            for channel, column in channels.items()
+        }
         if time is not None:
-            times = self._times(time, found[time.title])
-            if times.size == 1 and _FREQUENCY in found:
-                with np.errstate(over="ignore"):
-                    times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
-            if times.size != n_time:
-                stamps = counted(times.size, "time stamp")
-                raise PayloadError(f"has {stamps} for {counted(n_time, 'sample')}, and no '{_FREQUENCY}'")
+            instants = [self._instants(time, *each) for each in zip(objects, counts, strict=True)]
+            times = instants[0] if len(instants) == 1 else np.concatenate(instants)
         elif self.clock is not None:
-            times = self.clock.take(n_time)
+            times = self.clock.take(sum(counts))
         else:
             raise PayloadError("has no time stamp; add 'time' [s]")
-        return Chunk(times, values)
+        return Chunk(times, in_si)
+
+    def _instants(self, time: Column, found: Mapping[str, Any], n_time: int) -> Array:
+        """Instants of the samples of an object [s], shape (n_time,)."""
+        times = self._times(time, found[time.title])
+        if times.size == 1 and _FREQUENCY in found:
+            with np.errstate(over="ignore"):
+                times = times + np.arange(n_time) / _frequency(found[_FREQUENCY])
+        if times.size != n_time:
+            stamps = counted(times.size, "time stamp")
+            raise PayloadError(f"has {stamps} for {counted(n_time, 'sample')}, and no '{_FREQUENCY}'")
+        return times
 
     def _columns_of(self, found: Mapping[str, Any]) -> tuple[Column | None, dict[Channel, Column]]:
         """The columns that keys mean; those of the last object are cached."""
@@ -167,7 +198,7 @@ class PayloadReader(Lines):
     def _times(self, column: Column, value: Any) -> Array:
         """Instants [s] from numbers or dates, shape (n_time,)."""
         if not _is_text(value):
-            return column.in_si(_numbers(column.title, value))
+            return column.in_si(_numbers(column.title, _listed(value)))
         texts = value if isinstance(value, list) else [value]
         try:
             return unix_seconds(texts, self.config.time_zone)
@@ -207,9 +238,17 @@ def parsed(text: bytes | str) -> dict[str, Any]:
     return found
 
 
-def _numbers(key: str, value: Any) -> Array:
-    """One number or a list of numbers, shape (n_time,); NaN for null."""
-    values = value if isinstance(value, list) else [value]
+def _form(found: Mapping[str, Any]) -> tuple[tuple[str, ...], tuple[bool, ...]]:
+    """Keys, and which of them have texts."""
+    return tuple(found), tuple(map(_is_text, found.values()))
+
+
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def _numbers(key: str, values: list[Any]) -> Array:
+    """Numbers, shape (n_time,); NaN for null."""
     if not set(map(type, values)) <= {float, int, type(None)}:
         raise PayloadError(f"{key[:60]!r}: is not a number")
     try:

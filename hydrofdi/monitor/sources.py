@@ -100,6 +100,13 @@ _RECORDS = (".h5", ".hdf5", ".mat", ".npz", ".parquet", ".yaml", ".yml")
 """Suffixes of files that contain records, but no lines of text."""
 
 
+def of_detector(config: MonitorConfig, file: DetectorFile) -> MonitorConfig:
+    """The configuration with those channels alone that a detector reads, if it has any of them."""
+    seen = {*file.channels, file.config.window.channel}
+    channels = {channel: each for channel, each in config.channels.items() if channel in seen}
+    return config.model_copy(update={"channels": channels}) if channels else config
+
+
 def open_stream(
     text: str,
     config: MonitorConfig,
@@ -113,9 +120,7 @@ def open_stream(
     """The stream that a text means; nothing is read or connected yet."""
     from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 
-    seen = {*file.channels, file.config.window.channel}
-    if channels := {channel: each for channel, each in config.channels.items() if channel in seen}:
-        config = config.model_copy(update={"channels": channels})
+    config = of_detector(config, file)
     if scheme := _SCHEME.match(text):
         kind = scheme[1].lower()
         if kind not in PORTS:

@@ -47,9 +47,7 @@ class StateFile:
     @contextmanager
     def locked(self) -> Iterator[None]:
         """Lock the file for this process."""
-        require_regular(self.path)
-        lock = self.path.with_name(f".{self.path.name}.lock")
-        with file_lock(lock, f"{self.path}: another monitor uses it"):
+        with locked(self.path):
             yield
 
     def read(self) -> Stored | None:
@@ -92,6 +90,14 @@ class StateFile:
             if header.get(key) != self._owner[key]:
                 advice = "give another file as 'state', or remove this one to start from scratch"
                 raise StoreError(f"{self.path}: belongs to another {key}; {advice}")
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Lock the file of a state for this process."""
+    require_regular(path)
+    with file_lock(path.with_name(f".{path.name}.lock"), f"{path}: another monitor uses it"):
+        yield
 
 
 def digest(detector: DetectorFile) -> str:
@@ -139,11 +145,20 @@ class WindowLog:
 
     def take(self, lines: Sequence[Line]) -> None:
         """Let lines wait."""
-        self._waiting += lines_text(lines, self._unit).encode()
+        self.take_text(lines_text(lines, self._unit))
+
+    def take_text(self, text: str) -> None:
+        """Let lines of JSON wait."""
+        self._waiting += text.encode()
         if len(self._waiting) > LARGEST_BACKLOG:
             self._waiting = self._waiting[
                 self._waiting.index(b"\n", len(self._waiting) - LARGEST_BACKLOG) + 1 :
             ]
+
+    @property
+    def has_waiting(self) -> bool:
+        """Whether lines wait."""
+        return bool(self._waiting)
 
     def write(self) -> None:
         """Write all waiting lines, or none, at `position`, and make them survive a crash of the machine."""

@@ -106,7 +106,9 @@ def _lines(name: str) -> list[str]:
     return [line for line in lines if not line.startswith(_SCHEMA_LINE)]
 
 
-def schema(kind: Literal["experiment", "measured", "monitor", "detector"] = "experiment") -> dict[str, Any]:
+def schema(
+    kind: Literal["experiment", "measured", "monitor", "fleet", "detector"] = "experiment",
+) -> dict[str, Any]:
     """The JSON Schema of a kind of file, as ``hydrofdi schema`` prints it.
 
     Raises
@@ -120,7 +122,7 @@ def schema(kind: Literal["experiment", "measured", "monitor", "detector"] = "exp
     >>> hydrofdi.schema("measured")["$schema"]
     'https://json-schema.org/draft/2020-12/schema'
     """
-    known = ("experiment", "measured", "monitor", "detector")
+    known = ("experiment", "measured", "monitor", "fleet", "detector")
     if kind not in known:
         raise ConfigError(f"kind: {brief(kind)} is unknown{nearest(str(kind), known)}")
     file = ready_folder() / ("schema.json" if kind == "experiment" else f"{kind}-schema.json")

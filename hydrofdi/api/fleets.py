@@ -1,0 +1,77 @@
+"""Many machines that one process monitors."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from os import PathLike
+from typing import TYPE_CHECKING, Any, TextIO
+
+from hydrofdi.api.arguments import names_of, path_of
+from hydrofdi.detectors.trained.file import is_detector
+from hydrofdi.errors import ConfigError
+
+if TYPE_CHECKING:
+    from hydrofdi.monitor.loop import Ending
+
+_log = logging.getLogger(__name__)
+
+
+def monitor_fleet(
+    fleet: str | PathLike[str],
+    *,
+    state: str | PathLike[str] | None = None,
+    log: str | PathLike[str] | None = None,
+    metrics: str | None = None,
+    events: Sequence[str] = (),
+    partition: str | None = None,
+    follow: bool = True,
+    on_line: Callable[[dict[str, Any]], None] | TextIO | None = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Ending:
+    """Judge the streams of many machines, as ``hydrofdi monitor FLEET`` does.
+
+    Parameters
+    ----------
+    fleet : path
+        YAML with the machines, their detectors, and the description of their samples.
+    state, log, metrics, events, partition, optional
+        Replace the keys of the same name in the file.
+    follow : bool
+        Whether to wait for more at the end of files.
+    on_line : callable or file object, optional
+        Called with each line; to a file, they are written as JSON. The key ``machine`` has the name.
+    stop : callable, optional
+        Returns whether to end; called several times a second.
+
+    Returns
+    -------
+    Ending
+        The reason why it ended, a text of one sentence.
+
+    Raises
+    ------
+    ConfigError, StoreError
+        The file is wrong, or state or log cannot be used. What goes wrong with a machine is an event.
+    """
+    from hydrofdi.monitor.fleet.configuration import load_fleet_config, patterns_of
+    from hydrofdi.monitor.fleet.loop import Fleet
+    from hydrofdi.monitor.fleet.machines import Kind
+    from hydrofdi.monitor.fleet.outlets import Outlets
+    from hydrofdi.monitor.fleet.sources import Sources
+
+    file = path_of(fleet)
+    if file.is_file() and is_detector(file):
+        raise ConfigError(f"{file}: is a detector; state the source that it judges behind it")
+    files = {key: str(path_of(each).absolute()) for key, each in (("state", state), ("log", log)) if each}
+    stated = files | {
+        "metrics": metrics,
+        "events": names_of("events", events, "addresses"),
+        "partition": partition,
+    }
+    config = load_fleet_config(file, **{key: value for key, value in stated.items() if value})
+    kinds = {path: Kind(path, config) for path in {*config.detectors.values()}}
+    if config.state is None:
+        _log.info("no state: after a restart, the fleet starts from scratch")
+    sources = Sources(config, file, patterns_of(config, file.parent), is_followed=follow)
+    return Fleet(config, kinds, sources, Outlets(config, on_line)).run(stop)

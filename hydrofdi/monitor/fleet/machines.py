@@ -1,0 +1,156 @@
+"""A machine of a fleet: its stream, its state, and its lines. What goes wrong with it stays with it."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydrofdi.detectors.trained.file import DetectorFile, load_detector
+from hydrofdi.errors import HydrofdiError
+from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.fleet.store import StoredMachine
+from hydrofdi.monitor.lines import Line, WindowLine, is_said
+from hydrofdi.monitor.sources import StreamSource, of_detector
+from hydrofdi.monitor.state import digest
+from hydrofdi.monitor.watch import Watch
+from hydrofdi.records.streams import Chunk, Event, EventKind
+
+_log = logging.getLogger(__name__)
+
+RETRY = 60.0
+"""Time after which a source that failed is tried again [s]."""
+
+_NUMBER = "judging.number"
+"""Key of the number of the next window in a state."""
+
+
+class Kind:
+    """Machines with the same detector, which share all that is not state."""
+
+    def __init__(self, path: Path, config: MonitorConfig) -> None:
+        self.file: DetectorFile = load_detector(path)
+        self.file.require_machine(config.actuator.given, str(path))
+        self.config, self.watch, self.digest = (
+            of_detector(config, self.file),
+            Watch(self.file),
+            digest(self.file),
+        )
+
+
+SourceOf = Callable[[str, str, Callable[[Kind], StreamSource]], StreamSource | None]
+"""Name and place of a machine, and what makes its source → this source; None if the machine is ignored."""
+
+
+@dataclass
+class Machine:
+    """A machine, whose source need not be open.
+
+    Attributes
+    ----------
+    is_due : bool
+        Whether it had lines since its state was stored.
+    heard : float
+        When the last samples arrived, on the monotonic clock [s].
+    """
+
+    name: str
+    kind: Kind
+    source: StreamSource
+
+    def __post_init__(self) -> None:
+        self.state = self.kind.watch.start()
+        self.is_due, self.is_judged = False, False
+        self.heard, self._retry = time.monotonic(), 0.0
+        self._said, self._position = "", dict[str, object]()
+
+    def begin(self, stored: StoredMachine | None) -> list[Line]:
+        """Continue from a stored state. That of another detector or source is only used to go on counting."""
+        watch, name, again = self.kind.watch, self.source.name, ""
+        kind, position = EventKind.STARTED, dict[str, object]()
+        if stored is not None:
+            self.state = {**self.state, _NUMBER: stored.state[_NUMBER]}
+            kind, again = EventKind.RESUMED, f" again, from window {watch.next_number(stored.state)} on"
+            if stored.detector != self.kind.digest:
+                again += "; its detector is another one, so it starts anew"
+            elif stored.source != name:
+                again += f"; it was {stored.source}, so it starts anew"
+            else:
+                self.state, position = stored.state, dict(stored.position)
+            self.is_judged = watch.next_number(stored.state) > 0
+        self._position, self.is_due = position, True
+        return [Event(kind, f"watches {name}{again}"), *self._open()]
+
+    def step(self) -> tuple[Chunk | None, list[Line]]:
+        """The samples that have arrived, and their lines."""
+        if self._retry:
+            return None, self._open() if time.monotonic() >= self._retry else []
+        try:
+            chunk = self.source.read(0.0)
+        except Exception as error:
+            return None, self._failed(error)
+        events = self.source.events
+        lines: list[Line] = [events.popleft() for _ in range(len(events))]
+        if chunk is not None and chunk.n_time:
+            self.heard = time.monotonic()
+            lines += self._judged(chunk)
+            self._position = dict(self.source.position)
+        self.is_due = self.is_due or any(map(is_said, lines))
+        return chunk, lines
+
+    def end(self) -> Sequence[Line]:
+        """The last lines of a stream that will not go on."""
+        self.state, lines = self.kind.watch.end(self.state)
+        return lines
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing follows, unless what failed is tried again."""
+        return self.source.is_over or bool(self._retry)
+
+    @property
+    def row(self) -> StoredMachine:
+        """What is stored."""
+        return StoredMachine(self.source.name, self.kind.digest, self._position, self.state)
+
+    def _open(self) -> list[Line]:
+        try:
+            self.source.open(self._position)
+        except Exception as error:
+            return self._failed(error)
+        self._retry = 0.0
+        return []
+
+    def _judged(self, chunk: Chunk) -> Sequence[Line]:
+        """Lines of samples; samples that cannot be judged are lost, and the state is the one before them."""
+        try:
+            self.state, lines = self.kind.watch.step(self.state, chunk)
+        except Exception as error:
+            text = f"samples are lost, because judging them failed: {self._reason(error)}"
+            is_silent, self._said = text == self._said, text
+            return [Event(EventKind.DROPPED, text, None, chunk.n_time, is_silent)]
+        self._said = ""
+        self.is_judged = self.is_judged or any(
+            isinstance(x, WindowLine) and x.alarm is not None for x in lines
+        )
+        return lines
+
+    def _failed(self, error: Exception) -> list[Line]:
+        """Close the source, and say once why."""
+        self.source.close()
+        self._retry = time.monotonic() + RETRY
+        text = self._reason(error)
+        is_silent, self._said = text == self._said, text
+        self.is_due = True
+        return [Event(EventKind.DISCONNECTED, text, None, is_silent=is_silent)]
+
+    def _reason(self, error: Exception) -> str:
+        """A sentence; a bug in hydrofdi also shows its traceback, once."""
+        if isinstance(error, HydrofdiError):
+            return str(error)
+        text = f"{type(error).__name__}: {error}"
+        if text not in self._said:
+            _log.error("%s: this is a bug in hydrofdi; please report it", self.name, exc_info=error)
+        return text

@@ -1,0 +1,98 @@
+"""Where the lines of a fleet go: standard output, a function, topics, and metrics with labels."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, TextIO
+
+from hydrofdi.detectors.trained.file import DetectorFile
+from hydrofdi.monitor.configuration import Address
+from hydrofdi.monitor.connections import needing_extra
+from hydrofdi.monitor.fleet.configuration import FleetConfig
+from hydrofdi.monitor.lines import Line, is_said, line_record
+from hydrofdi.records.streams import Chunk, Event
+
+if TYPE_CHECKING:
+    from hydrofdi.monitor.metrics import MetricsServer, MetricsSink
+    from hydrofdi.monitor.mqtt import MqttSink
+
+
+class Outlets:
+    """Hands lines of machines on, with the name of the machine, as JSON; None for lines of the fleet."""
+
+    def __init__(self, config: FleetConfig, to: Callable[[dict[str, Any]], None] | TextIO | None) -> None:
+        self._to = to
+        self._metrics: MetricsServer | None = None
+        self._counted: dict[str, MetricsSink] = {}
+        self._sinks: list[MqttSink] = []
+        self._events = list[Event]()
+        self._stack = ExitStack()
+        with needing_extra(), ExitStack() as stack:
+            if config.metrics:
+                from hydrofdi.monitor.metrics import MetricsServer
+
+                self._metrics = MetricsServer(config.metrics)
+                stack.callback(self._metrics.close)
+                self._events += self._metrics.put(None, ())
+            for text in config.events:
+                from hydrofdi.monitor.mqtt import MqttSink
+
+                self._sinks.append(MqttSink(Address.parse(text), config.mqtt))
+                stack.callback(self._sinks[-1].close)
+            self._stack = stack.pop_all()
+
+    def put(self, machine: str, file: DetectorFile | None, chunk: Chunk | None, lines: Sequence[Line]) -> str:
+        """Hand lines on; the text of those that are said."""
+        if self._metrics is not None and (lines or chunk is not None):
+            self._count(self._metrics, machine, file, chunk, lines)
+        said = [line for line in lines if is_said(line)]
+        if not said:
+            return ""
+        unit = "1" if file is None else file.unit
+        records = [{"line": "", "machine": machine or None, **line_record(line, unit)} for line in said]
+        texts = [json.dumps(record, ensure_ascii=False, allow_nan=False) + "\n" for record in records]
+        for sink in self._sinks:
+            wanted = [text for line, text in zip(said, texts, strict=True) if sink.wants(line)]
+            self._events += sink.send_all(wanted)
+        if callable(self._to):
+            for record in records:
+                self._to(record)
+        elif self._to is not None:
+            self._to.write("".join(texts))
+            self._to.flush()
+        return "".join(texts)
+
+    def _count(
+        self,
+        server: MetricsServer,
+        machine: str,
+        file: DetectorFile | None,
+        chunk: Chunk | None,
+        lines: Sequence[Line],
+    ) -> None:
+        if file is None:
+            server.count(lines)
+            return
+        if machine not in self._counted:
+            from hydrofdi.monitor.metrics import MetricsSink
+
+            self._counted[machine] = MetricsSink(server, machine, file)
+        self._counted[machine].put(chunk, lines)
+
+    def happened(self) -> list[Event]:
+        """Events of the outlets themselves."""
+        for sink in self._sinks:
+            self._events += sink.send_all(())
+        events, self._events = self._events, []
+        return events
+
+    def forget(self, machine: str) -> None:
+        """Serve no metrics of a machine any more."""
+        if machine in self._counted:
+            self._counted.pop(machine).close()
+
+    def close(self) -> None:
+        """Write and send what is left, and end."""
+        self._stack.close()

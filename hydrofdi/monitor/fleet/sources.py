@@ -1,0 +1,98 @@
+"""The sources of a fleet: files that match patterns, and topics of brokers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Iterator, Sequence
+from functools import partial
+from glob import escape, glob
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hydrofdi.monitor.connections import needing_extra
+from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
+from hydrofdi.monitor.fleet.machines import Kind, SourceOf
+from hydrofdi.monitor.growing_file import GrowingFile
+from hydrofdi.monitor.sources import StreamSource
+from hydrofdi.records.streams import Event
+
+if TYPE_CHECKING:
+    from hydrofdi.monitor.fleet.topics import Topics
+
+_LOOK_EVERY = 2.0
+"""Time between searches for new files [s]."""
+
+
+class Sources:
+    """Finds machines, and hands them what comes over connections that they share."""
+
+    def __init__(
+        self, config: FleetConfig, file: Path, patterns: Sequence[Pattern], *, is_followed: bool
+    ) -> None:
+        self._is_followed, self._is_resumed = is_followed, config.state is not None
+        self._files = [pattern for pattern in patterns if pattern.address is None]
+        self._looked = -_LOOK_EVERY
+        self._topics: list[Topics] = []
+        brokers: dict[tuple[str, str, int], list[Pattern]] = {}
+        for pattern in patterns:
+            if (address := pattern.address) is not None:
+                brokers.setdefault((address.scheme, address.host, address.port), []).append(pattern)
+        if brokers:
+            with needing_extra():
+                from hydrofdi.monitor.fleet.topics import Topics
+            self._topics = [Topics(some, config, file) for some in brokers.values()]
+
+    def open(self) -> None:
+        """Begin to connect."""
+        for topics in self._topics:
+            topics.connect()
+
+    def collect(self, source_of: SourceOf) -> Iterator[Event]:
+        """Find machines, and let messages wait at their sources; what happened to the connections."""
+        if time.monotonic() - self._looked >= _LOOK_EVERY:
+            self._looked = time.monotonic()
+            for name, path in self._found():
+                source_of(name, path, partial(self._file, path))
+        for topics in self._topics:
+            topics.dispatch(source_of)
+            yield from (topics.events.popleft() for _ in range(len(topics.events)))
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no further machine will be found."""
+        return not self._topics and not self._is_followed
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether messages have arrived that no round has handed out."""
+        return any(topics.is_behind for topics in self._topics)
+
+    def is_file(self, source: StreamSource) -> bool:
+        """Whether a source is a file, which is there as a whole."""
+        return isinstance(source, GrowingFile)
+
+    def blocking(self) -> Collection[StreamSource]:
+        """Sources whose states must be stored so that messages can go on coming."""
+        return {source for topics in self._topics for source in topics.blocking()}
+
+    def acknowledge(self) -> None:
+        """Let brokers forget what is stored."""
+        for topics in self._topics:
+            topics.acknowledge()
+
+    def close(self) -> None:
+        """End the connections."""
+        for topics in self._topics:
+            topics.close()
+
+    def _found(self) -> Iterator[tuple[str, str]]:
+        for pattern in self._files:
+            before, wildcard, after = pattern.text.partition("*")
+            places = sorted(glob(f"{escape(before)}*{escape(after)}")) if wildcard else [pattern.text]
+            for place in places:
+                if (name := pattern.name_in(place)) is not None and not Path(place).is_dir():
+                    yield name, place
+
+    def _file(self, path: str, kind: Kind) -> StreamSource:
+        needed, is_resumed = kind.file.channels, self._is_resumed
+        return GrowingFile(Path(path), kind.config, self._is_followed, needed, leaves_unended=is_resumed)

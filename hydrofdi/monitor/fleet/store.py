@@ -1,0 +1,158 @@
+"""The state of all machines of a fleet: an SQLite database with a row for each."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from zlib import crc32
+
+import numpy as np
+
+from hydrofdi.errors import StoreError
+from hydrofdi.monitor.sources import Position
+from hydrofdi.monitor.state import VERSION, locked
+from hydrofdi.records.streams import State
+from hydrofdi.store.files import reason
+
+_APPLICATION = 0x48464644
+"""Mark of the database: the letters HFFD."""
+
+_TABLES = """
+create table machine (
+    name text primary key, source text, detector text, position text, state blob, checksum integer
+) without rowid;
+create table log (position text);
+"""
+
+
+@dataclass(frozen=True)
+class StoredMachine:
+    """The state of a machine after a step, of which source and detector it is, and where the source
+    continues."""
+
+    source: str
+    detector: str
+    position: Position
+    state: State
+
+
+class FleetStore:
+    """The database. After a crash of process or machine it has the rows of the last transaction."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path.resolve()
+        self._database: sqlite3.Connection | None = None
+
+    @contextmanager
+    def opened(self) -> Iterator[None]:
+        """Lock the database for this process, and open it."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with locked(self.path):
+            with self._troubles("opened"):
+                self._database = sqlite3.connect(self.path, isolation_level=None)
+            try:
+                self._prepare(self._database)
+                yield
+            finally:
+                self._database.close()
+                self._database = None
+
+    def read(self, name: str) -> StoredMachine | None:
+        """What is stored of a machine; None if nothing is."""
+        question = "select source, detector, position, state from machine where name = ?"
+        with self._troubles("read"):
+            row = self._execute(question, (name,)).fetchone()
+        if row is None:
+            return None
+        source, detector, position, body = row
+        return StoredMachine(source, detector, json.loads(position), _unpacked(body))
+
+    def read_log(self) -> Position:
+        """Where the log continues; empty at the first start."""
+        with self._troubles("read"):
+            row = self._execute("select position from log").fetchone()
+        return {} if row is None else dict(json.loads(row[0]))
+
+    def write(self, machines: Mapping[str, StoredMachine], log: Position) -> None:
+        """Store machines and the position of the log: all or nothing, and through a crash of the machine."""
+        rows = []
+        for name, each in machines.items():
+            body, position = _packed(each.state), json.dumps(dict(each.position))
+            rows.append((name, each.source, each.detector, position, body, crc32(body)))
+        with self._troubles("written"):
+            self._execute("begin immediate")
+            try:
+                for row in rows:
+                    self._execute("insert or replace into machine values (?, ?, ?, ?, ?, ?)", row)
+                self._execute("delete from log")
+                self._execute("insert into log values (?)", (json.dumps(dict(log)),))
+                self._execute("commit")
+            except BaseException:
+                if self._connection.in_transaction:
+                    self._execute("rollback")
+                raise
+
+    @property
+    def _connection(self) -> sqlite3.Connection:
+        assert self._database is not None, "the store is not opened"
+        return self._database
+
+    def _execute(self, text: str, values: Sequence[object] = ()) -> sqlite3.Cursor:
+        return self._connection.execute(text, values)
+
+    def _prepare(self, database: sqlite3.Connection) -> None:
+        """Make a new database, or check that this one is of a fleet."""
+        with self._troubles("read"):
+            found = [
+                database.execute(f"pragma {key}").fetchone()[0] for key in ("application_id", "user_version")
+            ]
+            is_new = not database.execute("select count(*) from sqlite_master").fetchone()[0]
+            if not is_new and found != [_APPLICATION, VERSION]:
+                what = (
+                    "belongs to another version"
+                    if found[0] == _APPLICATION
+                    else "is not the state of a fleet"
+                )
+                raise StoreError(f"{self.path}: {what} and was not changed; choose another name")
+            database.execute("pragma journal_mode = wal")
+            database.execute("pragma synchronous = full")
+            if is_new:
+                database.executescript(
+                    f"begin; pragma application_id = {_APPLICATION}; pragma user_version = {VERSION};"
+                    f"{_TABLES} commit;"
+                )
+
+        with self._troubles("read"):
+            for name, body, checksum in database.execute("select name, state, checksum from machine"):
+                if checksum != crc32(body):
+                    raise StoreError(
+                        f"{self.path}: the state of {name} is damaged; remove the file to start anew"
+                    )
+
+    @contextmanager
+    def _troubles(self, what: str) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.DatabaseError as error:
+            raise StoreError(f"{self.path}: cannot be {what}: {reason(error)}") from None
+
+
+def _packed(state: State) -> bytes:
+    """Arrays as a line of JSON with their names, kinds and shapes, and their bytes."""
+    head = [(name, array.dtype.str, array.shape) for name, array in state.items()]
+    return b"\n".join([json.dumps(head).encode(), b"".join(array.tobytes() for array in state.values())])
+
+
+def _unpacked(body: bytes) -> dict[str, np.ndarray]:
+    head, _, data = body.partition(b"\n")
+    state, first = {}, 0
+    for name, kind, shape in json.loads(head):
+        dtype = np.dtype(kind)
+        stop = first + dtype.itemsize * int(np.prod(shape, dtype=int))
+        state[name] = np.frombuffer(data[first:stop], dtype).reshape(shape).copy()
+        first = stop
+    return state

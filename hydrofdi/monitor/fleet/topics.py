@@ -1,0 +1,181 @@
+"""Topics of many machines over one connection. The broker keeps what is in no stored state yet."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Collection
+from itertools import groupby, islice, takewhile
+from operator import attrgetter
+from pathlib import Path
+from typing import NamedTuple
+from zlib import crc32
+
+from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
+from hydrofdi.monitor.fleet.machines import SourceOf
+from hydrofdi.monitor.mqtt import CAPACITY, Message, Reader, Subscription, client_id_of
+from hydrofdi.monitor.payload import PayloadReader
+from hydrofdi.monitor.sources import Position, StreamSource
+from hydrofdi.records.batch import Channel
+from hydrofdi.records.streams import Chunk
+
+_MOST_UNACKNOWLEDGED = 2**16 - 1
+"""Most unacknowledged messages that the broker is asked to send, the most that MQTT allows."""
+
+_LEAST_SIZE = 1 << 10
+"""Bytes for which a small message counts."""
+
+MOST_KEPT = 60_000
+"""Number of unacknowledged messages beyond which machines are stored in mid-window."""
+
+_STALLED = 1.0
+"""Time without a message after which the broker may be waiting for acknowledgements [s]."""
+
+_REMEMBERED = 64
+"""Number of acknowledged messages that a machine can recognise; the broker may not know of the latest."""
+
+
+class TopicSource(StreamSource):
+    """The topic of a machine. A message that the broker sends again is known by a checksum.
+
+    A broker sends messages again in their order, and with their first numbers. So those in the state can be
+    left out exactly, however the clock of the machine goes.
+    """
+
+    def __init__(self, topic: str, config: MonitorConfig, needed: Collection[Channel]) -> None:
+        super().__init__(topic)
+        self._reader = PayloadReader(config, needed=needed)
+        self._arrived: list[Message] = []
+        self._client: Reader | None = None
+        self._known, self._seen, self._n_open = deque[int](), deque[int](), 0
+        self._newest = self.stored = -1
+
+    def open(self, position: Position) -> None:
+        """Begin; the position has the checksums of messages in the state that the broker may send again."""
+        self._known = deque(position.get("seen", ()))
+
+    def take(self, number: int, client: Reader, message: Message) -> None:
+        """Let a message wait; numbers increase."""
+        if client is not self._client:
+            if self._client is not None:
+                self._known, self._seen = self._seen + self._known, deque()
+            self._client = client
+        self._arrived.append(message)
+        self._newest, self._n_open = number, self._n_open + bool(message.qos)
+
+    def read(self, timeout: float) -> Chunk | None:
+        """The samples of all messages that wait."""
+        arrived, self._arrived = self._arrived, []
+        payloads = [message.payload for message in arrived if self._is_new(message)]
+        return self._reader.read_all(payloads) if payloads else None
+
+    @property
+    def position(self) -> Position:
+        """Checksums of the messages that the broker may send again."""
+        return {"seen": [*self._seen, *self._known]}
+
+    def confirm(self) -> None:
+        """All that was read is stored."""
+        self.stored = self._newest
+
+    def acknowledged(self) -> None:
+        """The oldest message was acknowledged."""
+        self._n_open -= 1
+        while len(self._seen) > self._n_open + _REMEMBERED:
+            self._seen.popleft()
+
+    def _is_new(self, message: Message) -> bool:
+        """Whether a message is in no state yet."""
+        checksum, known = crc32(message.payload, message.number), self._known
+        if message.qos:
+            self._seen.append(checksum)
+        if message.is_repeated and checksum in known:
+            while known.popleft() != checksum:
+                pass
+            return False
+        if not message.is_repeated:
+            known.clear()
+        return True
+
+
+class _Open(NamedTuple):
+    """A message that is not acknowledged; without a source, nobody needs it."""
+
+    place: int
+    client: Reader
+    number: int
+    source: TopicSource | None
+
+
+class Topics(Subscription):
+    """A connection for the topics of all machines at a broker.
+
+    Messages are acknowledged in the order in which they came, as MQTT demands, each when the state of its
+    machine is stored. A state is best stored at the end of a window, when it is small: until then the broker
+    keeps the messages.
+    """
+
+    def __init__(
+        self, patterns: list[Pattern], config: FleetConfig, file: Path, first_wait: float = 1.0
+    ) -> None:
+        address = patterns[0].address
+        assert address is not None
+        names = [str(pattern.address) for pattern in patterns]
+        own = config.partition.replace("/", "-")
+        client_id = config.mqtt.client_id + own if config.mqtt.client_id else client_id_of(file, *names, own)
+        topics = [pattern.text for pattern in patterns]
+        super().__init__(address, topics, config, client_id, _MOST_UNACKNOWLEDGED, _LEAST_SIZE, first_wait)
+        self.events = self._inbox.events
+        self._patterns, self._n_taken = patterns, 0
+        self._open: deque[_Open] = deque()
+        self._heard, self.is_behind = time.monotonic(), False
+
+    def dispatch(self, source_of: SourceOf) -> None:
+        """Hand the messages that have arrived to the sources of their machines."""
+        self.is_behind = 2 * self._inbox.size > CAPACITY
+        arrived = self._inbox.take(0.0, CAPACITY)
+        if arrived:
+            self._heard = time.monotonic()
+        for client, message in arrived:
+            source = self._source(message.topic, source_of)
+            if source is not None:
+                source.take(self._n_taken, client, message)
+            if message.qos:
+                self._open.append(_Open(self._n_taken, client, message.number, source))
+            self._n_taken += 1
+
+    def blocking(self) -> set[TopicSource]:
+        """Sources whose states must be stored although no window ended, so that messages can go on coming.
+
+        All, if nothing comes any more, because the broker may be waiting; else so many that the number of
+        unacknowledged messages stays below its limit. Some are stored early, so that not all are at once.
+        """
+        is_stalled, n_open = time.monotonic() - self._heard > _STALLED, len(self._open)
+        if not is_stalled and n_open <= 3 * MOST_KEPT // 4:
+            return set()
+        n_over = n_open if is_stalled or n_open <= MOST_KEPT else n_open - MOST_KEPT // 2
+        open_ones = (each.source for each in islice(self._open, n_over) if not _is_done(each))
+        found = [*dict.fromkeys(source for source in open_ones if source is not None)]
+        return {*(found if is_stalled or n_open > MOST_KEPT else found[: 1 + len(found) // 8])}
+
+    def acknowledge(self) -> None:
+        """Acknowledge all that is stored, up to the first message that is not."""
+        done = [*takewhile(_is_done, self._open)]
+        for each in done:
+            self._open.popleft()
+            if each.source is not None:
+                each.source.acknowledged()
+        for client, some in groupby(done, attrgetter("client")):
+            client.acknowledge(each.number for each in some)
+
+    def _source(self, topic: str, source_of: SourceOf) -> TopicSource | None:
+        name = next(filter(None, (pattern.name_in(topic) for pattern in self._patterns)), None)
+        if name is None:
+            return None
+        source = source_of(name, topic, lambda kind: TopicSource(topic, kind.config, kind.file.channels))
+        return source if isinstance(source, TopicSource) else None
+
+
+def _is_done(message: _Open) -> bool:
+    return message.source is None or message.source.stored >= message.place

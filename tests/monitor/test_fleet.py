@@ -1,0 +1,310 @@
+"""A fleet of files: each machine is judged as by itself, and nothing that happens to one disturbs another."""
+
+import json
+import random
+import sqlite3
+import urllib.request
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+from prometheus_client.parser import text_string_to_metric_families
+
+from hydrofdi.api.fleets import monitor_fleet
+from hydrofdi.detectors.trained.file import detector_text
+from hydrofdi.errors import ConfigError, StoreError
+from hydrofdi.monitor.fleet import machines as machines_module
+from hydrofdi.monitor.fleet.configuration import Pattern, load_fleet_config
+from hydrofdi.monitor.fleet.store import FleetStore, StoredMachine
+from hydrofdi.monitor.loop import Ending
+from hydrofdi.monitor.state import WindowLog
+from hydrofdi.monitor.watch import Watch
+from tests.commands import run
+from tests.monitor.fleets import expected, killed_at, logged, made, n_window, once, write_csv, write_fleet
+from tests.monitor.streams import Killed, made_detector, part, stream
+
+MACHINES = made(3)
+
+
+@pytest.fixture
+def fleet(tmp_path):
+    for name, chunk in MACHINES.items():
+        write_csv(tmp_path / "press" / f"{name}.csv", chunk)
+    return write_fleet(tmp_path, "press/*.csv")
+
+
+def test_each_machine_is_judged_as_by_itself_and_broken_ones_disturb_none(fleet, tmp_path):
+    (tmp_path / "press" / "headless.csv").write_text("1;2;3\n4;5;6\n")
+    (tmp_path / "press" / "text.csv").write_text("time [s],P1 [bar]\n" + "no row\n" * 500)
+    slow = stream(3)
+    slow.time[:] *= 3.0
+    write_csv(tmp_path / "press" / "slow.csv", slow)
+    write_fleet(tmp_path, ["press/*.csv", "gone.csv"])
+    assert monitor_fleet(fleet, follow=False) is Ending.OVER
+    found = logged(tmp_path / "fleet.jsonl", without=("started", "stopped"))
+    assert {name: found[name] for name in MACHINES} == expected(MACHINES)
+    kinds = {name: {each["event"] for each in found[name] if "event" in each} for name in found}
+    assert kinds["headless"] == kinds["gone"] == {"disconnected"}
+    assert kinds["text"] == {"malformed"}
+    assert "rate_changed" in kinds["slow"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_killed_at_any_place_each_window_of_each_machine_is_logged_once(fleet, tmp_path, monkeypatch, seed):
+    draw = random.Random(seed)
+    monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 3000)
+    write, write_log = FleetStore.write, WindowLog.write
+    left = {"state": 0, "log": 0}
+
+    def counted(name, function):
+        def call(self, *arguments):
+            function(self, *arguments)
+            left[name] -= 1
+            if left[name] == 0:
+                raise Killed
+
+        return call
+
+    monkeypatch.setattr(FleetStore, "write", counted("state", write))
+    monkeypatch.setattr(WindowLog, "write", counted("log", write_log))
+    write_fleet(tmp_path, "press/*.csv", store_every="10 ms")
+    for life in count():
+        where = draw.choice(["lines", "state", "log"]) if life < 12 else ""
+        left.update(dict.fromkeys(left, 0) | {where: draw.randint(1, 3)})
+        on_line = killed_at(draw.randint(1, 5)) if where == "lines" else None
+        with suppress(Killed):
+            monitor_fleet(fleet, follow=False, on_line=on_line)
+            break
+    assert life > 3
+    assert logged(tmp_path / "fleet.jsonl") == expected(MACHINES)
+
+
+def test_samples_that_cannot_be_judged_are_lost_with_an_event_of_their_machine(fleet, tmp_path, monkeypatch):
+    monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 20_000)
+    step, n_failed = Watch.step, [0]
+
+    def fails(self, state, chunk):
+        is_second = chunk.time[0] > 2.0 and np.isin(chunk.channels["chamber_1_pressure"], first).any()
+        if is_second and n_failed[0] < 3:
+            n_failed[0] += 1
+            raise ZeroDivisionError("a bug")
+        return step(self, state, chunk)
+
+    first = MACHINES["m0"].channels["chamber_1_pressure"]
+    monkeypatch.setattr(Watch, "step", fails)
+    assert monitor_fleet(fleet, follow=False) is Ending.OVER
+    found, alone = logged(tmp_path / "fleet.jsonl"), expected(MACHINES)
+    assert [each["event"] for each in found["m0"] if "event" in each][:2] == ["dropped", "gap"]
+    assert n_window({"m0": found["m0"]}) < n_window({"m0": alone["m0"]})
+    assert {name: found[name] for name in ("m1", "m2")} == {name: alone[name] for name in ("m1", "m2")}
+
+
+def test_a_source_that_failed_is_tried_again_and_its_reason_said_once(fleet, tmp_path, monkeypatch):
+    monkeypatch.setattr(machines_module, "RETRY", 0.0)
+    broken, said = tmp_path / "press" / "broken.csv", []
+    broken.write_text("1;2;3\n")
+
+    def take(record):
+        said.append(record)
+        if record["machine"] == "m2" and record.get("number") == 11:
+            write_csv(broken, MACHINES["m0"])
+
+    stop = once(lambda: sum(each["machine"] == "broken" and each["line"] == "window" for each in said) == 12)
+    assert monitor_fleet(fleet, on_line=take, stop=stop) is Ending.STOPPED
+    events = [each["event"] for each in said if each["machine"] == "broken" and "event" in each]
+    assert events[:2] == ["started", "disconnected"]
+    assert events.count("disconnected") == 1
+    assert logged(tmp_path / "fleet.jsonl")["broken"] == expected({"m": MACHINES["m0"]}, is_over=False)["m"]
+
+
+def test_with_a_new_detector_a_machine_starts_anew_and_goes_on_counting(fleet, tmp_path):
+    monitor_fleet(fleet, follow=False)
+    (tmp_path / "detector.json").write_text(detector_text(made_detector(every=0.5)))
+    (tmp_path / "fleet.jsonl").unlink()
+    monitor_fleet(fleet, follow=False)
+    for lines in logged(tmp_path / "fleet.jsonl").values():
+        numbers = [each["number"] for each in lines if each["line"] == "window"]
+        assert numbers == [*range(12, 12 + 23)]
+
+
+def test_patterns_choose_detectors_and_a_machine_without_one_is_said(fleet, tmp_path):
+    (tmp_path / "fine.json").write_text(detector_text(made_detector(every=0.5)))
+    write_fleet(
+        tmp_path, "press/*.csv", detectors={"m0": "fine.json", "m[1]": "detector.json"}, most_machines=2
+    )
+    said = []
+    monitor_fleet(fleet, follow=False, on_line=said.append)
+    counts = {name: n_window({name: lines}) for name, lines in logged(tmp_path / "fleet.jsonl").items()}
+    assert counts == {"m0": 23, "m1": 12}
+    (notice,) = [each for each in said if each.get("event") == "notice"]
+    assert "m2.csv" in notice["text"]
+
+
+def test_new_files_are_new_machines_while_it_runs(fleet, tmp_path, monkeypatch):
+    monkeypatch.setattr("hydrofdi.monitor.fleet.sources._LOOK_EVERY", 0.0)
+    said = []
+
+    def take(record):
+        said.append(record)
+        if len(said) == 5:
+            write_csv(tmp_path / "press" / "late.csv", part(MACHINES["m0"], 0, 3000))
+
+    stop = once(lambda: sum(each["machine"] == "late" for each in said) == 4)
+    monitor_fleet(fleet, on_line=take, stop=stop)
+    assert n_window({"late": logged(tmp_path / "fleet.jsonl")["late"]}) == 3
+
+
+def test_processes_share_the_machines_by_partitions(fleet, tmp_path):
+    config = load_fleet_config(fleet)
+    names = [f"press-{number}" for number in range(3000)]
+    parts = [
+        {name for name in names if config.model_copy(update={"partition": f"{k}/3"}).owns(name)}
+        for k in (1, 2, 3)
+    ]
+    assert sorted(name for each in parts for name in each) == sorted(names)
+    assert min(map(len, parts)) > 900
+    for k in (1, 2, 3):
+        monitor_fleet(fleet, follow=False, partition=f"{k}/3", state=tmp_path / f"{k}.db")
+    assert logged(tmp_path / "fleet.jsonl") == expected(MACHINES)
+
+
+def test_without_a_disk_it_goes_on_and_nothing_is_lost(fleet, tmp_path, monkeypatch):
+    write, said, fails = FleetStore.write, [], [True]
+
+    def full(self, *arguments):
+        if fails[0]:
+            raise StoreError("full")
+        write(self, *arguments)
+
+    def take(record):
+        said.append(record)
+        fails[0] = len(said) < 30
+
+    monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 20_000)
+    monkeypatch.setattr(FleetStore, "write", full)
+    write_fleet(tmp_path, "press/*.csv", store_every="10 ms")
+    monitor_fleet(fleet, follow=False, on_line=take)
+    stored = [each["is_end"] for each in said if each.get("event") == "not_stored"]
+    assert stored == [False, True]
+    assert logged(tmp_path / "fleet.jsonl", ("started", "stopped")) == expected(MACHINES)
+
+
+def test_a_state_comes_back_with_the_same_bits(tmp_path):
+    draw, store = np.random.default_rng(1), FleetStore(tmp_path / "state")
+    state = {
+        "a.held": draw.standard_normal((5, 7)), "a.none": np.empty((3, 0)), "b.n": np.array(-3),
+        "b.flag": np.array([True, False]), "b.nan": np.array([np.nan, -np.inf]), "b.count": np.zeros(2, int),
+    }  # fmt: skip
+    machine = StoredMachine("topic", "digest", {"seen": [1, 2]}, state)
+    with store.opened():
+        store.write({"m'1": machine, "other": machine}, {"place": 3})
+    with store.opened():
+        found = store.read("m'1")
+        assert store.read("unknown") is None
+        assert store.read_log() == {"place": 3}
+    assert (found.source, found.detector, found.position) == ("topic", "digest", {"seen": [1, 2]})
+    assert found.state.keys() == state.keys()
+    for name, array in state.items():
+        assert (found.state[name].dtype, found.state[name].shape) == (array.dtype, array.shape)
+        assert found.state[name].tobytes() == array.tobytes()
+
+
+@pytest.mark.parametrize("kind", ["text", "database", "version", "row", "cut"])
+def test_what_is_no_state_of_a_fleet_is_refused_and_left_whole(kind, fleet, tmp_path):
+    path = tmp_path / "fleet.db"
+    if kind == "text":
+        path.write_text("notes of mine, which are longer than the header of a database" * 20)
+    elif kind == "database":
+        with sqlite3.connect(path) as database:
+            database.execute("create table mine (a)")
+    else:
+        monitor_fleet(fleet, follow=False)
+        if kind == "cut":
+            path.write_bytes(path.read_bytes()[:-4096])
+        else:
+            change = (
+                "pragma user_version = 3"
+                if kind == "version"
+                else "update machine set state = substr(state, 2)"
+            )
+            with sqlite3.connect(path) as database:
+                database.execute(change)
+    content = path.read_bytes()
+    with pytest.raises(StoreError, match=r"fleet\.db"):
+        monitor_fleet(fleet, follow=False)
+    assert path.read_bytes() == content
+
+
+def test_a_state_in_use_is_refused(fleet, tmp_path):
+    with FleetStore(tmp_path / "fleet.db").opened(), pytest.raises(StoreError, match="another monitor"):
+        monitor_fleet(fleet, follow=False)
+
+
+def test_metrics_have_the_machine_as_a_label(fleet):
+    seen = {}
+
+    def take(record):
+        if "metrics are served" in record.get("text", ""):
+            seen["url"] = record["text"].split()[-1]
+        if record["machine"] == "m2" and record.get("number") == 11:
+            with urllib.request.urlopen(seen["url"], timeout=30) as answer:
+                seen["text"] = answer.read().decode()
+
+    monitor_fleet(fleet, follow=False, metrics="127.0.0.1:0", on_line=take)
+    families = {family.name: family for family in text_string_to_metric_families(seen["text"])}
+    windows = families["hydrofdi_windows_judged"].samples
+    assert {sample.labels["machine"] for sample in windows} == {*MACHINES}
+    assert sum(sample.value for sample in windows if sample.labels["machine"] == "m0") == 11
+    alarms = {sample.labels["machine"]: sample.value for sample in families["hydrofdi_alarms"].samples}
+    assert set(alarms) == {*MACHINES}
+    assert families["hydrofdi_fleet_events"].samples[0].labels == {"machine": "", "kind": "started"}
+
+
+def test_the_command_watches_a_fleet_or_says_what_is_missing(fleet, tmp_path):
+    done = run("monitor", fleet, "--no-follow", check=0)
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    assert (lines[0]["event"], lines[-1]["event"]) == ("started", "stopped")
+    assert n_window({"all": lines}) == 36
+    log = (tmp_path / "fleet.jsonl").read_text()
+    assert log == done.stdout
+    write_fleet(tmp_path, "mqtt://h/plant/+", events="mqtt://h/plant/events")
+    run("monitor", fleet, check=2)
+    write_fleet(tmp_path, "press/*.csv")
+    for arguments in (
+        [tmp_path / "detector.json"], [fleet, "--config", fleet], [fleet, "--partition", "0/3"],
+        [tmp_path / "detector.json", tmp_path / "press" / "m0.csv", "--partition", "1/3"],
+        [fleet, "--state", "same", "--log", "same"],
+    ):  # fmt: skip
+        run("monitor", *arguments, cwd=tmp_path, check=2)
+    write_fleet(tmp_path, "gone.csv", state="other.db")
+    run("monitor", fleet, "--no-follow", check=1)
+
+
+@pytest.mark.parametrize(("key", "value"), [
+    ("machines", "mqtt://h/$share/g/+/samples"), ("machines", "mqtt://h/+/+/samples"), ("machines", "mqtt://h/a+"),
+    ("machines", "mqtt://h/a/#"), ("machines", "opc.tcp://h"), ("machines", "*/*.csv"), ("machines", []),
+    ("partition", "3/2"), ("interval", "20 s"), ("detector", "d.json"), ("events", ["http://h"]),
+])  # fmt: skip
+def test_what_is_wrong_in_the_file_is_said_with_its_key_and_line(key, value, tmp_path):
+    path = tmp_path / "fleet.yaml"
+    lines = {"machines": "a.csv", "detectors": "d.json"} | {key: value}
+    path.write_text("".join(f"{name}: {json.dumps(each)}\n" for name, each in lines.items()))
+    line = [*lines].index(key) + 1
+    with pytest.raises(ConfigError, match=rf"fleet\.yaml:{line}: {key}"):
+        load_fleet_config(path)
+
+
+@pytest.mark.parametrize(("source", "place", "name"), [
+    ("mqtt://h/plant/+/samples", "plant/press 3/samples", "press 3"),
+    ("mqtt://h/plant/+/samples", "plant/a/b/samples", None),
+    ("mqtt://h/plant/+/samples", "plant//samples", None),
+    ("mqtt://h/plant/+", "plant/a", "a"), ("mqtt://h/+", "a", "a"),
+    ("mqtt://h/one/topic", "one/topic", "one/topic"), ("mqtt://h/one/topic", "one/other", None),
+    ("logs/*.csv", "/x/logs/a.csv", "a"), ("logs/*/s.csv", "/x/logs/b/s.csv", "b"),
+    ("one.csv", "/x/one.csv", "one"), ("/data/p-*.csv", "/data/p-1.csv", "1"),
+    ("/data/p-*.csv", "/data/q-1.csv", None),
+])  # fmt: skip
+def test_a_wildcard_stands_for_the_name(source, place, name):
+    assert Pattern.parse(source, Path("/x")).name_in(place) == name

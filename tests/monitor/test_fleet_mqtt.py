@@ -1,0 +1,310 @@
+"""A fleet over a real broker: killed, stopped, divided, and with machines that come and go."""
+
+import json
+import random
+import signal
+import subprocess
+import time
+from collections import defaultdict
+from contextlib import contextmanager, suppress
+from itertools import count
+from zlib import crc32
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from paho.mqtt.client import Client
+from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
+
+from hydrofdi.api.fleets import monitor_fleet
+from hydrofdi.monitor.configuration import MonitorConfig
+from hydrofdi.monitor.fleet import topics
+from hydrofdi.monitor.fleet.store import FleetStore
+from hydrofdi.monitor.fleet.topics import TopicSource
+from hydrofdi.monitor.mqtt import Message, payload_of
+from hydrofdi.monitor.state import WindowLog
+from tests.commands import COMMAND
+from tests.monitor.brokers import needs_mosquitto
+from tests.monitor.fleets import (
+    N_WINDOW,
+    Life,
+    blocks_of,
+    expected,
+    killed_at,
+    logged,
+    made,
+    n_window,
+    write_fleet,
+)
+from tests.monitor.streams import P1, Killed, part
+from tests.monitor.test_mqtt import wait_for
+
+MACHINES = made(5)
+BLOCKS = blocks_of(MACHINES)
+
+
+@contextmanager
+def sender(broker):
+    """A client that sends, all of it before it ends."""
+    client = Client(CallbackAPIVersion.VERSION2, protocol=MQTTProtocolVersion.MQTTv5)
+    client.max_inflight_messages_set(1000)
+    client.max_queued_messages_set(0)
+    client.connect("127.0.0.1", broker.port)
+    client.loop_start()
+    sent = []
+    try:
+        yield lambda name, payload: sent.append(client.publish(f"plant/{name}/samples", payload, qos=1))
+        for each in sent:
+            each.wait_for_publish(30.0)
+    finally:
+        client.disconnect()
+        client.loop_stop()
+
+
+def send(broker, blocks):
+    with sender(broker) as publish:
+        for block in blocks:
+            publish(*block)
+
+
+@pytest.fixture
+def fleet(broker, tmp_path):
+    """A fleet that the broker knows, so that it keeps messages."""
+    path = write_fleet(tmp_path, broker.address("plant/+/samples"))
+    known(path)
+    return path
+
+
+def known(path, **options):
+    life = Life(path, **options)
+    wait_for(lambda: life.has_said("connected") or life.failure)
+    life.end()
+
+
+@needs_mosquitto
+def test_killed_again_and_again_no_window_of_any_machine_is_lost_or_twice(
+    broker, fleet, tmp_path, monkeypatch
+):
+    """Before or after states are stored, the log is written, and messages are acknowledged."""
+    draw, left = random.Random(3), {}
+    for kind, name in ((FleetStore, "write"), (WindowLog, "write"), (topics.Topics, "acknowledge")):
+        call, key = getattr(kind, name), f"{kind.__name__}.{name}"
+
+        def counted(self, *arguments, call=call, key=key):
+            left[key] = left.get(key, 0) - 1
+            if left[key] == 0 and draw.random() < 0.5:
+                raise Killed
+            call(self, *arguments)
+            if left[key] == 0:
+                raise Killed
+
+        monkeypatch.setattr(kind, name, counted)
+        left[key] = 0
+    log = tmp_path / "fleet.jsonl"
+    with sender(broker) as publish:
+        bad = [("m0", b"no JSON"), ("m9", b'{"time": 0}'), ("m1", b"\xff")]
+        blocks = iter([*BLOCKS[:100], *bad, *BLOCKS[100:]])
+        for life in count():
+            for _ in range(60):
+                with suppress(StopIteration):
+                    publish(*next(blocks))
+            where = draw.choice(["lines", *left]) if life < 14 else ""
+            left.update(dict.fromkeys(left, 0) | ({where: draw.randint(1, 6)} if where in left else {}))
+            on_line = killed_at(draw.randint(1, 8)) if where == "lines" else None
+            stop = is_done_or_late(log, 0.5 if life < 14 else 60.0)
+            try:
+                monitor_fleet(fleet, on_line=on_line, stop=stop)
+            except Killed:
+                continue
+            if life >= 14:
+                break
+    found = logged(log)
+    assert found.pop("m9")[0]["event"] == "malformed"
+    counts = defaultdict(int)
+    for name in ("m0", "m1"):
+        for each in [each for each in found[name] if each.get("event") == "malformed"]:
+            counts[name] += each["count"]
+            found[name].remove(each)
+    assert counts == {"m0": 1, "m1": 1}
+    assert found == expected(MACHINES, is_over=False)
+
+
+def is_done_or_late(log, timeout):
+    end = time.monotonic() + timeout
+    return lambda: is_done(log) or time.monotonic() > end
+
+
+def is_done(log):
+    return n_window(logged(log)) == len(MACHINES) * N_WINDOW
+
+
+@needs_mosquitto
+def test_a_broker_that_starts_again_changes_no_window(broker, fleet, tmp_path):
+    log = tmp_path / "fleet.jsonl"
+    life = Life(fleet)
+    send(broker, BLOCKS[:200])
+    wait_for(lambda: n_window(logged(log)) >= 5)
+    broker.stop()
+    broker.start()
+    send(broker, BLOCKS[200:])
+    wait_for(lambda: is_done(log))
+    life.end()
+    assert logged(log) == expected(MACHINES, is_over=False)
+
+
+@needs_mosquitto
+def test_few_messages_stay_unacknowledged_and_in_the_end_none(broker, fleet, tmp_path, monkeypatch):
+    """A machine that stops in the middle of a window holds up no others."""
+    monkeypatch.setattr(topics, "MOST_KEPT", 40)
+    log, depths, acknowledge = tmp_path / "fleet.jsonl", [], topics.Topics.acknowledge
+
+    def noted(self):
+        acknowledge(self)
+        depths.append(len(self._open))
+
+    monkeypatch.setattr(topics.Topics, "acknowledge", noted)
+    life = Life(fleet)
+    send(broker, [("halted", payload_of(part(MACHINES["m0"], 0, 100))), *BLOCKS])
+    wait_for(lambda: is_done(log))
+    wait_for(lambda: broker.log.count("Received PUBACK from hydrofdi") == len(BLOCKS) + 1)
+    life.end()
+    assert logged(log) == expected(MACHINES, is_over=False)
+    assert max(depths) <= 40
+
+
+@needs_mosquitto
+def test_machines_come_and_go(broker, fleet, tmp_path):
+    """A silent one is released; it continues in the middle of its window."""
+    write_fleet(tmp_path, broker.address("plant/+/samples"), idle="1 s", most_machines=2)
+    log = tmp_path / "fleet.jsonl"
+    machine = {"m1": MACHINES["m1"]}
+    blocks = blocks_of(machine)
+    life = Life(fleet)
+    send(broker, blocks[:55])
+    wait_for(lambda: any(line["machine"] and line.get("event") == "stopped" for line in life.lines))
+    send(broker, blocks[55:])
+    wait_for(lambda: n_window(logged(log)) == N_WINDOW)
+    life.end()
+    assert logged(log) == expected(machine, is_over=False)
+    said = [line["event"] for line in life.lines if line["machine"] == "m1" and "event" in line]
+    assert said[:2] == ["started", "alarm_raised"]
+    assert said.index("stopped") < said.index("resumed")
+
+
+def by_partition(n_part):
+    """Number of the partition → its machines."""
+    parts = defaultdict(dict)
+    for name, chunk in MACHINES.items():
+        parts[crc32(name.encode()) % n_part + 1][name] = chunk
+    return parts
+
+
+def own_files(folder, k):
+    return {"partition": f"{k}/3", "state": folder / f"{k}.db", "log": folder / f"{k}.jsonl"}
+
+
+@needs_mosquitto
+def test_of_three_processes_one_is_killed_and_the_others_go_on(broker, fleet, tmp_path):
+    parts = by_partition(3)
+    assert set(parts) == {1, 2, 3}
+    for k in parts:
+        known(fleet, **own_files(tmp_path, k))
+    lives = {k: Life(fleet, **own_files(tmp_path, k)) for k in (1, 3)}
+    killed = Life(fleet, **own_files(tmp_path, 2) | {"on_line": killed_at(7)})
+    send(broker, BLOCKS)
+    for k, life in lives.items():
+        wait_for(lambda k=k: n_window(logged(tmp_path / f"{k}.jsonl")) == N_WINDOW * len(parts[k]))
+        life.end()
+    killed.join(60.0)
+    assert isinstance(killed.failure, Killed)
+    assert n_window(logged(tmp_path / "2.jsonl")) < N_WINDOW * len(parts[2])
+    again = Life(fleet, **own_files(tmp_path, 2))
+    wait_for(lambda: n_window(logged(tmp_path / "2.jsonl")) == N_WINDOW * len(parts[2]))
+    again.end()
+    for k, machines in parts.items():
+        assert logged(tmp_path / f"{k}.jsonl") == expected(machines, is_over=False)
+
+
+@needs_mosquitto
+@pytest.mark.long
+def test_sigkill_fifty_times_changes_no_window_of_three_processes(broker, fleet, tmp_path):
+    """Twenty machines in three processes, one of which is killed at a random moment, again and again."""
+    draw, machines = random.Random(7), made(20, n_window=30)
+    blocks, lives, parts = blocks_of(machines), {}, range(1, 4)
+    for k in parts:
+        known(fleet, **own_files(tmp_path, k))
+
+    def start(k):
+        own = [f"--{key}={value}" for key, value in own_files(tmp_path, k).items()]
+        command = [*COMMAND, "monitor", str(fleet), *own]
+        with (tmp_path / "errors").open("a") as errors:
+            lives[k] = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors)
+
+    try:
+        for k in parts:
+            start(k)
+        for number in range(50):
+            first, stop = (len(blocks) * each // 50 for each in (number, number + 1))
+            send(broker, blocks[first:stop])
+            time.sleep(draw.uniform(0.0, 2.0))  # any moment, also before it is connected
+            k = draw.choice(parts)
+            assert lives[k].poll() is None, (tmp_path / "errors").read_text()
+            lives[k].kill()
+            lives[k].wait()
+            start(k)
+        logs = [tmp_path / f"{k}.jsonl" for k in parts]
+        wait_for(lambda: sum(n_window(logged(log)) for log in logs) >= 20 * 30, timeout=120.0)
+        for life in lives.values():
+            life.send_signal(signal.SIGTERM)
+            assert life.wait(60) == 0, (tmp_path / "errors").read_text()
+    finally:
+        for life in lives.values():
+            life.kill()
+    found = {name: lines for log in logs for name, lines in logged(log).items()}
+    assert found == expected(machines, is_over=False)
+
+
+@needs_mosquitto
+def test_a_broker_deals_a_shared_subscription_out_message_by_message(broker):
+    """Why machines are divided by partitions."""
+    counts, clients = defaultdict(int), []
+    for number in range(2):
+        client = Client(CallbackAPIVersion.VERSION2, f"c{number}", protocol=MQTTProtocolVersion.MQTTv5)
+        client.on_subscribe = lambda *_, number=number: counts.update({number: 0})
+        client.on_message = lambda *_, number=number: counts.update({number: counts[number] + 1})
+        client.connect("127.0.0.1", broker.port)
+        client.loop_start()
+        client.subscribe("$share/group/plant/+/samples", qos=1)
+        clients.append(client)
+    wait_for(lambda: len(counts) == 2)
+    send(broker, [("m0", b"1")] * 20)
+    wait_for(lambda: sum(counts.values()) == 20)
+    for client in clients:
+        client.disconnect()
+        client.loop_stop()
+    assert min(counts.values()) > 0
+
+
+@given(st.data())
+def test_of_messages_that_come_again_exactly_those_in_the_state_are_left_out(data):
+    """However many were acknowledged, how often the process ended, and what the clock says."""
+    draw = lambda most: data.draw(st.integers(0, most))  # noqa: E731
+    times = data.draw(st.lists(st.integers(0, 3), min_size=1, max_size=30))
+    messages = [json.dumps({"time": time, "P1 [bar]": 1}).encode() for time in times]
+    read, position, n_stored, n_acknowledged, n_sent = [], {}, 0, 0, 0
+    while n_stored < len(messages):
+        source, client = TopicSource("t", MonitorConfig(), [P1]), object()
+        source.open(position)
+        del read[n_stored:]
+        for number in range(n_acknowledged, min(len(messages), n_stored + 1 + draw(9))):
+            source.take(number, client, Message("t", messages[number], number + 1, 1, number < n_sent))
+            n_sent = max(n_sent, number + 1)
+            if draw(1):
+                continue
+            chunk = source.read(0.0)
+            read += [] if chunk is None else chunk.time.tolist()
+            position, n_stored = source.position, max(n_stored, number + 1)
+            for _ in range(draw(number + 1 - n_acknowledged)):
+                source.acknowledged()
+                n_acknowledged += 1
+    assert read == times

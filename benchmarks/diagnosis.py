@@ -98,7 +98,7 @@ def machines(loop: str, count: int) -> list[dict[str, Any]]:
     """Parameters that are drawn for each machine."""
     experiment = load_experiment({
         "extends": ["populations/real-rig.yaml", f"motions/{loop}-loop.yaml"], "name": "drawn",
-        "study": {"population": {"seed": 32}, "healthy": {"fit": 1, "test": count}},
+        "study": {"population": {"seed": 33}, "healthy": {"fit": 1, "test": count}},
     })  # fmt: skip
     runs = SimulatedRecords(experiment, "drawn").runs
     assert experiment.study is not None
@@ -159,7 +159,8 @@ def machine(task: tuple[str, int, dict[str, Any], dict[str, float] | None, str])
             findings = judge.judge(signature, estimates.gains[0], estimates.covariances[0])
             chances = {each.name: each.probability for each in findings}
             sized = [(each.size, each.size_low, each.size_high) for each in findings if each.name == name]
-            found.append((name, size, chances, findings[0].looks_like, sized))
+            deviation = (signature - history.centre) / np.sqrt(np.diag(history.scatter))
+            found.append((name, size, chances, findings[0].looks_like, sized, deviation))
         done[sensors] = found
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_bytes(pickle.dumps(done))
@@ -190,6 +191,30 @@ def least(done: list[dict[str, Any]], sensors: str) -> dict[str, float]:
 SIZE: dict[tuple[str, int], float] = {}
 
 
+def control(
+    fit: list[dict[str, Any]], done: list[dict[str, Any]], sensors: str, least: dict[str, float]
+) -> str:
+    """A linear discriminant on the same numbers, trained on the fit machines, on faults that have names."""
+    from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+
+    def rows(machines: list[dict[str, Any]]) -> tuple[Any, list[str]]:
+        known = [
+            (np.arcsinh(deviation), name)
+            for each in machines
+            for name, size, _, _, _, deviation in each[sensors]
+            if not name.startswith("~")
+            and size >= 0.99 * min(least.get(name, 0.0), SIZE.get((name, 4), np.inf))
+        ]
+        return np.array([values for values, _ in known]), [name for _, name in known]
+
+    model = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto").fit(*rows(fit))
+    values, names = rows(done)
+    called = model.predict(values)
+    right = [one == name for one, name in zip(called, names, strict=True) if name != HEALTHY]
+    calm = [one != HEALTHY for one, name in zip(called, names, strict=True) if name == HEALTHY]
+    return f"linear discriminant: right {share(right)}; healthy called a fault: {share(calm)}"
+
+
 def error(chances: list[tuple[float, bool]]) -> float:
     """Expected calibration error of the probabilities of the first names, in ten bins."""
     stated, right = (np.array(column, dtype=float) for column in zip(*chances, strict=True))
@@ -212,7 +237,7 @@ def tables(done: list[dict[str, Any]], sensors: str, sizes: dict[str, float]) ->
     yield "|---|---:|---:|---:|---:|---:|---|"
     first, named, unknown, calm, pairs = [], [], [], [], []
     for name in names:
-        own = [(chances, alike) for other, _, chances, alike, _ in judged if other == name]
+        own = [(chances, alike) for other, _, chances, alike, *_ in judged if other == name]
         called = [top(chances) for chances, _ in own]
         expected = NONE if name.startswith("~") else name
         right = [each == expected for each in called]
@@ -229,7 +254,7 @@ def tables(done: list[dict[str, Any]], sensors: str, sizes: dict[str, float]) ->
         size = "" if name == HEALTHY else f"{sizes[name]:.3g}"
         holds = [
             low <= true <= high
-            for other, true, *_, sized in judged
+            for other, true, _, _, sized, _ in judged
             for _, low, high in sized
             if other == name
         ]
@@ -277,6 +302,7 @@ def main() -> None:
     for sensors in SENSORS:
         for line in tables(done, sensors, twice):
             print(line)
+        print(f"\n{control(found, done, sensors, sizes)}")
 
 
 if __name__ == "__main__":

@@ -28,8 +28,11 @@ _SMOOTHING, _DIFFERENCE, _SLOW = 0.018, 0.1, 0.05
 """Time over which speeds are smoothed and between which forces are compared [s]; speed below which dry
 friction is linear, over the largest speed."""
 
-_FRICTION = 2.5e-3
-"""Usual change of friction from record to record, over supply pressure times area."""
+_USUAL = 2.5e-3
+"""Usual change of friction, force and pressure from record to record, over supply pressure times area."""
+
+_LEAST_SHARE = 0.2
+"""Least share of the errors of the model that differs in the next record: a motion that repeats hides it."""
 
 _ANY = 1e3
 """Deviation of what a data sheet does not state, over that of the record."""
@@ -142,13 +145,11 @@ def history_of(healthy: Sequence[RecordBatch], balance: FaultBalance) -> History
     expected = np.diag(squares)
     # The errors of the model repeat from record to record, so that these scatter less than it says.
     told = np.diag(noise) > 1e-9
-    share = float(np.median(squares[:n_own][told] / np.diag(noise)[told]))
+    share = max(float(np.median(squares[:n_own][told] / np.diag(noise)[told])), _LEAST_SHARE)
     gain, changes = gains.mean(axis=0), np.diag(_daily(balance) ** 2)
     expected[:n_own, :n_own] = share * noise + gain @ changes @ gain.T
     expected[-1, -1] = max(squares[-1], 0.1**2)
-    if balance.both:
-        options = balance.options
-        expected[n_own, n_own] += (_FRICTION * options.supply_pressure * min(options.areas)) ** 2
+    expected[n_own:-1, n_own:-1] += np.diag(_usual(balance, found.mean(axis=0)[n_own:-1]) ** 2)
     own = _PRIOR_RECORDS + n_record - 1
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
@@ -179,6 +180,16 @@ def history_of_sheet(records: RecordBatch, balance: FaultBalance) -> History:
     centre[-1], scatter[-1, -1] = 0.5 * np.log(max(1.0, variance / 25.0)), 0.5**2
     unbounded = np.full(n_own, np.inf)
     return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance, unbounded, 1.0, 0)
+
+
+def _usual(balance: FaultBalance, centre: Array) -> Array:
+    """Usual changes of forces and mean pressure of a healthy machine from record to record."""
+    options = balance.options
+    pressure = _USUAL * options.supply_pressure
+    if not balance.both:
+        return np.array([pressure])
+    force = pressure * min(options.areas)
+    return np.array([force, 0.05 * abs(centre[1]), force, 0.05 * abs(centre[3]), pressure])
 
 
 def _daily(balance: FaultBalance) -> Array:

@@ -89,15 +89,12 @@ def once(condition, timeout=60.0):
 
 
 def blocks_of(machines, n_sample=100):
-    """Topic name and payload of each message: those of the machines take turns."""
-    every = [
-        [
-            (name, payload_of(part(chunk, first, first + n_sample)))
-            for first in range(0, chunk.n_time, n_sample)
-        ]
-        for name, chunk in machines.items()
-    ]
-    return [message for round_ in zip_longest(*every) for message in round_ if message is not None]
+    """Name and payload of each message. The machines take turns, and their windows end in different ones."""
+    turns = []
+    for place, (name, chunk) in enumerate(machines.items()):
+        parts = (part(chunk, first, first + n_sample) for first in range(0, chunk.n_time, n_sample))
+        turns.append([None] * (3 * place) + [(name, payload_of(each)) for each in parts])
+    return [message for turn in zip_longest(*turns) for message in turn if message is not None]
 
 
 class Life(threading.Thread):

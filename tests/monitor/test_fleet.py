@@ -10,20 +10,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.api.fleets import monitor_fleet
 from hydrofdi.detectors.trained.file import detector_text
 from hydrofdi.errors import ConfigError, StoreError
+from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet import machines as machines_module
 from hydrofdi.monitor.fleet.configuration import Pattern, load_fleet_config
 from hydrofdi.monitor.fleet.store import FleetStore, StoredMachine
 from hydrofdi.monitor.loop import Ending
+from hydrofdi.monitor.payload import PayloadReader
+from hydrofdi.monitor.sources import joined
 from hydrofdi.monitor.state import WindowLog
 from hydrofdi.monitor.watch import Watch
 from tests.commands import run
 from tests.monitor.fleets import expected, killed_at, logged, made, n_window, once, write_csv, write_fleet
-from tests.monitor.streams import Killed, made_detector, part, stream
+from tests.monitor.streams import P1, Killed, made_detector, part, stream
 
 MACHINES = made(3)
 
@@ -294,6 +299,28 @@ def test_what_is_wrong_in_the_file_is_said_with_its_key_and_line(key, value, tmp
     line = [*lines].index(key) + 1
     with pytest.raises(ConfigError, match=rf"fleet\.yaml:{line}: {key}"):
         load_fleet_config(path)
+
+
+PAYLOADS = [
+    b'{"time": 0.1, "P1 [bar]": 1}', b'{"time": [0.2, 0.3], "P1 [bar]": [1, null]}',
+    b'{"time": 1, "sampling_frequency": "1 kHz", "P1 [bar]": [1, 2, 3]}', b'{"time": 2, "P1 [bar]": [1, 2]}',
+    b'{"time": 3, "sampling_frequency": 500, "P1 [bar]": [4, 5]}', b'{"P1 [bar]": 1, "time": 5}', b"no JSON",
+    b'{"time": "2026-01-31T12:00:00Z", "P1 [bar]": 7}', b'{"time": 8, "P1 [psi]": 7}', b"\xff", b"",
+    b'{"time": 8.1, "P1 [bar]": 7}\n{"time": 8.2, "P1 [bar]": 8}', b'{"time": 9, "P1 [bar]": "x"}',
+]  # fmt: skip
+"""Forms of messages, some of which are wrong."""
+
+
+@given(st.lists(st.sampled_from(PAYLOADS), min_size=1, max_size=5))
+def test_messages_read_at_once_give_the_samples_of_each(payloads):
+    at_once = PayloadReader(MonitorConfig(), needed=[P1]).read_all(payloads)
+    alone = joined([PayloadReader(MonitorConfig(), needed=[P1]).read_all([each]) for each in payloads])
+    assert at_once.time.tobytes() == alone.time.tobytes()
+    for chunk in (at_once, alone):
+        assert chunk.n_time == 0 or not chunk.channels or [*chunk.channels] == [P1]
+    if alone.channels:
+        assert at_once.channels[P1].tobytes() == alone.channels[P1].tobytes()
+    assert at_once.unread == alone.unread
 
 
 @pytest.mark.parametrize(("source", "place", "name"), [

@@ -6,8 +6,8 @@ import signal
 import subprocess
 import time
 from collections import defaultdict
-from contextlib import contextmanager, suppress
-from itertools import count
+from contextlib import contextmanager
+from itertools import count, islice
 from zlib import crc32
 
 import pytest
@@ -15,8 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
+from paho.mqtt.packettypes import PacketTypes
+from paho.mqtt.properties import Properties
 
-from hydrofdi.api.fleets import monitor_fleet
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet import topics
 from hydrofdi.monitor.fleet.store import FleetStore
@@ -45,15 +46,21 @@ BLOCKS = blocks_of(MACHINES)
 
 @contextmanager
 def sender(broker):
-    """A client that sends, all of it before it ends."""
+    """A client that sends, all of it before it ends; each message has properties that nobody needs."""
+    properties = Properties(PacketTypes.PUBLISH)
+    properties.UserProperty = ("line", "3" * 200)
     client = Client(CallbackAPIVersion.VERSION2, protocol=MQTTProtocolVersion.MQTTv5)
     client.max_inflight_messages_set(1000)
     client.max_queued_messages_set(0)
     client.connect("127.0.0.1", broker.port)
     client.loop_start()
     sent = []
+
+    def publish(name, payload):
+        sent.append(client.publish(f"plant/{name}/samples", payload, 1, properties=properties))
+
     try:
-        yield lambda name, payload: sent.append(client.publish(f"plant/{name}/samples", payload, qos=1))
+        yield publish
         for each in sent:
             each.wait_for_publish(30.0)
     finally:
@@ -104,19 +111,19 @@ def test_killed_again_and_again_no_window_of_any_machine_is_lost_or_twice(
     with sender(broker) as publish:
         bad = [("m0", b"no JSON"), ("m9", b'{"time": 0}'), ("m1", b"\xff")]
         blocks = iter([*BLOCKS[:100], *bad, *BLOCKS[100:]])
-        for life in count():
-            for _ in range(60):
-                with suppress(StopIteration):
-                    publish(*next(blocks))
-            where = draw.choice(["lines", *left]) if life < 14 else ""
-            left.update(dict.fromkeys(left, 0) | ({where: draw.randint(1, 6)} if where in left else {}))
-            on_line = killed_at(draw.randint(1, 8)) if where == "lines" else None
-            stop = is_done_or_late(log, 0.5 if life < 14 else 60.0)
-            try:
-                monitor_fleet(fleet, on_line=on_line, stop=stop)
-            except Killed:
-                continue
-            if life >= 14:
+        for number in count():
+            is_last = number == 14
+            where = "" if is_last else draw.choice(["lines", *left])
+            left.update(dict.fromkeys(left, 0) | ({where: draw.randint(2, 9)} if where in left else {}))
+            life = Life(fleet, **({"on_line": killed_at(draw.randint(1, 8))} if where == "lines" else {}))
+            for _ in range(10):
+                for block in islice(blocks, None if is_last else 4):
+                    publish(*block)
+                life.join(0.05)
+            if is_last:
+                wait_for(lambda: is_done(log))
+            life.end()
+            if is_last:
                 break
     found = logged(log)
     assert found.pop("m9")[0]["event"] == "malformed"
@@ -127,11 +134,6 @@ def test_killed_again_and_again_no_window_of_any_machine_is_lost_or_twice(
             found[name].remove(each)
     assert counts == {"m0": 1, "m1": 1}
     assert found == expected(MACHINES, is_over=False)
-
-
-def is_done_or_late(log, timeout):
-    end = time.monotonic() + timeout
-    return lambda: is_done(log) or time.monotonic() > end
 
 
 def is_done(log):
@@ -170,6 +172,22 @@ def test_few_messages_stay_unacknowledged_and_in_the_end_none(broker, fleet, tmp
     life.end()
     assert logged(log) == expected(MACHINES, is_over=False)
     assert max(depths) <= 40
+
+
+@needs_mosquitto
+def test_when_no_message_comes_the_broker_keeps_none(broker, fleet, tmp_path):
+    """Also if no window ends; after a restart the window continues."""
+    log, blocks = tmp_path / "fleet.jsonl", blocks_of({"m0": MACHINES["m0"]})
+    life = Life(fleet)
+    for number in (1, 5):  # the first ones are stored with the event of the start
+        send(broker, blocks[:1] if number == 1 else blocks[1:5])
+        wait_for(lambda number=number: broker.log.count("Received PUBACK from hydrofdi") == number)
+    life.end()
+    life = Life(fleet)
+    send(broker, blocks[5:])
+    wait_for(lambda: n_window(logged(log)) == N_WINDOW)
+    life.end()
+    assert logged(log) == expected({"m0": MACHINES["m0"]}, is_over=False)
 
 
 @needs_mosquitto

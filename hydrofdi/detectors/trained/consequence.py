@@ -127,6 +127,6 @@ def _advice(file: DetectorFile, alarms: int, expected: float, margin: float | No
         return f"look at the signals first ('hydrofdi inspect'): the verdict is doubtful ({_PAGE})"
     is_far = margin is not None and margin < -_FAR
     if file.chart is not None or is_far or (alarms and pdtrc(alarms - 1, expected) < _CHANCE):
-        return f"more than chance explains: check the signals, repeat the motion, test the seal ({_PAGE})"
+        return f"more than chance explains: check the signals, then 'hydrofdi diagnose' ({_PAGE})"
     noun = "windows" if file.n_sample else "estimates"
     return f"this may be chance: wait whether most of the next ten {noun} alarm, too ({_PAGE})"

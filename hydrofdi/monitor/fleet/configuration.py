@@ -77,10 +77,7 @@ class FleetConfig(MonitorConfig):
     @classmethod
     def _are_sources(cls, given: tuple[str, ...]) -> tuple[str, ...]:
         for text in given:
-            try:
-                Pattern.parse(text, Path())
-            except ConfigError as error:
-                raise ValueError(str(error)) from None
+            Pattern.parse(text, Path())
         return given
 
     @field_validator("events")

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.arguments import Names, Texts, names_of
-from hydrofdi.api.detectors.healthy_records import HealthyRecords, analysed_batches
+from hydrofdi.api.detectors.healthy_records import HealthyRecords, analysed_batches, experiment_of
 from hydrofdi.api.measuring import assumed_plants, of_machine
+from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.diagnosis.evidence import NAMED, Finding, Judge
 from hydrofdi.diagnosis.history import (
@@ -24,16 +25,17 @@ from hydrofdi.diagnosis.history import (
 )
 from hydrofdi.diagnosis.hypotheses import HEALTHY, REPAIRS
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.indicators.balancing import P1, P2, X
+from hydrofdi.indicators.balancing import P1, P2, BalanceOptions, X
 from hydrofdi.indicators.selection import make_indicators
-from hydrofdi.records import Channel, RecordBatch, RecordSource
+from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.report.table import Column, Table
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, number_text, percent, percentage, readable_unit, typeset
+from hydrofdi.store.records import StoredRecords
 from hydrofdi.units import convert
 
-_PIECE = 20.0
-"""Length into which longer records are cut [s]."""
+_PIECE, _SHORTEST = 20.0, 10.0
+"""Length into which longer records are cut, and least length of a record [s]."""
 
 U, SPOOL, SUPPLY = Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION, Channel.SUPPLY_PRESSURE
 
@@ -100,8 +102,8 @@ class Diagnosis:
         return Table((
             Column("record", texts["record"], is_text=True, is_shown=len(self.records) > 1),
             Column("title", texts["title"], title="fault", is_text=True),
-            Column("probability", numbers["probability"], title="probability (range)", text=likelihoods),
-            Column("size", numbers["size"], title="size (95 %)", text=shown),
+            Column("probability", numbers["probability"], title="probability", text=likelihoods),
+            Column("size", numbers["size"], title="size", text=shown),
             Column("name", texts["name"], is_text=True, is_shown=False),
             *(Column(each, numbers[each], is_shown=False) for each in list(numbers)[1:3] + list(numbers)[4:]),
         ), row="hypothesis")  # fmt: skip
@@ -146,7 +148,8 @@ def diagnose(
     ----------
     data : path, results, array_like, mapping, DataFrame, Dataset, or list of these
         Records with P1, x, and u or the spool position; better with P2. As for `hydrofdi.measure`. Of
-        labelled records, those that are not healthy. Records of 40 s or more are cut into pieces of 20 s.
+        labelled records, those that are not healthy. All records are cut into pieces of 20 s, or of the
+        shortest record of 10 s or more.
     history : same, optional
         Healthy records of the same machine, at least three, better twelve, of other days. By default the
         healthy ones of labelled records; if there are none, the data sheet takes their place.
@@ -170,6 +173,10 @@ def diagnose(
     sources = sources_of(data, tuple(Channel), replace(said, label=label))
     is_own, names = history is None, tuple(names_of("healthy", healthy, "labels of healthy records"))
     history_sources = sources if is_own else sources_of(history, tuple(Channel), said)
+    for source in (*sources, *history_sources):
+        if isinstance(source, SimulatedRecords | StoredRecords) and experiment_of(source).study is not None:
+            text = "a study draws another machine for each record; diagnose records of one machine"
+            raise ConfigError(f"{source.name}: {text}")
     known = HealthyRecords(history_sources, names)
     if is_own and known.is_unlabelled:
         past, asked = list[RecordBatch](), _batches(sources)
@@ -197,17 +204,18 @@ def _diagnosed(
         for batch in asked
         for each in batch.rejected
     )
-    past, asked = ([piece for each in batches for piece in _pieces(each)] for batches in (past, asked))
-    used = [*past, *asked]
-    if not used:
+    whole = [each for each in (*past, *asked) if each.n_record]
+    if not whole:
         reason = rejected[0].reason if rejected else "no record"
         raise DataError(f"{sources[0].name}: {reason}")
-    shared = set.intersection(*({*each.channels} - each.relative for each in used))
+    length = min([_PIECE, *(each.duration for each in whole if each.duration >= _SHORTEST)])
+    past, used = ([piece for each in of for piece in _pieces(each, length)] for of in (past, whole))
+    shared = set.intersection(*({*each.channels} - each.relative for each in whole))
     settings = _settings(shared, sources[0].name) | dict(options)
     made = of_machine(make_indicators({"flow_balance": settings}), sources)
     chosen = made["flow_balance"].options
-    n_past = sum(each.n_record for each in past)
-    remarks = [*assumed_plants(made)]
+    past = [batch.rows([*_sound(batch, chosen, shared)]) for batch in past]
+    n_past, remarks = sum(each.n_record for each in past), [*assumed_plants(made)]
     if n_past < FEWEST:
         found = f"{counted(n_past, 'healthy record')}; " if n_past else ""
         remarks.append(
@@ -219,34 +227,80 @@ def _diagnosed(
             f"the history is cut from {counted(n_day, 'record')}: what differs from day to day, as oil"
             " temperature does, may look like a fault"
         )
-    balance = balance_of(past if n_past >= FEWEST else used, chosen)
-    judges: Judge | None = Judge(history_of(past, balance)) if n_past >= FEWEST else None
-    records: list[RecordDiagnosis] = []
-    for batch in asked:
-        for row in range(batch.n_record):
-            one = batch.rows([row])
-            reason = chosen.lack_of_windows(one) or chosen.unfit_positions(one)[0]
-            if reason or not all(np.isfinite(one[each]).all() for each in balance_channels(shared)):
-                records.append(RecordDiagnosis(one.record_ids[0], reason=reason or "samples are missing"))
-                continue
-            judge = judges or Judge(history_of_sheet(one, balance))
-            records.append(RecordDiagnosis(one.record_ids[0], tuple(_judged(one, judge))))
+    if P2 not in shared:
+        remarks.append("with P1 alone, leaks, valve and supply look alike: take the names as hints")
+    known = [each for each in past if each.n_record] if n_past >= FEWEST else used
+    judge = None
+    if n_past >= FEWEST:
+        judge = Judge(history_of(known, balance_of(known, chosen)))
+    records = [
+        record
+        for batch in asked
+        for piece in _pieces(batch, length)
+        for record in _records(piece, chosen, shared, known, judge)
+    ]
     sensors = " ".join(each.symbol for each in Channel if each in balance_channels(shared))
-    return Diagnosis((*records, *rejected), sensors, n_past if judges else 0, tuple(remarks))
+    return Diagnosis((*records, *rejected), sensors, n_past if judge else 0, tuple(remarks))
 
 
-def _pieces(batch: RecordBatch) -> Iterator[RecordBatch]:
-    """Records of usual length: longer ones are cut, and named by their time [s]."""
-    n_piece = int(batch.duration / _PIECE)
-    if n_piece < 2:
-        yield from [replace(batch, rejected=())] if batch.n_record else []
-        return
-    length = batch.n_time // n_piece
-    for first in range(0, n_piece * length, length):
-        piece = batch.window(first, first + length)
-        ends = f"{piece.start_time:.0f}–{piece.start_time + piece.duration:.0f} s"
-        ids = tuple(f"{each} {ends}" for each in batch.record_ids)
-        yield replace(piece, record_ids=ids, rejected=())
+def _pieces(batch: RecordBatch, length: float) -> Iterator[RecordBatch]:
+    """Records of one length [s]: longer ones are cut, and named by their time; short ones are as they are."""
+    n_time, n_piece = round(length * batch.sampling_frequency), max(1, int(batch.duration / length * 1.0001))
+    for first in range(0, n_piece * n_time, n_time):
+        piece = batch.window(first, first + n_time)
+        ends = f" {piece.start_time:.0f}–{piece.start_time + piece.duration:.0f} s" if n_piece > 1 else ""
+        yield replace(piece, record_ids=tuple(f"{each}{ends}" for each in batch.record_ids), rejected=())
+
+
+def _sound(batch: RecordBatch, options: BalanceOptions, shared: set[Channel]) -> Iterator[int]:
+    """Rows of records that can be judged."""
+    return (row for row in range(batch.n_record) if not _obstacle(batch.rows([row]), options, shared))
+
+
+def _obstacle(one: RecordBatch, options: BalanceOptions, shared: set[Channel]) -> str:
+    """Why a record tells nothing of the machine; empty if it does."""
+    if one.duration < _SHORTEST:
+        return f"it lasts {one.duration:.3g} s; {_SHORTEST:g} s are needed"
+    n_missing = int(sum(np.sum(~np.isfinite(one[each])) for each in balance_channels(shared)))
+    if n_missing:
+        return f"{n_missing:,} samples are missing ('hydrofdi measure' shows where)"
+    return options.lack_of_windows(one) or options.unfit_positions(one)[0] or ""
+
+
+def _records(
+    batch: RecordBatch,
+    options: BalanceOptions,
+    shared: set[Channel],
+    known: Sequence[RecordBatch],
+    judge: Judge | None,
+) -> Iterator[RecordDiagnosis]:
+    """The diagnosis of each record, compared with known ones, or with the data sheet."""
+    spans = np.concatenate([_travel(each, options) for each in known])
+    for row in range(batch.n_record):
+        one = batch.rows([row])
+        reason, rate = _obstacle(one, options, shared), known[0].sampling_frequency
+        if not reason and abs(one.sampling_frequency / rate - 1.0) > 0.01:
+            reason = f"it has {one.sampling_frequency:g} Hz, the history {rate:g} Hz; resample one of them"
+        if not reason and judge is not None:
+            shares = _travel(one, options)[0] / np.array([spans.min(axis=0), spans.max(axis=0)])
+            if np.any(shares[0] < 0.5) or np.any(shares[1] > 2.0):
+                way, speed = (percent(low if low < 1.0 else high) for low, high in shares.T)
+                reason = (
+                    f"the piston moves otherwise than in the history: {way} of its way, {speed} of its speed"
+                )
+        if reason:
+            yield RecordDiagnosis(one.record_ids[0], reason=reason)
+            continue
+        own = judge or Judge(history_of_sheet(one, balance_of([one], options)))
+        yield RecordDiagnosis(one.record_ids[0], tuple(_judged(one, own)))
+
+
+def _travel(batch: RecordBatch, options: BalanceOptions) -> Array:
+    """Way of the piston [m], and deviation of its steps over a twentieth of a second [m], (n_record, 2)."""
+    position = options.position(batch)
+    behind = max(1, round(0.05 * batch.sampling_frequency))
+    way = np.diff(np.quantile(position, (0.02, 0.98), axis=1), axis=0)[0]
+    return np.stack((way, np.std(position[:, behind:] - position[:, :-behind], axis=1)), axis=1)
 
 
 def balance_channels(shared: set[Channel]) -> set[Channel]:

@@ -205,8 +205,8 @@ def of_machine(
         for label in made:
             if other[label].options.stated_text != made[label].options.stated_text:
                 raise ConfigError(
-                    f"{label}: {sources[0].name} and {source.name} describe different machines; measure them"
-                    " separately"
+                    f"{label}: {sources[0].name} and {source.name} describe different machines: state the"
+                    " same 'actuator:' for both, or take them separately"
                 )
     return made
 

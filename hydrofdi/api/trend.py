@@ -17,7 +17,7 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import FEWEST, ChangePointModel, inliers
 from hydrofdi.records.dates import instant
 from hydrofdi.settings.messages import counted
-from hydrofdi.units import parse_quantity
+from hydrofdi.units import parse_quantity, stated_unit
 
 _KNOWN, _VARIES = 0.75, 1.0
 """Least share of points with an oil temperature, and least standard deviation of it [K], to compensate it."""
@@ -124,6 +124,8 @@ def _limit_of(limit: Any, unit: str) -> float:
         raise refusal("limit", f"a score in {unit}, such as a number with its unit", limit)
     try:
         value = parse_quantity(limit, unit) if isinstance(limit, str) else float(limit)
+        if isinstance(limit, str) and unit != "1" and stated_unit(limit, unit) is None:
+            raise ValueError(f"{limit!r} has no unit, such as 'L/min'")
     except ValueError as error:
         raise ConfigError(f"limit: {error}") from None
     if not math.isfinite(value):

@@ -173,35 +173,37 @@ def diagnose(
     """
     found = hydrofdi.diagnose(sources, history or None, **settings)
     answer(found, _diagnosis, json=json)
-    tell(*(f"note: {remark}" for remark in found.remarks))
+    tell(*(f"warning: {remark}" for remark in found.remarks))
     return int(any(not record.findings for record in found.records))
 
 
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
-    """The table; of a single record, or else of the first that is not healthy, what else it looks like."""
+    """The table, and of the first records with each fault what else it looks like, and what to do."""
     from rich.text import Text
 
     history = f"{counted(found.n_healthy, 'healthy record')} of it" if found.n_healthy else "its data sheet"
     yield f"Sensors {found.sensors}; the machine is compared with {history}."
-    yield from ("", (found.table, _MOST_ROWS))
+    yield "In parentheses: range of the probability, 95 % interval of the size. Leaks at 8 MPa."
+    if len(found.table):
+        yield from ("", (found.table, _MOST_ROWS))
     for record in found.records:
         if record.reason:
             yield f"{record.record_id}: not judged: {record.reason}"
-    first = next((each for each in found.records if each.name not in ("", "healthy")), None)
-    first = first or next((each for each in found.records if each.findings), None)
-    if first is None:
-        return
-    finding, titles = first.findings[0], {each.name: each.title for each in first.findings}
-    yield ""
-    if finding.looks_like:
-        alike = "; ".join(
-            titles[name] + (f" (told apart by: {finding.told_by[name]})" if name in finding.told_by else "")
-            for name in finding.looks_like
-        )
-        yield f"These sensors do not tell it from: {alike}."
-    yield Text(f"{first.record_id}: {finding.title}.", "bold")
-    if finding.advice:
-        yield f"Next: {finding.advice}."
+    faults = {each.name: each for each in reversed(found.records) if each.name not in ("", "healthy")}
+    if not faults and any(each.findings for each in found.records):
+        yield from ("", Text("Nothing is wrong.", "bold"))
+    for record in [*reversed(faults.values())][: _MOST_GROUPS // 3]:
+        finding, titles = record.findings[0], {each.name: each.title for each in record.findings}
+        yield from ("", Text(f"{record.record_id}: {finding.title}.", "bold"))
+        if finding.looks_like:
+            alike = "; ".join(
+                titles[name]
+                + (f" (told apart by: {finding.told_by[name]})" if name in finding.told_by else "")
+                for name in finding.looks_like
+            )
+            yield f"These sensors do not tell it from: {alike}."
+        if finding.advice:
+            yield f"Next: {finding.advice}."
 
 
 def evaluate(sources: Sources, json: Json = False, **settings: Any) -> int:

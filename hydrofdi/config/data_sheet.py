@@ -46,7 +46,10 @@ def hose_size(text: str) -> tuple[float, float]:
     """Length and inner diameter [m] of a text such as ``2 m x 12 mm``; both 0 of an empty one."""
     if not text:
         return 0.0, 0.0
-    return _pair(text, _HOSE, ("m", "m"), "a hose; write length and inner diameter like '2 m x 12 mm'")
+    length, diameter = _pair(text, _HOSE, ("m", "m"), "a hose; write it like '2 m x 12 mm'")
+    if diameter > 0.1:
+        raise ValueError(f"{text!r}: hoses have inner diameters up to 100 mm")
+    return length, diameter
 
 
 def _checked(parse: Any) -> AfterValidator:

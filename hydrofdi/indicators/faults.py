@@ -189,7 +189,8 @@ def doubts_of(
 def _doubt(output: Output, value: float, high: float, prefix: str) -> Issue:
     name, shown = prefix + output.name, shown_quantity(value, output.unit)
     if output.is_fit:
-        text = f"{name} = {shown} exceeds {high:.3g}: the model does not explain this machine"
+        text = f"{name} = {shown} exceeds {high:.3g}: the model does not explain these records"
+        text += ", or its option 'error' is too small for their sensors" * (output.name == "misfit")
         return Issue(text, name, kind="unexplained" if value > _UNEXPLAINED * high else "misfit")
     if output.is_positive and not value > 0.0:
         return Issue(f"{name} is not positive: {CAUSES}", name, kind="not_positive")

@@ -72,7 +72,7 @@ def test_the_command_is_the_function_and_its_file_is_planned_as_it_is(tmp_path):
     text = (tmp_path / "press.yaml").read_text()
     assert text == sheet_text("press", PRESS)
     plan = run_json("plan", "press.yaml", cwd=tmp_path)
-    assert plan["planned"] == 1760
+    assert plan["planned"] == 1460
     assert not plan["unusual_values"]
     assert not plan["idle_parameters"]
     assert not [each for each in plan["warnings"] if "study" in each or "machine" in each]
@@ -112,7 +112,7 @@ def test_a_ready_machine_is_what_its_own_command_writes_and_plans(name):
     assert stated == name.removeprefix("machines/")
     assert body == sheet_text(stated, given)
     plan = hydrofdi.plan(name)
-    assert plan.planned == 1760
+    assert plan.planned == 1460
 
 
 def outside(**settings):

@@ -113,3 +113,39 @@ def test_a_record_with_a_hole_is_not_judged(leaking):
     found = hydrofdi.diagnose(data, sampling_frequency=leaking.sampling_frequency)
     assert not found.records[0].findings
     assert found.records[0].reason
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (lambda data, rate: ({name: samples[:, :900] for name, samples in data.items()}, rate), "needed"),
+        (lambda data, rate: ({name: samples[:, ::2] for name, samples in data.items()}, rate / 2), "Hz"),
+        (
+            lambda data, rate: (data | {Channel.PISTON_POSITION: 0.2 * data[Channel.PISTON_POSITION]}, rate),
+            "way",
+        ),
+        (lambda data, rate: ({name: 0.0 * samples + 1e-3 for name, samples in data.items()}, rate), "way"),
+    ],
+)
+def test_a_record_of_another_kind_is_not_judged(change, word, healthy, leaking, tmp_path):
+    data, rate = change(in_memory(leaking), leaking.sampling_frequency)
+    path = tmp_path / "today.csv"
+    time = np.arange(data[Channel.PISTON_POSITION].shape[1]) / rate
+    head = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in SYMBOLS.items())])
+    columns_of = np.column_stack((time, *(data[Channel(name)][0] for name in SYMBOLS)))
+    np.savetxt(path, columns_of, "%.17g", ",", header=head, comments="")
+    (tmp_path / "healthy").mkdir()
+    for row in range(4):
+        write(tmp_path / "healthy" / f"day{row}.csv", healthy, row)
+    found = hydrofdi.diagnose(path, tmp_path / "healthy")
+    assert found.records[0].name == ""
+    assert word in found.records[0].reason
+
+
+def test_a_long_record_is_cut_like_the_history(healthy, leaking):
+    data = {name: np.hstack((samples, samples)) for name, samples in in_memory(leaking).items()}
+    found = hydrofdi.diagnose(
+        data, in_memory(healthy), options=OPTIONS, sampling_frequency=healthy.sampling_frequency
+    )
+    assert [each.name for each in found.records] == ["seal_orifice"] * 2
+    assert all("–" in each.record_id for each in found.records)

@@ -1,6 +1,7 @@
 """Which fault is named on machines of real-rig with their own history: the tables of docs/diagnosis.md.
 
     python benchmarks/diagnosis.py [--loop closed] [--fit 12] [--test 40] [--workers 2] [--out FOLDER]
+    python benchmarks/diagnosis.py --figure reliability.png      # and a reliability diagram
 
 Machines are drawn from configs/populations/real-rig.yaml; each has 12 healthy records of 20 s, of other days
 and motions. On the fit machines the size is found from which on each fault is called nine times in ten. The
@@ -38,6 +39,7 @@ SENSORS = {
     "P1 P2 x xv": {"spool": "measured", "supply": "nominal"},
     "P1 x u": {"spool": "command", "supply": "nominal", "chambers": 1},
 }
+BINS = ((0.0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 0.99), (0.99, 1.01))
 OTHERWISE = (HEALTHY, "friction_up", "friction_down", "weak_supply", "stiff_oil", "soft_oil")
 GRID = [0.25, 0.5, 1.0, 2.0, 4.0]
 NOTHING = {
@@ -167,6 +169,10 @@ def machine(task: tuple[str, int, dict[str, Any], dict[str, float] | None, str])
     return done
 
 
+def expected(name: str) -> str:
+    return NONE if name.startswith("~") else name
+
+
 def top(chances: dict[str, float]) -> str:
     return max(chances, key=chances.__getitem__)
 
@@ -239,9 +245,9 @@ def tables(done: list[dict[str, Any]], sensors: str, sizes: dict[str, float]) ->
     for name in names:
         own = [(chances, alike) for other, _, chances, alike, *_ in judged if other == name]
         called = [top(chances) for chances, _ in own]
-        expected = NONE if name.startswith("~") else name
-        right = [each == expected for each in called]
-        among = [chances.get(expected, 0.0) >= 0.05 or expected in alike for chances, alike in own]
+        meant = expected(name)
+        right = [each == meant for each in called]
+        among = [chances.get(meant, 0.0) >= 0.05 or meant in alike for chances, alike in own]
         pairs += [(max(chances.values()), ok) for (chances, _), ok in zip(own, right, strict=True)]
         if name == HEALTHY:
             calm += [not each for each in right]
@@ -249,7 +255,7 @@ def tables(done: list[dict[str, Any]], sensors: str, sizes: dict[str, float]) ->
             unknown += right
         else:
             first, named = first + right, named + among
-        others = {each: called.count(each) for each in dict.fromkeys(called) if each != expected}
+        others = {each: called.count(each) for each in dict.fromkeys(called) if each != meant}
         text = ", ".join(f"{each} {n}" for each, n in sorted(others.items(), key=lambda item: -item[1]))
         size = "" if name == HEALTHY else f"{sizes[name]:.3g}"
         holds = [
@@ -270,11 +276,35 @@ def tables(done: list[dict[str, Any]], sensors: str, sizes: dict[str, float]) ->
     yield f"a fault without a hypothesis called {NONE}: {share(unknown)}"
     yield f"expected calibration error of the first name's probability: {error(pairs):.3f}"
     yield "\n| stated | records | mean | right |\n|---|---:|---:|---:|"
-    for low, high in ((0.0, 0.5), (0.5, 0.7), (0.7, 0.9), (0.9, 0.99), (0.99, 1.01)):
+    for low, high in BINS:
         own = [(stated, right) for stated, right in pairs if low <= stated < high]
         if own:
             stated, right = np.mean(own, axis=0)
             yield f"| {low:g} to {min(high, 1):g} | {len(own)} | {stated:.2f} | {right:.2f} |"
+
+
+def picture(file: str, done: list[dict[str, Any]], loop: str) -> None:
+    """Share of right first names over their probability, for each set of sensors."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(5.0, 4.4), layout="constrained")
+    axes.plot([0.0, 1.0], [0.0, 1.0], color="0.7", linewidth=1.0)
+    for sensors in SENSORS:
+        rows = [row for each in done for row in each[sensors]]
+        pairs = [(max(chances.values()), top(chances) == expected(name)) for name, _, chances, *_ in rows]
+        stated, right = (np.array(column, dtype=float) for column in zip(*pairs, strict=True))
+        parts = [(stated >= low) & (stated < high) for low, high in BINS]
+        points = [(stated[part].mean(), right[part].mean(), part.sum()) for part in parts if part.sum() >= 5]
+        x, y, n = np.transpose(points)
+        spread = 1.96 * np.sqrt(np.maximum(y * (1.0 - y), 0.25 / n) / n)
+        axes.errorbar(x, y, spread, fmt="o-", capsize=3.0, label=sensors, markersize=5.0)
+    axes.set(
+        xlabel="probability stated for the first name", ylabel="share that is right", title=f"{loop} loop"
+    )
+    axes.set(xlim=(0.3, 1.02), ylim=(0.0, 1.02))
+    axes.legend()
+    axes.grid(alpha=0.3)
+    figure.savefig(file, dpi=150)
 
 
 def main() -> None:
@@ -283,6 +313,7 @@ def main() -> None:
     for name, default in (("fit", 12), ("test", 40), ("workers", 2)):
         parser.add_argument(f"--{name}", type=int, default=default)
     parser.add_argument("--out", default="results/diagnosis")
+    parser.add_argument("--figure")
     asked = parser.parse_args()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     drawn = machines(asked.loop, asked.fit + asked.test)
@@ -299,6 +330,8 @@ def main() -> None:
             for number in range(asked.fit, asked.fit + asked.test)
         ]
         done = list(pool.map(machine, test))
+    if asked.figure:
+        picture(asked.figure, done, asked.loop)
     for sensors in SENSORS:
         for line in tables(done, sensors, twice):
             print(line)

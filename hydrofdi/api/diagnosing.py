@@ -30,7 +30,7 @@ from hydrofdi.indicators.selection import make_indicators
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.report.table import Column, Table
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE, number_text, percent, percentage, readable_unit, typeset
+from hydrofdi.settings.readable import HOLE, number_text, percent, readable_unit, typeset
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.units import convert
 
@@ -89,7 +89,9 @@ class Diagnosis:
         rows = [(record, each) for record in self.records for each in record.named]
         findings = [each for _, each in rows]
         shown = [_size_text(each) for each in findings]
-        likelihoods = [_share_text(each.probability, each.low, each.high) for each in findings]
+        likelihoods = [
+            "above 99.9 %" if p > 0.999 else percent(p) for p in (each.probability for each in findings)
+        ]
         texts = {
             "record": [record.record_id for record, _ in rows],
             "name": [each.name for each in findings],
@@ -352,12 +354,6 @@ def _repaired(record: RecordBatch, history: History) -> Iterator[tuple[str, Reco
     for name in REPAIRS:
         if name in changes:
             yield name, replace(record, channels=channels | changes[name])
-
-
-def _share_text(value: float, low: float, high: float) -> str:
-    if low > 0.999:
-        return "above 99.9 %"
-    return f"{percent(value)} ({percentage(low)}–{percentage(high)})"
 
 
 def _size_text(finding: Finding) -> str:

@@ -181,9 +181,11 @@ def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
     from rich.text import Text
 
+    from hydrofdi.settings.readable import percent
+
     history = f"{counted(found.n_healthy, 'healthy record')} of it" if found.n_healthy else "its data sheet"
     yield f"Sensors {found.sensors}; the machine is compared with {history}."
-    yield "In parentheses: range of the probability, 95 % interval of the size. Leaks at 8 MPa."
+    yield "In parentheses: 95 % interval of the size; leaks at 8 MPa."
     if len(found.table):
         yield from ("", (found.table, _MOST_ROWS))
     for record in found.records:
@@ -194,7 +196,8 @@ def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
         yield from ("", Text("Nothing is wrong.", "bold"))
     for record in [*reversed(faults.values())][: _MOST_GROUPS // 3]:
         finding, titles = record.findings[0], {each.name: each.title for each in record.findings}
-        yield from ("", Text(f"{record.record_id}: {finding.title}.", "bold"))
+        sure = "above 99.9 %" if finding.low > 0.999 else f"{percent(finding.low)} to {percent(finding.high)}"
+        yield from ("", Text(f"{record.record_id}: {finding.title}, probability {sure}.", "bold"))
         if finding.looks_like:
             alike = "; ".join(
                 titles[name]

@@ -95,24 +95,24 @@ def _all(history: History) -> Iterator[Hypothesis]:
 
     leak, worn = 1.0 / np.sqrt(at), []
     yield Hypothesis(
-        "seal_orifice", "piston seal leaks (a hole)", "m^3/s", flow, moves(dict.fromkeys(LEAKS, leak)),
+        "seal_orifice", "piston seal (hole)", "m^3/s", flow, moves(dict.fromkeys(LEAKS, leak)),
         advice="stop the piston, close the valve and watch whether it drifts; plan to replace the seal",
     )  # fmt: skip
     yield Hypothesis(
-        "seal_laminar", "piston seal leaks (a gap)", "m^3/s", flow, moves({"laminar": 1.0 / at}),
+        "seal_laminar", "piston seal (gap)", "m^3/s", flow, moves({"laminar": 1.0 / at}),
         advice="stop the piston, close the valve and watch whether it drifts; plan to replace the seal",
     )  # fmt: skip
     places = np.array(balance.places)
     stroke = (places - places[0]) / (places[-1] - places[0])
     scored = [np.exp(-(((stroke - centre) / 0.19) ** 4)) for centre in np.linspace(0.2, 0.8, 5)]
     yield Hypothesis(
-        "seal_scored", "cylinder bore is scored", "m^3/s", flow,
+        "seal_scored", "scored bore", "m^3/s", flow,
         moves(*(dict(zip(LEAKS, leak * part, strict=True)) for part in scored)),
         advice="move slowly over the stroke and look where the piston drifts",
     )  # fmt: skip
     for chamber in (1, 2):
         yield Hypothesis(
-            f"external_{chamber}", f"chamber {chamber} leaks to the outside", "m^3/s", flow,
+            f"external_{chamber}", f"external leak, chamber {chamber}", "m^3/s", flow,
             moves({f"external_{chamber}": 1.0 / at}), ("pressure",),
             "look for oil at rod seal, fittings and hoses; a worn return edge of the valve looks the same",
         )  # fmt: skip
@@ -120,15 +120,15 @@ def _all(history: History) -> Iterator[Hypothesis]:
         parts = {"lap": 1, "offset": side, "lap_by_feeding": chamber * side, "lap_by_chamber": chamber}
         worn.append({name: -0.25 * part for name, part in parts.items()})
     yield Hypothesis(
-        "worn_edge", "a metering edge of the valve is worn", "m", 0.05 * balance.largest_opening,
+        "worn_edge", "worn metering edge", "m", 0.05 * balance.largest_opening,
         moves(*worn), ("pressure",), "measure the null leakage of the valve",
     )  # fmt: skip
     yield Hypothesis(
-        "null_shift", "null of the valve has shifted", "m", 0.03 * balance.largest_opening,
+        "null_shift", "null shift of the valve", "m", 0.03 * balance.largest_opening,
         both_signs({"offset": 1.0}), advice="adjust the null; watch whether it shifts on",
     )  # fmt: skip
     yield Hypothesis(
-        "free_air", "more free air in the oil", "1", 0.02, moves({"free_air": 1.0}),
+        "free_air", "free air in the oil", "1", 0.02, moves({"free_air": 1.0}),
         advice="bleed the cylinder; look at tank level and suction line",
     )  # fmt: skip
     friction = 0.01 * supply * min(first, second)
@@ -139,41 +139,41 @@ def _all(history: History) -> Iterator[Hypothesis]:
             error=1.0,  # the piston sticks and slips, which no equation of the balance states
         )  # fmt: skip
     yield Hypothesis(
-        "weak_supply", "supply pressure is low", "Pa", 0.05 * supply, moves({"supply": -1.0 / supply}),
+        "weak_supply", "low supply pressure", "Pa", 0.05 * supply, moves({"supply": -1.0 / supply}),
         ("pressure",), "read the supply gauge under load; look at pump, relief valve and filter",
     )  # fmt: skip
     yield Hypothesis(
-        "raised_return", "return pressure is high", "Pa", 0.03 * supply, moves({"return_pressure": 1.0}),
+        "raised_return", "high return pressure", "Pa", 0.03 * supply, moves({"return_pressure": 1.0}),
         ("pressure",), "look at the return filter and line",
     )  # fmt: skip
     modulus = 1.0 / options.bulk_modulus
     yield Hypothesis(
-        "stiff_oil", "oil or hoses are stiffer", "1", 0.2, moves({"compressibility": -modulus}),
+        "stiff_oil", "stiffer oil or hoses", "1", 0.2, moves({"compressibility": -modulus}),
         advice="another oil, colder oil, or a hose was replaced",
     )  # fmt: skip
     yield Hypothesis(
-        "soft_oil", "oil or hoses are softer", "1", 0.2, moves({"compressibility": modulus}),
+        "soft_oil", "softer oil or hoses", "1", 0.2, moves({"compressibility": modulus}),
         advice="warm oil, an ageing hose, or air",
     )  # fmt: skip
     forces = {1: first, 2: -second}
     for chamber, area in forces.items():
         share = 0.5 if balance.both else 1.0
         yield Hypothesis(
-            f"bias_P{chamber}", f"zero of the P{chamber} sensor has drifted", "Pa", 0.012 * supply,
+            f"bias_P{chamber}", f"zero of the P{chamber} sensor", "Pa", 0.012 * supply,
             both_signs({f"bias_{chamber}": 1.0, "force": area, "pressure": share}),
             advice=f"compare P{chamber} with a gauge, with the pump off",
         )  # fmt: skip
         change = {f"gain_{chamber}": 1.0, "force": area * mean, "pressure": share * mean}
         yield Hypothesis(
-            f"gain_P{chamber}", f"gain of the P{chamber} sensor has changed", "1", 0.02, both_signs(change),
+            f"gain_P{chamber}", f"gain of the P{chamber} sensor", "1", 0.02, both_signs(change),
             advice=f"compare P{chamber} with a gauge under pressure",
         )  # fmt: skip
     yield Hypothesis(
-        "gain_x", "gain of the position sensor has changed", "1", 0.02, both_signs({"position_gain": 1.0}),
+        "gain_x", "gain of the position sensor", "1", 0.02, both_signs({"position_gain": 1.0}),
         advice="measure the stroke by hand",
     )  # fmt: skip
     yield Hypothesis(
-        "flow_gain", "flow gain of the valve, or gain of its command", "1", 0.05,
+        "flow_gain", "gain of valve or command", "1", 0.05,
         both_signs({"flow_gain": 1.0}), advice="check the amplifier; compare spool position and command",
     )  # fmt: skip
 

@@ -130,3 +130,27 @@ def test_one_pressure_names_a_large_leak_among_others(healthy, days):
     assert found[0].name != "healthy"
     assert any("seal" in name for name in (found[0].name, *found[0].looks_like))
     assert len(healthy.record_ids) == N_HEALTHY
+
+
+def test_a_large_null_shift_is_found_by_moving_the_spool(days, judge):
+    (found,) = findings(judge, days([{"valve.null_offset": 5e-6}], first=900))
+    assert found[0].name == "null_shift"
+    assert found[0].size == pytest.approx(5e-6, rel=0.05)
+
+
+@pytest.mark.parametrize(("share", "name"), [(0.2, "seal_orifice"), (1.5, "none_of_these")])
+def test_a_change_beside_the_direction_of_a_fault_is_allowed_in_part(share, name, healthy, judge):
+    history, one = judge.history, healthy.rows([0])
+    _, estimates = signatures(history.balance, one, history.variance)
+    gain, covariance = estimates.gains[0], estimates.covariances[0]
+    hypothesis = next(each for each in judge.hypotheses if each.name == "seal_orifice")
+    n_own = gain.shape[1]
+    moved = 20.0 * FLOW * hypothesis.directions[0]
+    moved[:n_own] = gain @ moved[:n_own]
+    factor = np.linalg.cholesky(history.scatter_of(gain, covariance))
+    white = np.linalg.solve(factor, moved)
+    beside = np.random.default_rng(1).normal(size=white.size)
+    beside -= (beside @ white) / (white @ white) * white
+    beside *= share * np.linalg.norm(white) / np.linalg.norm(beside)
+    first, *_ = judge.judge(history.centre + factor @ (white + beside), gain, covariance)
+    assert first.name == name

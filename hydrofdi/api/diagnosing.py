@@ -37,6 +37,9 @@ from hydrofdi.units import convert
 _PIECE, _SHORTEST = 20.0, 10.0
 """Length into which longer records are cut, and least length of a record [s]."""
 
+_HIDDEN = ("low", "high", "size_low", "size_high")
+"""Numbers of a finding that only programs see in the table."""
+
 U, SPOOL, SUPPLY = Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION, Channel.SUPPLY_PRESSURE
 
 
@@ -83,8 +86,8 @@ class Diagnosis:
     def table(self) -> Table:
         """A row for each record and named hypothesis, the most probable first.
 
-        ``record``, ``name``, its ``title``, ``probability`` with ``low`` and ``high``, ``size`` with
-        ``size_low`` and ``size_high`` in SI, and what it ``looks_like``.
+        ``record``, ``name``, its ``title``, ``probability`` with ``low`` and ``high``, and ``size`` with
+        ``size_low`` and ``size_high`` in SI.
         """
         rows = [(record, each) for record in self.records for each in record.named]
         findings = [each for _, each in rows]
@@ -98,8 +101,7 @@ class Diagnosis:
             "title": [each.title for each in findings],
         }
         numbers = {
-            name: [getattr(each, name) for each in findings]
-            for name in ("probability", "low", "high", "size", "size_low", "size_high")
+            name: [getattr(each, name) for each in findings] for name in ("probability", "size", *_HIDDEN)
         }
         return Table((
             Column("record", texts["record"], is_text=True, is_shown=len(self.records) > 1),
@@ -107,7 +109,7 @@ class Diagnosis:
             Column("probability", numbers["probability"], title="probability", text=likelihoods),
             Column("size", numbers["size"], title="size", text=shown),
             Column("name", texts["name"], is_text=True, is_shown=False),
-            *(Column(each, numbers[each], is_shown=False) for each in list(numbers)[1:3] + list(numbers)[4:]),
+            *(Column(each, numbers[each], is_shown=False) for each in _HIDDEN),
         ), row="hypothesis")  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
@@ -216,7 +218,13 @@ def _diagnosed(
     settings = _settings(shared, sources[0].name) | dict(options)
     made = of_machine(make_indicators({"flow_balance": settings}), sources)
     chosen = made["flow_balance"].options
-    past = [batch.rows([*_sound(batch, chosen, shared)]) for batch in past]
+    past = [
+        batch.rows([row for row in range(batch.n_record) if not _obstacle(batch.rows([row]), chosen, shared)])
+        for batch in past
+    ]
+    if len(rates := {batch.sampling_frequency for batch in past if batch.n_record}) > 1:
+        found = " and ".join(f"{each:g}" for each in sorted(rates))
+        raise DataError(f"the history has records of {found} Hz; resample them to one rate")
     n_past, remarks = sum(each.n_record for each in past), [*assumed_plants(made)]
     if n_past < FEWEST:
         found = f"{counted(n_past, 'healthy record')}; " if n_past else ""
@@ -241,7 +249,7 @@ def _diagnosed(
         for piece in _pieces(batch, length)
         for record in _records(piece, chosen, shared, known, judge)
     ]
-    sensors = " ".join(each.symbol for each in Channel if each in balance_channels(shared))
+    sensors = " ".join(each.symbol for each in Channel if each in _channels_of(shared))
     return Diagnosis((*records, *rejected), sensors, n_past if judge else 0, tuple(remarks))
 
 
@@ -254,16 +262,11 @@ def _pieces(batch: RecordBatch, length: float) -> Iterator[RecordBatch]:
         yield replace(piece, record_ids=tuple(f"{each}{ends}" for each in batch.record_ids), rejected=())
 
 
-def _sound(batch: RecordBatch, options: BalanceOptions, shared: set[Channel]) -> Iterator[int]:
-    """Rows of records that can be judged."""
-    return (row for row in range(batch.n_record) if not _obstacle(batch.rows([row]), options, shared))
-
-
 def _obstacle(one: RecordBatch, options: BalanceOptions, shared: set[Channel]) -> str:
     """Why a record tells nothing of the machine; empty if it does."""
     if one.duration < _SHORTEST:
         return f"it lasts {one.duration:.3g} s; {_SHORTEST:g} s are needed"
-    n_missing = int(sum(np.sum(~np.isfinite(one[each])) for each in balance_channels(shared)))
+    n_missing = int(sum(np.sum(~np.isfinite(one[each])) for each in _channels_of(shared)))
     if n_missing:
         return f"{n_missing:,} samples are missing ('hydrofdi measure' shows where)"
     return options.lack_of_windows(one) or options.unfit_positions(one)[0] or ""
@@ -281,10 +284,11 @@ def _records(
     for row in range(batch.n_record):
         one = batch.rows([row])
         reason, rate = _obstacle(one, options, shared), known[0].sampling_frequency
-        if not reason and abs(one.sampling_frequency / rate - 1.0) > 0.01:
+        if not reason and judge is not None and abs(one.sampling_frequency / rate - 1.0) > 0.01:
             reason = f"it has {one.sampling_frequency:g} Hz, the history {rate:g} Hz; resample one of them"
         if not reason and judge is not None:
-            shares = _travel(one, options)[0] / np.array([spans.min(axis=0), spans.max(axis=0)])
+            ends = np.maximum([spans.min(axis=0), spans.max(axis=0)], 1e-9)
+            shares = _travel(one, options)[0] / ends
             if np.any(shares[0] < 0.5) or np.any(shares[1] > 2.0):
                 way, speed = (percent(low if low < 1.0 else high) for low, high in shares.T)
                 reason = (
@@ -305,7 +309,7 @@ def _travel(batch: RecordBatch, options: BalanceOptions) -> Array:
     return np.stack((way, np.std(position[:, behind:] - position[:, :-behind], axis=1)), axis=1)
 
 
-def balance_channels(shared: set[Channel]) -> set[Channel]:
+def _channels_of(shared: set[Channel]) -> set[Channel]:
     """Those of some channels that the balance uses."""
     return shared & {P1, P2, X, SUPPLY} | ({SPOOL} if SPOOL in shared else shared & {U})
 

@@ -1,6 +1,5 @@
 """``hydrofdi diagnose``: files, arrays, wrong wiring, missing channels."""
 
-import csv
 import json
 
 import numpy as np
@@ -17,19 +16,20 @@ FLOW = 0.2e-3 / 60.0
 OPTIONS = {"return_pressure": "4 bar"}
 
 
-def columns(batch, row, names=tuple(SYMBOLS)):
-    """Samples of a record by symbol."""
-    return {name: batch[Channel(name)][row] for name in names}
+def write(path, samples, rate):
+    """A CSV file of a record: symbol → samples."""
+    head = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in SYMBOLS.items())])
+    time = np.arange(len(samples["P1"])) / rate
+    rows = np.column_stack((time, *(samples[name] for name in SYMBOLS)))
+    np.savetxt(path, rows, "%.17g", ",", header=head, comments="")
 
 
-def write(path, batch, row):
-    """A CSV file of a record."""
-    own = columns(batch, row)
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["time [s]", *(f"{name} [{unit}]" for name, unit in SYMBOLS.items())])
-        time = np.arange(batch.n_time) / batch.sampling_frequency
-        writer.writerows(np.column_stack((time, *own.values())).tolist())
+def write_all(folder, data, rate):
+    """A folder with a file of each record."""
+    folder.mkdir()
+    for row in range(len(data[Channel.PISTON_POSITION])):
+        write(folder / f"day{row}.csv", {name: data[Channel(name)][row] for name in SYMBOLS}, rate)
+    return folder
 
 
 def in_memory(batch, **renamed):
@@ -44,10 +44,9 @@ def leaking(days):
 
 
 def test_the_command_names_the_fault_of_a_file(healthy, leaking, tmp_path):
-    (tmp_path / "healthy").mkdir()
-    for row in range(N_HEALTHY):
-        write(tmp_path / "healthy" / f"day{row}.csv", healthy, row)
-    write(tmp_path / "today.csv", leaking, 0)
+    write_all(tmp_path / "healthy", in_memory(healthy), healthy.sampling_frequency)
+    today = write_all(tmp_path / "today", in_memory(leaking), leaking.sampling_frequency)
+    (today / "day0.csv").rename(tmp_path / "today.csv")
     done = run("diagnose", "today.csv", "--history", "healthy", "--json", cwd=tmp_path, check=0)
     found = json.loads(done.stdout)
     assert found["healthy_records"] == N_HEALTHY
@@ -95,7 +94,7 @@ def test_labelled_records_bring_their_history(healthy, leaking):
     assert set(whole.table["name"]) == {each.name for each in whole.records[0].named}
 
 
-def test_what_cannot_be_told_is_an_error(leaking):
+def test_what_cannot_be_told_is_an_error(leaking, tmp_path):
     data, frequency = in_memory(leaking), leaking.sampling_frequency
     del data[Channel.PISTON_POSITION]
     with pytest.raises(DataError, match="missing: x"):
@@ -103,6 +102,15 @@ def test_what_cannot_be_told_is_an_error(leaking):
     still = {name: np.zeros_like(samples) for name, samples in in_memory(leaking).items()}
     with pytest.raises(DataError):
         hydrofdi.diagnose(still, sampling_frequency=frequency)
+    data = in_memory(leaking)
+    halved = {name: np.vstack((samples, samples))[:, ::2] for name, samples in data.items()}
+    whole = {name: np.vstack((samples, samples)) for name, samples in data.items()}
+    mixed = [
+        write_all(tmp_path / "whole", whole, frequency),
+        write_all(tmp_path / "half", halved, frequency / 2),
+    ]
+    with pytest.raises(DataError, match="Hz"):
+        hydrofdi.diagnose(mixed[0], mixed)
     with pytest.raises(ConfigError, match="half_windo"):
         hydrofdi.diagnose(in_memory(leaking), sampling_frequency=frequency, options={"half_windo": 8})
 
@@ -129,14 +137,9 @@ def test_a_record_with_a_hole_is_not_judged(leaking):
 )
 def test_a_record_of_another_kind_is_not_judged(change, word, healthy, leaking, tmp_path):
     data, rate = change(in_memory(leaking), leaking.sampling_frequency)
-    path = tmp_path / "today.csv"
-    time = np.arange(data[Channel.PISTON_POSITION].shape[1]) / rate
-    head = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in SYMBOLS.items())])
-    columns_of = np.column_stack((time, *(data[Channel(name)][0] for name in SYMBOLS)))
-    np.savetxt(path, columns_of, "%.17g", ",", header=head, comments="")
-    (tmp_path / "healthy").mkdir()
-    for row in range(4):
-        write(tmp_path / "healthy" / f"day{row}.csv", healthy, row)
+    path = write_all(tmp_path / "today", data, rate) / "day0.csv"
+    four = {name: samples[:4] for name, samples in in_memory(healthy).items()}
+    write_all(tmp_path / "healthy", four, healthy.sampling_frequency)
     found = hydrofdi.diagnose(path, tmp_path / "healthy")
     assert found.records[0].name == ""
     assert word in found.records[0].reason

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.compilation.compiling import compiled
+from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.valve import acting_voltage
@@ -208,7 +208,6 @@ class _Record:
         return values[:, None]
 
 
-@compiled
 def all_rates(
     time: float,
     state: NDArray[np.float64],
@@ -222,30 +221,31 @@ def all_rates(
     place = min(max(time / step - 0.5, 0.0), voltage.size - 1.0)
     k = min(int(place), max(voltage.size - 2, 0))
     u = voltage[k] + (place - k) * (voltage[min(k + 1, voltage.size - 1)] - voltage[k])
-    c = parameters[0]
-    most, is_limited = c.spool_limit[0], options.limited_spool
-    p = lane_parameters(c, 0, time, time, options)
-    x = State(
-        state[0],
-        state[1],
-        state[2],
-        state[3],
-        state[4],
-        state[5],
-        state[6],
-        state[7],
-        state[8],
-        state[9],
-        state[10],
-        state[11],
-    )
-    r = hydraulic_rates(x, valve_opening(state[-2], most, is_limited), load, p, options)
-    rates = np.array([
-        r.position, r.velocity, r.pressure_1, r.pressure_2, r.supply, r.bristle, r.return_pressure,
-        r.support, r.line_pressure_1, r.line_flow_1, r.line_pressure_2, r.line_flow_2, 0.0, 0.0,
-    ])  # fmt: skip
-    rates[-2], rates[-1] = spool_rates(
-        state[-2], state[-1], u, c.spool_frequency[0], c.spool_damping_ratio[0], c.spool_gain[0], most,
-        c.spool_speed_limit[0], is_limited,
-    )  # fmt: skip
+    rates = np.empty(_SPOOL + 2)
+    fill_rates(float(time), np.ascontiguousarray(state), float(u), load, parameters, rates, options)
     return rates
+
+
+@recorded_kernel
+def fill_rates(
+    time: float,
+    state: NDArray[np.float64],
+    voltage: float,
+    load: float,
+    parameters: NDArray[Any],
+    rates: NDArray[np.float64],
+    options: ModelOptions,
+) -> None:
+    """Fill the time derivatives, with the voltage of the instant."""
+    c, opened = parameters[0], options.limited_spool
+    most, x_v, v_v = c.spool_limit[0], state[_SPOOL], state[_SPOOL + 1]
+    p = lane_parameters(c, 0, time, time, options)
+    x = State(*(state[k] for k in range(_SPOOL)))
+    spool = spool_rates(
+        x_v, v_v, voltage, c.spool_frequency[0], c.spool_damping_ratio[0], c.spool_gain[0], most,
+        c.spool_speed_limit[0], opened,
+    )  # fmt: skip
+    for k, rate in enumerate(
+        (*hydraulic_rates(x, valve_opening(x_v, most, opened), load, p, options), *spool)
+    ):
+        rates[k] = rate

@@ -20,6 +20,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from hydrofdi.compilation.compiling import belongs_here, cache_directory, compiled, dispatcher, room_of
+from hydrofdi.compilation.symbols import is_dynamic
 from hydrofdi.physics.equation import FAST_MATH
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., None])
@@ -36,7 +37,7 @@ _DIGEST_SIZE = 16
 
 
 def kernel(function: _Kernel) -> _Kernel:
-    """Run a function that fills arrays as machine code, loaded from the cache or compiled and cached.
+    """Run a function that fills arrays as machine code, from the cache or else compiled by numba.
 
     Each combination of argument types has its own machine code.
     """
@@ -46,25 +47,68 @@ def kernel(function: _Kernel) -> _Kernel:
     def call(*arguments: Any) -> None:
         types = _type_of(arguments)
         if types not in calls:
-            calls[types] = _prepare(function, types, arguments)
+            calls[types] = _prepared(function, types, arguments, _compile) or compiled(function)
         calls[types](*arguments)
 
     return cast(_Kernel, call)
 
 
-def _prepare(function: _Kernel, types: tuple[Any, ...], arguments: tuple[Any, ...]) -> _Call:
+def recorded_kernel(function: _Kernel) -> _Kernel:
+    """Run a function of `symbols` as machine code, from the cache or else recorded.
+
+    Each combination of argument types, and of the values of other arguments, has its own machine code. Arrays
+    that it fills must not overlap others.
+    """
+    calls: dict[tuple[Any, ...], _Call] = {}
+
+    @wraps(function)
+    def call(*arguments: Any) -> None:
+        dynamic = tuple(filter(is_dynamic, arguments))
+        key = (*map(_type_of, dynamic), *(each for each in arguments if not is_dynamic(each)))
+        if key not in calls:
+            made = _prepared(function, key, dynamic, lambda *_: _recorded_code(function, arguments))
+            if made is None:
+                raise OSError("this process cannot resolve the C library")
+            calls[key] = made
+        calls[key](*dynamic)
+
+    return cast(_Kernel, call)
+
+
+def _prepared(
+    function: _Kernel,
+    key: tuple[Any, ...],
+    arguments: tuple[Any, ...],
+    compile_: Callable[[_Kernel, tuple[Any, ...]], bytes | None],
+) -> _Call | None:
     if not _can_link():
-        return compiled(function)
+        return None
     folder = cache_directory(room_of(function))
-    name = f"{function.__name__}-{_digest(repr((types, *_machine())).encode()).hex()}.o"
+    name = f"{function.__name__}-{_digest(repr((key, *_machine())).encode()).hex()}.o"
     code = _read(folder / name) if folder else None
     if code is None:
-        code = _compile(function, arguments)
+        code = compile_(function, arguments)
         if code is None:
-            return compiled(function)
+            return None
         if folder:
             _write(folder / name, code)
     return _link(code, arguments)
+
+
+def _recorded_code(function: _Kernel, arguments: tuple[Any, ...]) -> bytes:
+    from llvmlite import binding
+
+    from hydrofdi.compilation.symbols import recorded
+
+    machine = _target_machine()
+    module = binding.parse_assembly(recorded(function, arguments, _SYMBOL))
+    module.verify()
+    module.triple, module.data_layout = machine.triple, str(machine.target_data)
+    tuning = binding.create_pipeline_tuning_options(speed_level=3)
+    tuning.loop_vectorization, tuning.slp_vectorization = True, False
+    builder = binding.create_pass_builder(machine, tuning)
+    builder.getModulePassManager().run(module, builder)
+    return bytes(machine.emit_object(module))
 
 
 @cache

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from hydrofdi.physics.equation import equation, limited
+from hydrofdi.physics.equation import Quantity, equation, limited
 
 
 @equation
-def converted(value: float, lowest: float, highest: float, resolution: float) -> float:
+def converted(value: Quantity, lowest: Quantity, highest: Quantity, resolution: Quantity) -> Quantity:
     """Value after a converter (ADC or DAC) of limited range and resolution.
 
     Parameters
@@ -24,11 +24,10 @@ def converted(value: float, lowest: float, highest: float, resolution: float) ->
     float
         Equations (m5) and (m6).
     """
-    within = min(max(value, lowest), highest)
-    if resolution > 0.0:
-        level: float = lowest + resolution * np.round((within - lowest) / resolution)
-        return level
-    return within
+    within = np.minimum(np.maximum(value, lowest), highest)
+    has_levels = resolution > 0.0
+    first, step = np.where(has_levels, lowest, 0.0), np.where(has_levels, resolution, 1.0)
+    return np.where(has_levels, first + step * np.rint((within - first) / step), within)
 
 
 @equation
@@ -41,7 +40,7 @@ def pid_step(
     derivative_gain: float,
     sample_time: float,
     limit: float,
-) -> tuple[float, float]:
+) -> tuple[Quantity, Quantity]:
     """Output voltage and integral term of a PID controller after one sample.
 
     Parameters
@@ -69,4 +68,4 @@ def pid_step(
     wanted = proportional_gain * error + integrated + derivative_gain * (error - previous_error) / sample_time
     voltage = limited(wanted, limit)
     winds_up = (wanted - voltage) * error > 0.0
-    return voltage, integral if winds_up else integrated
+    return voltage, np.where(winds_up, integral, integrated)

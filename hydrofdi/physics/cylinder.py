@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from hydrofdi.physics.equation import Quantity, equation, limited
 
 STANDARD_GRAVITY = 9.80665
@@ -111,7 +113,7 @@ def chamber_pressure_rates(
 
 
 @equation
-def end_stop_force(position: float, limit: float, stiffness: float) -> float:
+def end_stop_force(position: Quantity, limit: Quantity, stiffness: Quantity) -> Quantity:
     """Force of the elastic end stops, opposing motion into them.
 
     Parameters
@@ -204,7 +206,7 @@ It is wide enough for solvers to resolve.
 
 
 @equation
-def supported_pressure_rate(pressure: float, rate: float, least: float) -> float:
+def supported_pressure_rate(pressure: Quantity, rate: Quantity, least: Quantity) -> Quantity:
     """Pressure rate of a chamber whose fluid boils at the vapour pressure instead of falling below it.
 
     Parameters
@@ -221,5 +223,5 @@ def supported_pressure_rate(pressure: float, rate: float, least: float) -> float
     float
         P' if positive; if negative, P' times (P − P_vapour)/ε limited to 0 … 1, with ε = 1 kPa [Pa/s].
     """
-    share = min(max((pressure - least) / BOILING_RANGE, 0.0), 1.0)
-    return max(rate, 0.0) + share * min(rate, 0.0)
+    share = np.minimum(np.maximum((pressure - least) / BOILING_RANGE, 0.0), 1.0)
+    return np.maximum(rate, 0.0) + share * np.minimum(rate, 0.0)

@@ -35,9 +35,9 @@ def signed_root(value: Quantity) -> Quantity:
 
 
 @equation
-def limited(value: float, limit: float) -> float:
+def limited(value: Quantity, limit: Quantity) -> Quantity:
     """The value, limited to ±limit."""
-    return min(max(value, -limit), limit)
+    return np.minimum(np.maximum(value, -limit), limit)
 
 
 @equation
@@ -64,6 +64,6 @@ more slowly. The margin covers products of states and small parameters.
 
 
 @equation
-def settled(value: float) -> float:
+def settled(value: Quantity) -> Quantity:
     """The state, or zero if it is negligible; NaN stays NaN."""
-    return 0.0 if abs(value) < NEGLIGIBLE else value
+    return np.where(np.abs(value) < NEGLIGIBLE, 0.0, value)

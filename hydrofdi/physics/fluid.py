@@ -19,12 +19,12 @@ _COUNTER, _COUNTER_BITS = 1.5 * 2.0**52, 0x4338000000000000
 
 @equation
 def _bits(number: Quantity) -> Quantity:
-    return np.float64(number).view(np.int64)
+    return (np.float64(number) if isinstance(number, float) else number).view(np.int64)
 
 
 @equation
 def _number(bits: Quantity) -> Quantity:
-    return np.int64(bits).view(np.float64)
+    return bits.view(np.float64)
 
 
 @equation

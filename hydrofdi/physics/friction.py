@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from hydrofdi.physics.equation import equation, sine
+from hydrofdi.physics.equation import Quantity, equation, sine
 from hydrofdi.physics.hydraulic_mode import second_order_eigenvalues
 
 FrictionParameters: TypeAlias = Any
@@ -62,13 +62,13 @@ def _slope_at_rest(friction: Friction) -> Eigenvalues:
 
 
 @equation
-def decaying_exponential(exponent: float) -> float:
+def decaying_exponential(exponent: Quantity) -> Quantity:
     """e^(−x) for x ≥ 0, in operations that a compiler can vectorise.
 
     The 6th-degree Taylor polynomial of e^(−x/64), raised to the power of 64; x is limited to 64. The absolute
     error is below 3e-12.
     """
-    y = min(exponent, 64.0) * (-1.0 / 64.0)
+    y = np.minimum(exponent, 64.0) * (-1.0 / 64.0)
     y2 = y * y
     low = (1.0 + y) + y2 * (0.5 + y * (1.0 / 6.0))
     high = (1.0 / 24.0 + y * (1.0 / 120.0)) + y2 * (1.0 / 720.0)
@@ -123,9 +123,9 @@ def threshold_friction(velocity: float, bristle: float, p: FrictionParameters) -
     Equation (12) without a branch: above and below v_th f v_p plus the Stribeck force at max(abs(v_p), v_th),
     times v_p/v_th limited to ±1.
     """
-    speed = max(abs(velocity), p.velocity_threshold)
+    speed = np.maximum(np.abs(velocity), p.velocity_threshold)
     stribeck = stribeck_force(speed, p)
-    direction = min(max(velocity / p.velocity_threshold, -1.0), 1.0)
+    direction = np.minimum(np.maximum(velocity / p.velocity_threshold, -1.0), 1.0)
     return p.viscous * velocity + stribeck * direction, 0.0
 
 
@@ -172,7 +172,7 @@ def bristle_friction(velocity: float, bristle: float, p: FrictionParameters) -> 
     F_f = σ_0 z + σ_1 z' + f v_p; in steady motion, the Stribeck force plus f v_p.
     """
     speed = abs(velocity)
-    stribeck = max(stribeck_force(speed, p), SMALLEST_FORCE)
+    stribeck = np.maximum(stribeck_force(speed, p), SMALLEST_FORCE)
     rate = velocity - p.bristle_stiffness * speed * bristle / stribeck
     return p.bristle_stiffness * bristle + p.bristle_damping * rate + p.viscous * velocity, rate
 
@@ -212,50 +212,3 @@ LIMITED_PARAMETERS = sorted(frozenset[str]().union(*(law.parameters for law in L
 def laws_that_use(parameter: str) -> tuple[str, ...]:
     """Names of the laws that use one of `LIMITED_PARAMETERS`."""
     return tuple(law.name for law in LAWS if parameter in law.parameters)
-
-
-Choice = tuple[bool | None, ...]
-"""True at the index of the chosen law, None elsewhere.
-
-This gives each law its own type, and so its own compiled code.
-"""
-
-
-def choice_of_law(name: str) -> Choice:
-    """`Choice` of the law with this name."""
-    return tuple(law.name == name or None for law in LAWS)
-
-
-PAPER_FRICTION = choice_of_law(LAWS[0].name)
-"""`Choice` of the paper's law."""
-
-
-def _first_chosen(place: int) -> Any:
-    """Friction function of the chosen law, searched from index `place` on.
-
-    Compiled code contains only the chosen law.
-    """
-    law: Friction = LAWS[place].friction
-    if place + 1 == len(LAWS):
-
-        @equation
-        def last(
-            velocity: float, bristle: float, p: FrictionParameters, choice: Choice
-        ) -> tuple[float, float]:
-            return law(velocity, bristle, p)
-
-        return last
-    others = _first_chosen(place + 1)
-
-    @equation
-    def chosen(velocity: float, bristle: float, p: FrictionParameters, choice: Choice) -> tuple[float, float]:
-        if choice[place] is not None:
-            return law(velocity, bristle, p)
-        friction: tuple[float, float] = others(velocity, bristle, p, choice)
-        return friction
-
-    return chosen
-
-
-chosen_friction = _first_chosen(0)
-"""Function that returns friction force [N] and bristle rate [m/s] of the chosen law."""

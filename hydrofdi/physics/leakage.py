@@ -135,7 +135,7 @@ def intermittent_onset(time: Quantity, start: Quantity, period: Quantity, duty: 
     """Open fraction of the leak: 1 for the first `duty` [-] of each period after `start`, else 0 [-]."""
     elapsed = (time - start) / period + EDGE_ROUNDING
     phase = elapsed - np.floor(elapsed)
-    return (elapsed >= 0.0) * (phase < duty) * 1.0
+    return np.where((elapsed >= 0.0) & (phase < duty), 1.0, 0.0)
 
 
 @equation

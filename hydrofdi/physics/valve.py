@@ -115,7 +115,7 @@ def spool_acceleration(
 
 
 @equation
-def acting_voltage(voltage: float, previous: float, width: float) -> float:
+def acting_voltage(voltage: Quantity, previous: Quantity, width: Quantity) -> Quantity:
     """Voltage that acts on the spool after rate-independent hysteresis (play operator).
 
     Parameters
@@ -134,7 +134,7 @@ def acting_voltage(voltage: float, previous: float, width: float) -> float:
         u_h = min(max(u_h,prev, u − h/2), u + h/2) [V]. Visintin, *Differential Models of Hysteresis*, 1994,
         ch. III.
     """
-    return min(max(previous, voltage - 0.5 * width), voltage + 0.5 * width)
+    return np.minimum(np.maximum(previous, voltage - 0.5 * width), voltage + 0.5 * width)
 
 
 @equation
@@ -261,7 +261,7 @@ def edge_flow(
         q = K_v w max(x_v − x_0, 0) √̂Δp + c_lap Δp [m³/s]. The supply edge feeds chamber 1 at x_v; the return
         edge drains it at −x_v. With x_0 = 0 and c_lap = 0, equations (7) and (8).
     """
-    opening = max(spool_position - lap, 0.0)
+    opening = np.maximum(spool_position - lap, 0.0)
     flow: float = control_flow(opening, orifice_drop, flow_gain, area_gradient) + lap_leakage * orifice_drop
     return flow
 

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.compilation.object_code import kernel
+from hydrofdi.compilation.object_code import recorded_kernel
+from hydrofdi.compilation.symbols import each, local, when
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.cylinder import end_stop_force
-from hydrofdi.physics.equation import equation
 from hydrofdi.simulation.kernels.hydraulics import (
     LaneParameters,
     State,
@@ -193,7 +193,6 @@ class AccountRates(NamedTuple):
     compliance_2: float
 
 
-@equation
 def account_rates(
     state: State, spool_position: float, p: LaneParameters, options: ModelOptions
 ) -> AccountRates:
@@ -202,10 +201,7 @@ def account_rates(
     flows = port_flows(state, spool_position, p, options)
     friction, _ = friction_of(state, p, options)
     through, position = flows.valve, position_in_cylinder(state, options)
-    if options.end_stops is not None:
-        stopped = end_stop_force(position, p.stop_position, p.stop_stiffness)
-    else:
-        stopped = 0.0
+    stopped = end_stop_force(position, p.stop_position, p.stop_stiffness) if options.end_stops else 0.0
     support = support_velocity(state, friction + stopped, p, options)
     lost = (
         through.throttling
@@ -214,16 +210,16 @@ def account_rates(
         + p2 * flows.external_2
         + (state.velocity - support) * friction
     )
-    if options.foundation is not None:
+    if options.foundation:
         lost += p.support_damping * support * support
-    if options.hoses is not None:
+    if options.hoses:
         squares = state.line_flow_1 * state.line_flow_1 + state.line_flow_2 * state.line_flow_2
         lost += p.hose_resistance * squares
     area_2, volume_2 = chamber_2(p, options)
     passed = abs(through.control_1)
-    if options.unequal_chambers is not None:
+    if options.unequal_chambers:
         passed += abs(through.control_2)
-    ret = p.ret if options.return_line is None else state.return_pressure
+    ret = p.ret if not options.return_line else state.return_pressure
     supplied = state.supply * through.supply - ret * through.returned
     return AccountRates(
         flows.into_1 - flows.internal - flows.external_1,
@@ -236,26 +232,25 @@ def account_rates(
     )
 
 
-@equation
 def held_energy(state: State, p: LaneParameters, options: ModelOptions) -> float:
     """Energy stored in the moving mass, its height, the springs, the end stops and the hoses [J]."""
     x, v = state.position, state.velocity
     energy: float = 0.5 * (p.mass * v * v + p.stiffness * x * x)
-    if options.inclined is not None:
+    if options.inclined:
         energy += p.weight * x
-    if options.end_stops is not None:
+    if options.end_stops:
         force = end_stop_force(position_in_cylinder(state, options), p.stop_position, p.stop_stiffness)
         energy += 0.5 * force * force / p.stop_stiffness
-    if options.foundation is not None:
+    if options.foundation:
         energy += 0.5 * p.support_stiffness * state.support * state.support
-    if options.hoses is not None:
+    if options.hoses:
         p1, p2, q1, q2 = state.line_pressure_1, state.line_pressure_2, state.line_flow_1, state.line_flow_2
         energy += 0.5 * p.hose_volume / p.hose_modulus * (p1 * p1 + p2 * p2)
         energy += 0.5 * p.hose_inertance * (q1 * q1 + q2 * q2)
     return energy
 
 
-@kernel
+@recorded_kernel
 def integrate_balances(
     parameters: NDArray[Any],
     spool_position: NDArray[np.float64],
@@ -289,25 +284,22 @@ def integrate_balances(
         residual of the energy balance and the energy supplied [J].
     """
     half = 0.5 * interval
-    for run in range(position.shape[0]):
+    state_before, rates_before, held = local(len(State._fields)), local(len(AccountRates._fields)), local(1)
+    for run in each(position.shape[0]):
         total = totals[run]
-        y = State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        before, held = AccountRates(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0.0
-        for k in range(position.shape[1]):
+        for k in each(position.shape[1]):
             p = lane_parameters(parameters[run], 0, k * interval, k * interval, options)
-            z = State(
-                position[run, k], velocity[run, k], pressure_1[run, k], pressure_2[run, k], supply[run, k],
-                bristle[run, k],
-                0.0 if options.return_line is None else hidden[run, 0, k],
-                0.0 if options.foundation is None else hidden[run, 1, k],
-                0.0 if options.hoses is None else hidden[run, 2, k],
-                0.0 if options.hoses is None else hidden[run, 3, k],
-                0.0 if options.hoses is None else hidden[run, 4, k],
-                0.0 if options.hoses is None else hidden[run, 5, k],
-            )  # fmt: skip
+            shown = (position, velocity, pressure_1, pressure_2, supply, bristle)
+            hides = [
+                hidden[run, place, k] if getattr(options, option) else 0.0
+                for place, option in enumerate(HIDDEN.values())
+            ]
+            z = State(*(signal[run, k] for signal in shown), *hides)
             after = account_rates(z, spool_position[run, k], p, options)
             holds = held_energy(z, p, options)
-            if k > 0:
+            y = State(*map(state_before.__getitem__, range(len(z))))
+            before = AccountRates(*map(rates_before.__getitem__, range(len(after))))
+            with when(k > 0):
                 rise_1, rise_2 = z.pressure_1 - y.pressure_1, z.pressure_2 - y.pressure_2
                 compressed = 0.5 * (before.compliance_1 + after.compliance_1) * rise_1
                 work_1 = (
@@ -321,12 +313,16 @@ def integrate_balances(
                 stored = half * (before.stored_volume + after.stored_volume)
                 relative = position_in_cylinder(z, options) - position_in_cylinder(y, options)
                 total[0] += stored - p.area * relative - compressed
-                if options.unequal_chambers is not None:
+                if options.unequal_chambers:
                     compressed = 0.5 * (before.compliance_2 + after.compliance_2) * rise_2
                     stored = half * (before.stored_volume_2 + after.stored_volume_2)
                     total[0] -= stored + p.area_2 * relative - compressed
                 total[1] += half * (before.passed_volume + after.passed_volume)
                 total[2] += half * (before.stored_power + after.stored_power)
-                total[2] -= holds - held + work_1 + work_2 + work_on_load
+                total[2] -= holds - held[0] + work_1 + work_2 + work_on_load
                 total[3] += half * (before.supplied_power + after.supplied_power)
-            y, before, held = z, after, holds
+            for place, value in enumerate(z):
+                state_before[place] = value
+            for place, value in enumerate(after):
+                rates_before[place] = value
+            held[0] = holds

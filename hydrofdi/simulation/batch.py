@@ -143,6 +143,7 @@ class _Block:
             np.resize(self.columns, WIDTH),
             np.resize(self.loads, WIDTH),
         )
+        self._shares_drive = int(len(set(self.columns.tolist())) == 1)
         self._n_row = len(SAMPLED) if options.samples_more else N_PAPER_SAMPLED
         self._reader, self._rated_supply = (
             reader,
@@ -165,11 +166,12 @@ class _Block:
         return samples
 
     def _samples(self, chunk: Chunk, first_step: int, steps_per_sample: int) -> NDArray[np.float64]:
-        drive = chunk.stages if self.options.closed_loop is None else chunk.references
+        drive = chunk.references if self.options.closed_loop else chunk.stages
         samples = np.empty((len(drive) // steps_per_sample, self._n_row, WIDTH))
         advance_lanes(
-            self._lanes, drive, self._column_of_lane, chunk.loads, self._load_of_lane, self._record.step,
-            steps_per_sample, self._steps_per_control, samples, first_step, self.options,
+            self._lanes, drive, self._column_of_lane, chunk.loads, self._load_of_lane,
+            self._shares_drive, self._record.step, steps_per_sample, self._steps_per_control, samples,
+            first_step, self.options,
         )  # fmt: skip
         return samples
 
@@ -180,11 +182,11 @@ class _Block:
         if name == "oil_temperature":
             time = self._record.step * np.arange(first_step, first_step + len(states), dtype=np.float64)
             return np.column_stack([run.fluid.temperature_at(time) for run in self._runs])
-        if self.options.closed_loop is None and name == "input_voltage":
+        if not self.options.closed_loop and name == "input_voltage":
             return chunk.voltage[:, self._column_of_lane]
-        if self.options.closed_loop is None and name == "spool_position":
+        if not self.options.closed_loop and name == "spool_position":
             return chunk.stages[:, 0, self._column_of_lane]
-        if self.options.moving_supply is None and name == "valve_supply_pressure":
+        if not self.options.moving_supply and name == "valve_supply_pressure":
             return np.broadcast_to(self._rated_supply, (len(states), WIDTH))
         return states[:, SAMPLED.index(ROWS[name])]
 

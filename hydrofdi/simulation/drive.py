@@ -15,7 +15,7 @@ from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.physics.valve import control_flow
 from hydrofdi.simulation.balances import Trajectory
-from hydrofdi.simulation.kernels.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH, Chosen, positions_by
+from hydrofdi.simulation.kernels.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH, positions_by
 from hydrofdi.simulation.kernels.spool import advance_spools
 
 _spool_of = attrgetter(*SPOOL_PARAMETERS.values())
@@ -37,14 +37,12 @@ class Drive(NamedTuple):
 
     input: InputConfig
     spool: tuple[float, ...]
-    choices: tuple[Chosen, Chosen]
+    choices: tuple[bool, bool]
 
     @classmethod
     def of(cls, run: RunParameters) -> Drive:
         """Drive of a run."""
-        return cls(
-            run.input, _spool_of(run), (run.valve.is_limited or None, run.valve.hysteresis > 0.0 or None)
-        )
+        return cls(run.input, _spool_of(run), (run.valve.is_limited, run.valve.hysteresis > 0.0))
 
 
 def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -22,7 +22,8 @@ def free_motion(values, start, spool, duration, step):
     samples = np.empty((n_step, len(SAMPLED), WIDTH))
     drives, loads = np.resize(np.arange(len(spool)), WIDTH), np.zeros((n_step, 1))
     options = ModelOptions.of(runs[0])
+    shared = int(len(spool) == 1)
     advance_lanes(
-        lanes, stages, drives, loads, np.zeros(WIDTH, int), step, 1, 1, samples, 0, options
+        lanes, stages, drives, loads, np.zeros(WIDTH, int), shared, step, 1, 1, samples, 0, options
     )  # fmt: skip
     return {name: samples[:, row, : len(runs)].T.copy() for row, name in enumerate(STATES)}

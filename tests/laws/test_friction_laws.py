@@ -11,10 +11,7 @@ from hypothesis import strategies as st
 from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.machine import FrictionConfig
 from hydrofdi.physics.friction import (
-    LAWS,
     bristle_friction,
-    choice_of_law,
-    chosen_friction,
     decaying_exponential,
     smooth_friction,
     threshold_friction,
@@ -125,14 +122,6 @@ def test_bristles_hold_a_load_below_breakaway_and_let_go_above_it() -> None:
     assert 120.0 / 5e6 < held < 4 * 120.0 / 5e6
     assert np.abs(record.piston_velocity[0, -50:]).max() < 1e-5
     assert loose > 100 * 400.0 / 5e6
-
-
-def test_a_choice_runs_its_law_alone() -> None:
-    friction = FrictionConfig(bristle_stiffness=3e5).applied
-    for law in LAWS:
-        chosen = chosen_friction(1e-4, 1e-5, friction, choice_of_law(law.name))
-        assert chosen == law.friction(1e-4, 1e-5, friction)
-        assert sum(chosen == other.friction(1e-4, 1e-5, friction) for other in LAWS) == 1
 
 
 def test_pressure_on_the_seals_and_place_in_the_cylinder_scale_dry_friction_alone() -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from hydrofdi.physics.cylinder import (
     chamber_pressure_rates,
     end_stop_force,
@@ -15,9 +17,9 @@ from hydrofdi.physics.cylinder import (
     pressure_force,
     supported_pressure_rate,
 )
-from hydrofdi.physics.equation import Quantity, equation
+from hydrofdi.physics.equation import Quantity
 from hydrofdi.physics.fluid import effective_bulk_modulus, stiffening_bulk_modulus, temperature_factor
-from hydrofdi.physics.friction import chosen_friction, dry_friction_factor
+from hydrofdi.physics.friction import FRICTION_LAWS, dry_friction_factor
 from hydrofdi.physics.leakage import (
     blended_leakage_flow,
     dragged_pressure_difference,
@@ -39,7 +41,7 @@ from hydrofdi.physics.valve import (
     supply_pressure_rate,
     worn_opening,
 )
-from hydrofdi.simulation.kernels.lanes import FRICTION_PARAMETERS, LEAKAGE, PARAMETERS, ModelOptions
+from hydrofdi.simulation.kernels.lanes import LEAKAGE, PARAMETERS, ModelOptions
 
 
 class State(NamedTuple):
@@ -63,44 +65,56 @@ class State(NamedTuple):
 
 if TYPE_CHECKING:
     LaneParameters = Any
-    LaneFriction = Any
 else:
-    LaneFriction = namedtuple("LaneFriction", FRICTION_PARAMETERS)
     LaneParameters = namedtuple("LaneParameters", (*PARAMETERS, LEAKAGE))
     """Parameters of one run at an instant, in SI: the lane fields of the same names."""
 
 _DRY = ("coulomb", "breakaway")
-_SCALED = ", ".join(f"p.{name} * factor" if name in _DRY else f"p.{name}" for name in FRICTION_PARAMETERS)
-scaled_friction = equation(eval(f"lambda p, factor: LaneFriction({_SCALED})"))
-"""Parameters and factor on the dry friction → friction parameters."""
-
 _WARMED = {
-    "bulk_modulus": "lanes.bulk_modulus_slope[k]",
-    **dict.fromkeys((name for name in PARAMETERS if "leakage" in name), "-lanes.viscosity_slope[k]"),
-    **dict.fromkeys(("viscous", "leakage_drag"), "lanes.viscosity_slope[k]"),
+    "bulk_modulus": ("bulk_modulus_slope", 1.0),
+    **{name: ("viscosity_slope", -1.0) for name in PARAMETERS if "leakage" in name},
+    **dict.fromkeys(("viscous", "leakage_drag"), ("viscosity_slope", 1.0)),
 }
-"""Lane field → relative change per temperature [1/K]."""
+"""Lane field → field of its relative change per temperature [1/K], and sign."""
 
 
-def _warmed(name: str) -> str:
-    """Expression of a lane field at the temperature of an instant."""
-    temperature = "lanes.temperature_rise[k], lanes.temperature_drift[k]"
-    return f"warmed(time, lanes.{name}[k], {temperature}, {_WARMED[name]}, options)"
+def lane_parameters(
+    lanes: Any, k: Any, time: Quantity, middle: Quantity, options: ModelOptions
+) -> LaneParameters:
+    """Parameters of a lane at an instant.
 
+    Parameters
+    ----------
+    lanes : record
+        Fields of `lanes.PARAMETERS` and K_i, each with an axis of lanes.
+    k : int or ...
+        Lane.
+    time, middle : float or array
+        Start and middle of a step [s].
+    """
 
-_AT_AN_INSTANT = {name: _warmed(name) for name in _WARMED} | {
-    "null_offset": "null_of(time, lanes.null_offset[k], lanes.null_drift[k], options)",
-    "ripple": "ripple_of(middle, lanes.ripple[k], lanes.ripple_frequency[k], options)",
-    LEAKAGE: "open_leakage(time, warmed_gap(time, lanes, k, options), lanes.onset_time[k],"
-    " lanes.onset_duration[k], lanes.onset_duty[k], options)",
-}
-"""Lane field → its value where that changes over time."""
+    def of_lane(name: str) -> Quantity:
+        return getattr(lanes, name)[k]
 
-_FIELDS = (_AT_AN_INSTANT.get(name, f"lanes.{name}[k]") for name in (*PARAMETERS, LEAKAGE))
-lane_parameters = equation(
-    eval(f"lambda lanes, k, time, middle, options: LaneParameters({', '.join(_FIELDS)})")
-)
-"""Record of lanes, lane, start and middle of a step [s] and options → `LaneParameters`."""
+    def warmed(name: str, slope: str, sign: float) -> Quantity:
+        rise, drift = of_lane("temperature_rise"), of_lane("temperature_drift")
+        return of_lane(name) * temperature_factor(time, rise, drift, sign * of_lane(slope))
+
+    values = {name: of_lane(name) for name in (*PARAMETERS, LEAKAGE)}
+    if options.warm_oil:
+        values |= {name: warmed(name, *change) for name, change in _WARMED.items()}
+        if options.laminar_leakage:
+            values[LEAKAGE] = warmed(LEAKAGE, "viscosity_slope", -1.0)
+    if options.shifted_null:
+        values["null_offset"] = null_position(time, values["null_offset"], values["null_drift"])
+    if options.supply_ripple:
+        values["ripple"] = ripple_rate(middle, values["ripple"], values["ripple_frequency"])
+    leak, start, duration = values[LEAKAGE], values["onset_time"], values["onset_duration"]
+    if options.ramped_leakage:
+        values[LEAKAGE] = leak * onset_ramp(time, start, duration)
+    if options.intermittent_leakage:
+        values[LEAKAGE] = leak * intermittent_onset(time, start, duration, values["onset_duty"])
+    return LaneParameters(**values)
 
 
 class ValveFlows(NamedTuple):
@@ -140,89 +154,37 @@ class PortFlows(NamedTuple):
     external_2: float
 
 
-@equation
-def open_leakage(
-    time: Quantity,
-    coefficient: Quantity,
-    start: Quantity,
-    duration: Quantity,
-    duty: Quantity,
-    options: ModelOptions,
-) -> Quantity:
-    """K_i at an instant [m^3.5/kg^0.5]; it is constant over a step."""
-    if options.ramped_leakage is not None:
-        return coefficient * onset_ramp(time, start, duration)
-    if options.intermittent_leakage is not None:
-        return coefficient * intermittent_onset(time, start, duration, duty)
-    return coefficient
-
-
-@equation
-def warmed(
-    time: Quantity, value: Quantity, rise: Quantity, drift: Quantity, slope: Quantity, options: ModelOptions
-) -> Quantity:
-    """A property of the oil at the temperature of an instant; it is constant over a step."""
-    return value if options.warm_oil is None else value * temperature_factor(time, rise, drift, slope)
-
-
-@equation
-def warmed_gap(time: Quantity, lanes: Any, k: Any, options: ModelOptions) -> Quantity:
-    """K_i of the open leak at the temperature of an instant [m^3.5/kg^0.5]; only a laminar gap changes."""
-    coefficient = lanes.internal_leakage[k]
-    if options.laminar_leakage is None:
-        return coefficient
-    rise, drift = lanes.temperature_rise[k], lanes.temperature_drift[k]
-    return warmed(time, coefficient, rise, drift, -lanes.viscosity_slope[k], options)
-
-
-@equation
 def chamber_2(p: LaneParameters, options: ModelOptions) -> tuple[float, float]:
     """Area [m²] and volume with the piston centred [m³] of chamber 2."""
-    if options.unequal_chambers is None:
+    if not options.unequal_chambers:
         return p.area, p.volume
     return p.area_2, p.volume_2
 
 
-@equation
 def force_of_pressures(state: State, p: LaneParameters, options: ModelOptions) -> float:
     """Force of the chamber pressures on the piston [N]."""
     # A (P_1 − P_2) and A P_1 − A P_2 round differently, and equal areas keep their bits.
-    if options.unequal_chambers is None:
+    if not options.unequal_chambers:
         return p.area * (state.pressure_1 - state.pressure_2)  # type: ignore[no-any-return]
     return pressure_force(state.pressure_1, state.pressure_2, p.area, p.area_2)  # type: ignore[no-any-return]
 
 
-@equation
 def position_in_cylinder(state: State, options: ModelOptions) -> float:
     """Position of the piston relative to the cylinder [m]."""
-    return state.position if options.foundation is None else state.position - state.support
+    return state.position - state.support if options.foundation else state.position
 
 
-@equation
 def friction_of(state: State, p: LaneParameters, options: ModelOptions) -> tuple[float, float]:
     """Friction force [N] and bristle rate [m/s] by the chosen law."""
-    if options.uneven_friction is None:
-        return chosen_friction(state.velocity, state.bristle, p, options.friction_law)  # type: ignore[no-any-return]
-    difference, position = state.pressure_1 - state.pressure_2, position_in_cylinder(state, options)
-    factor = dry_friction_factor(difference, position, p.pressure_slope, p.position_share, p.position_period)
-    now = scaled_friction(p, factor)
-    return chosen_friction(state.velocity, state.bristle, now, options.friction_law)  # type: ignore[no-any-return]
+    if options.uneven_friction:
+        difference, position = state.pressure_1 - state.pressure_2, position_in_cylinder(state, options)
+        factor = dry_friction_factor(
+            difference, position, p.pressure_slope, p.position_share, p.position_period
+        )
+        p = p._replace(**{name: getattr(p, name) * factor for name in _DRY})
+    return FRICTION_LAWS[options.friction_law].friction(state.velocity, state.bristle, p)
 
 
-@equation
-def null_of(time: Quantity, offset: Quantity, drift: Quantity, options: ModelOptions) -> Quantity:
-    """Null position of the valve at an instant [m]; it is constant over a step."""
-    return offset if options.shifted_null is None else null_position(time, offset, drift)
-
-
-@equation
-def ripple_of(time: Quantity, amplitude: Quantity, frequency: Quantity, options: ModelOptions) -> Quantity:
-    """Rate of the supply pressure by the pump's ripple at an instant [Pa/s]: over a step, that of its
-    middle."""
-    return amplitude if options.supply_ripple is None else ripple_rate(time, amplitude, frequency)
-
-
-@equation
 def leakage_of(
     pressure_difference: Quantity,
     position: Quantity,
@@ -232,29 +194,28 @@ def leakage_of(
 ) -> Quantity:
     """Internal leakage flow by the chosen law [m³/s]."""
     coefficient = p.internal_leakage
-    if options.dragged_leakage is not None:
+    if options.dragged_leakage:
         pressure_difference = dragged_pressure_difference(pressure_difference, velocity, p.leakage_drag)
-    if options.scored_bore is not None:
+    if options.scored_bore:
         coefficient = coefficient * scored_share(position, p.scored_centre, p.scored_width)
-    if options.laminar_leakage is not None:
+    if options.laminar_leakage:
         return laminar_leakage_flow(pressure_difference, coefficient, p.laminar_reference)
-    if options.blended_leakage is not None:
+    if options.blended_leakage:
         return blended_leakage_flow(pressure_difference, coefficient, p.blending_pressure)
     return internal_leakage_flow(pressure_difference, coefficient)
 
 
-@equation
 def valve_flows(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> ValveFlows:
     """Flows across the edges of the valve.
 
     With critical lap, only two of the four edges are open at a time, so two orifices suffice.
     """
-    ret = p.ret if options.return_line is None else state.return_pressure
-    port_1 = state.pressure_1 if options.hoses is None else state.line_pressure_1
-    port_2 = state.pressure_2 if options.hoses is None else state.line_pressure_2
-    if options.shifted_null is not None:
+    ret = state.return_pressure if options.return_line else p.ret
+    port_1 = state.line_pressure_1 if options.hoses else state.pressure_1
+    port_2 = state.line_pressure_2 if options.hoses else state.pressure_2
+    if options.shifted_null:
         spool_position = spool_position - p.null_offset
-    if options.lapped_valve is not None:
+    if options.lapped_valve:
         to_1, from_1 = state.supply - port_1, port_1 - ret
         to_2, from_2 = state.supply - port_2, port_2 - ret
         x, y = spool_position, -spool_position
@@ -270,12 +231,10 @@ def valve_flows(state: State, spool_position: float, p: LaneParameters, options:
     flow_2 = control_flow(spool_position, drop_2, p.flow_gain, p.area_gradient)
     throttling = abs(drop_1 * flow_1) + abs(drop_2 * flow_2)
     opens_1 = spool_position >= 0.0
-    return ValveFlows(
-        flow_1, flow_2, flow_1 if opens_1 else -flow_2, flow_2 if opens_1 else -flow_1, throttling
-    )
+    supplied, returned = np.where(opens_1, flow_1, -flow_2), np.where(opens_1, flow_2, -flow_1)
+    return ValveFlows(flow_1, flow_2, supplied, returned, throttling)
 
 
-@equation
 def _edge(
     spool_position: float,
     drop: float,
@@ -286,19 +245,18 @@ def _edge(
     options: ModelOptions,
 ) -> float:
     lap, leakage, gain = p.lap + lap, p.lap_leakage + leakage, gain * p.flow_gain
-    if options.worn_edges is not None:
+    if options.worn_edges:
         opening = worn_opening(spool_position - lap, p.edge_rounding, p.gain_slope)
         spool_position, lap = opening, 0.0
     flow: float = edge_flow(spool_position, drop, gain, p.area_gradient, lap, leakage)
     return flow
 
 
-@equation
 def port_flows(state: State, spool_position: float, p: LaneParameters, options: ModelOptions) -> PortFlows:
     """All flows into and out of the chambers."""
     valve = valve_flows(state, spool_position, p, options)
     into_1, from_2 = valve.control_1, valve.control_2
-    if options.hoses is not None:
+    if options.hoses:
         into_1, from_2 = state.line_flow_1, state.line_flow_2
     position = position_in_cylinder(state, options)
     return PortFlows(
@@ -311,24 +269,22 @@ def port_flows(state: State, spool_position: float, p: LaneParameters, options: 
     )
 
 
-@equation
 def bulk_modulus_at(pressure: float, p: LaneParameters, options: ModelOptions) -> float:
     """β of the fluid in a chamber by the chosen law [Pa]."""
     modulus: float = p.bulk_modulus
-    if options.stiffening is not None:
+    if options.stiffening:
         modulus = stiffening_bulk_modulus(pressure, modulus, p.pressure_stiffening)
-    if options.free_air is not None:
+    if options.free_air:
         modulus = effective_bulk_modulus(pressure, modulus, p.free_air, p.air_exponent, p.atmosphere)
     return modulus
 
 
-@equation
 def pressure_rates(
     state: State, net_1: float, net_2: float, p: LaneParameters, options: ModelOptions
 ) -> tuple[float, float]:
     """P_1' and P_2' from the net flows [m³/s] into the chambers [Pa/s]."""
     modulus = p.bulk_modulus
-    if options.free_air is not None or options.stiffening is not None:
+    if options.free_air or options.stiffening:
         net_1 *= bulk_modulus_at(state.pressure_1, p, options)
         net_2 *= bulk_modulus_at(state.pressure_2, p, options)
         modulus = 1.0
@@ -337,24 +293,23 @@ def pressure_rates(
     rate_1, rate_2 = chamber_pressure_rates(
         position, net_1, net_2, modulus, p.volume, volume_2, p.area, area_2
     )
-    if options.clamped_cavitation is not None:
+    if options.clamped_cavitation:
         rate_1 = supported_pressure_rate(state.pressure_1, rate_1, p.vapour_pressure)
         rate_2 = supported_pressure_rate(state.pressure_2, rate_2, p.vapour_pressure)
     return rate_1, rate_2
 
 
-@equation
 def hydraulic_rates(
     state: State, spool_position: float, load: float, p: LaneParameters, options: ModelOptions
 ) -> State:
     """Time derivatives of the state, at a spool position [m] and a load force [N]."""
     resistance, bristle = friction_of(state, p, options)
     reaction = resistance
-    if options.load_force is not None:
+    if options.load_force:
         resistance += load
-    if options.inclined is not None:
+    if options.inclined:
         resistance += p.weight
-    if options.end_stops is not None:
+    if options.end_stops:
         stopping = end_stop_force(position_in_cylinder(state, options), p.stop_position, p.stop_stiffness)
         resistance += stopping
         reaction += stopping
@@ -367,18 +322,18 @@ def hydraulic_rates(
     force = force_of_pressures(state, p, options)
     acceleration = piston_acceleration(state.position, force, resistance, p.mass, p.stiffness)
     supply, return_pressure = 0.0, 0.0
-    if options.moving_supply is not None:
+    if options.moving_supply:
         supply = supply_pressure_rate(
             state.supply, flows.valve.supply, p.rated_supply, p.droop_resistance, p.droop_time
         )
-    if options.supply_ripple is not None:
+    if options.supply_ripple:
         supply += p.ripple
-    if options.return_line is not None:
+    if options.return_line:
         return_pressure = return_pressure_rate(
             state.return_pressure, flows.valve.returned, p.ret, p.return_resistance, p.return_time
         )
     line_1, line_2, flow_1, flow_2 = 0.0, 0.0, 0.0, 0.0
-    if options.hoses is not None:
+    if options.hoses:
         line_1 = line_pressure_rate(flows.valve.control_1 - flows.into_1, p.hose_modulus, p.hose_volume)
         line_2 = line_pressure_rate(flows.from_2 - flows.valve.control_2, p.hose_modulus, p.hose_volume)
         drop_1, drop_2 = state.line_pressure_1 - state.pressure_1, state.pressure_2 - state.line_pressure_2
@@ -390,10 +345,9 @@ def hydraulic_rates(
     )  # fmt: skip
 
 
-@equation
 def support_velocity(state: State, resistance: float, p: LaneParameters, options: ModelOptions) -> float:
     """Velocity of the cylinder [m/s] under the reaction to pressures, and to friction and end stops [N]."""
-    if options.foundation is None:
+    if not options.foundation:
         return 0.0
     force = resistance - force_of_pressures(state, p, options)
     velocity: float = foundation_velocity(state.support, force, p.support_stiffness, p.support_damping)

@@ -13,19 +13,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.compilation.object_code import kernel
+from hydrofdi.compilation.object_code import recorded_kernel
+from hydrofdi.compilation.symbols import each, when, when_else
 from hydrofdi.physics.control import converted, pid_step
-from hydrofdi.physics.equation import equation, settled
+from hydrofdi.physics.equation import settled
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
-from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, LINES, OPTIONAL, SAMPLED, STATES, ModelOptions
-from hydrofdi.simulation.kernels.spool import move_spool
+from hydrofdi.simulation.kernels.lanes import (
+    HALF_WIDTH,
+    OPTIONAL,
+    SAMPLED,
+    STATES,
+    ModelOptions,
+)
+from hydrofdi.simulation.kernels.spool import SPOOL_STAGES, move_spool
 
 
-@equation
 def control(half: Any, k: int, references: NDArray[np.float64], column: int, options: ModelOptions) -> None:
     """Sample the controller of a lane: read the piston position and set the voltage."""
     position = half.position[k]
-    if options.measured_feedback is not None:
+    if options.measured_feedback:
         position = converted(
             half.reading_gain[k] * position + references[1, column],
             half.lowest_reading[k], half.highest_reading[k], half.reading_resolution[k],
@@ -39,7 +45,6 @@ def control(half: Any, k: int, references: NDArray[np.float64], column: int, opt
     half.voltage[k], half.integral[k], half.error[k] = voltage, integral, error
 
 
-@equation
 def steer(
     left: Any,
     right: Any,
@@ -62,126 +67,71 @@ def steer(
     step : float
         h [s].
     """
-    if is_due:
-        for k in range(HALF_WIDTH):
+    with when(is_due):
+        for k in each(HALF_WIDTH):
             control(left, k, references, columns[k], options)
             control(right, k, references, columns[HALF_WIDTH + k], options)
-    for k in range(HALF_WIDTH):
+    for k in each(HALF_WIDTH):
         move_spool(left, k, step, options.limited_spool, options.hysteresis)
         move_spool(right, k, step, options.limited_spool, options.hysteresis)
 
 
-@equation
-def supported(pressure: float, p: LaneParameters, options: ModelOptions) -> float:
-    """Chamber pressure, or the vapour pressure if it is lower and the fluid boils [Pa]."""
-    return pressure if options.clamped_cavitation is None else max(pressure, p.vapour_pressure)
+def moved(state: State, time: float, rates: State, p: LaneParameters, options: ModelOptions) -> State:
+    """State after moving with constant rates for a time [s]; a boiling fluid has its vapour pressure."""
+    values = {name: getattr(state, name) for name in STATES}
+    for name in _moving(options):
+        values[name] = values[name] + time * getattr(rates, name)
+        if options.clamped_cavitation and name.startswith("pressure"):
+            values[name] = np.maximum(values[name], p.vapour_pressure)
+    return State(**values)
 
 
-def _moved(name: str) -> str:
-    """Expression of a state after moving with constant rates for a time."""
-    value = f"state.{name} + time * rates.{name}"
-    if name in OPTIONAL:
-        return f"state.{name} if options.{OPTIONAL[name]} is None else {value}"
-    return f"supported({value}, p, options)" if name.startswith("pressure") else value
+def _moving(options: ModelOptions) -> list[str]:
+    """States that are not constant."""
+    return [name for name in STATES if name not in OPTIONAL or getattr(options, OPTIONAL[name])]
 
 
-_MOVED = ", ".join(map(_moved, STATES))
-_WEIGHTED = ", ".join(f"a.{name} + 2.0 * (b.{name} + c.{name}) + d.{name}" for name in STATES)
-_OF_LANE = ", ".join(f"half.{name}[k]" for name in STATES)
-
-moved = equation(eval(f"lambda state, time, rates, p, options: State({_MOVED})"))
-"""State after moving with constant rates for a time [s]."""
-
-weighted = equation(eval(f"lambda a, b, c, d: State({_WEIGHTED})"))
-"""Six times the mean rates of classic Runge-Kutta: k1 + 2 k2 + 2 k3 + k4."""
-
-state_of = equation(eval(f"lambda half, k: State({_OF_LANE})"))
-"""State of a lane."""
+def weighted(a: State, b: State, c: State, d: State) -> State:
+    """Six times the mean rates of classic Runge-Kutta: k1 + 2 k2 + 2 k3 + k4."""
+    return State(*(e + 2.0 * (f + g) + h for e, f, g, h in zip(a, b, c, d, strict=True)))
 
 
-@equation
+def state_of(half: Any, k: int) -> State:
+    """State of a lane."""
+    return State(*(getattr(half, name)[k] for name in STATES))
+
+
 def keep_state(half: Any, k: int, state: State, options: ModelOptions) -> None:
     """Write back the state of a lane, with negligible values set to zero."""
-    half.position[k], half.velocity[k] = settled(state.position), settled(state.velocity)
-    half.pressure_1[k], half.pressure_2[k] = settled(state.pressure_1), settled(state.pressure_2)
-    if options.moving_supply is not None:
-        half.supply[k] = settled(state.supply)
-    if options.bristles is not None:
-        half.bristle[k] = settled(state.bristle)
-    if options.return_line is not None:
-        half.return_pressure[k] = settled(state.return_pressure)
-    if options.foundation is not None:
-        half.support[k] = settled(state.support)
-    if options.hoses is not None:
-        half.line_pressure_1[k] = settled(state.line_pressure_1)
-        half.line_pressure_2[k] = settled(state.line_pressure_2)
-        half.line_flow_1[k], half.line_flow_2[k] = settled(state.line_flow_1), settled(state.line_flow_2)
+    for name in _moving(options):
+        getattr(half, name)[k] = settled(getattr(state, name))
 
 
-_SUPPLY, _BRISTLE, _RETURN, _SUPPORT, _VOLTAGE, _SPOOL = map(
-    SAMPLED.index, ("supply", "bristle", "return_pressure", "support", "voltage", "spool_position")
-)
-_LINE_1, _FLOW_1, _LINE_2, _FLOW_2 = map(SAMPLED.index, LINES)
-
-
-@equation
 def take_sample(half: Any, sample: NDArray[np.float64], first: int, options: ModelOptions) -> None:
     """Copy the sampled states of a half into its columns, in the order of ``lanes.SAMPLED``."""
-    for k in range(HALF_WIDTH):
-        sample[0, first + k] = half.position[k]
-        sample[1, first + k] = half.velocity[k]
-        sample[2, first + k] = half.pressure_1[k]
-        sample[3, first + k] = half.pressure_2[k]
-    if options.moving_supply is not None:
-        take(half.supply, sample[_SUPPLY], first)
-    if options.bristles is not None:
-        take(half.bristle, sample[_BRISTLE], first)
-    if options.return_line is not None:
-        take(half.return_pressure, sample[_RETURN], first)
-    if options.foundation is not None:
-        take(half.support, sample[_SUPPORT], first)
-    if options.hoses is not None:
-        take(half.line_pressure_1, sample[_LINE_1], first)
-        take(half.line_flow_1, sample[_FLOW_1], first)
-        take(half.line_pressure_2, sample[_LINE_2], first)
-        take(half.line_flow_2, sample[_FLOW_2], first)
-    if options.closed_loop is not None:
-        take(half.voltage, sample[_VOLTAGE], first)
-        take(half.spool_1, sample[_SPOOL], first)
+    taken = {name: name for name in _moving(options)}
+    if options.closed_loop:
+        taken |= {"voltage": "voltage", "spool_position": "spool_1"}
+    for name, field in taken.items():
+        for k in each(HALF_WIDTH):
+            sample[SAMPLED.index(name), first + k] = getattr(half, field)[k]
 
 
-@equation
-def take(values: NDArray[np.float64], row: NDArray[np.float64], first: int) -> None:
-    """Copy the values of a half into the columns of a row."""
-    for k in range(HALF_WIDTH):
-        row[first + k] = values[k]
-
-
-@equation
 def take_spools(half: Any, stages: NDArray[np.float64], columns: NDArray[np.int64], first: int) -> None:
     """Copy the spool positions of a step to the lanes of a half, each from the column of its drive."""
-    for k in range(HALF_WIDTH):
-        column = columns[first + k]
-        half.spool_1[k] = stages[0, column]
-        half.spool_2[k] = stages[1, column]
-        half.spool_3[k] = stages[2, column]
-        half.spool_4[k] = stages[3, column]
+    for k in each(HALF_WIDTH):
+        for stage, name in enumerate(SPOOL_STAGES):
+            getattr(half, name)[k] = stages[stage, columns[first + k]]
 
 
-@equation
-def take_loads(half: Any, loads: NDArray[np.float64], columns: NDArray[np.int64], first: int) -> None:
-    """Copy the load forces of a step to the lanes of a half."""
-    for k in range(HALF_WIDTH):
-        half.load[k] = loads[columns[first + k]]
-
-
-@kernel
+@recorded_kernel
 def advance_lanes(
     lanes: NDArray[Any],
     drive: NDArray[np.float64],
     drive_of_lane: NDArray[np.int64],
     loads: NDArray[np.float64],
     load_of_lane: NDArray[np.int64],
+    shares_drive: int,
     step: float,
     steps_per_sample: int,
     steps_per_control: int,
@@ -204,6 +154,8 @@ def advance_lanes(
         Load force of each step [N]; ignored without the option.
     load_of_lane : ndarray, shape (WIDTH,)
         Column of each lane.
+    shares_drive : int
+        1 if all lanes have the same drive, else 0.
     step : float
         Runge-Kutta step h [s].
     steps_per_sample : int
@@ -219,35 +171,32 @@ def advance_lanes(
     """
     left, right = lanes[0].left, lanes[0].right
     half_step, sixth_step = 0.5 * step, step / 6.0
-    first, share_drive = drive_of_lane[0], True
-    for k in range(1, 2 * HALF_WIDTH):
-        share_drive &= drive_of_lane[k] == first
-    for i in range(drive.shape[0]):
-        stages = drive[i]
-        time = (first_step + i) * step
-        if options.closed_loop is not None:
-            is_due = (first_step + i) % steps_per_control == 0
-            steer(left, right, stages, drive_of_lane, step, is_due, options)
-        elif share_drive:
-            stage_1, stage_2 = stages[0, first], stages[1, first]
-            stage_3, stage_4 = stages[2, first], stages[3, first]
-            for k in range(HALF_WIDTH):
-                left.spool_1[k] = right.spool_1[k] = stage_1
-                left.spool_2[k] = right.spool_2[k] = stage_2
-                left.spool_3[k] = right.spool_3[k] = stage_3
-                left.spool_4[k] = right.spool_4[k] = stage_4
+    first = drive_of_lane[0]
+    for i in each(drive.shape[0]):
+        stages, now = drive[i], first_step + i
+        time = now * step
+        if options.closed_loop:
+            steer(left, right, stages, drive_of_lane, step, now % steps_per_control == 0, options)
         else:
-            take_spools(left, stages, drive_of_lane, 0)
-            take_spools(right, stages, drive_of_lane, HALF_WIDTH)
-        if options.load_force is not None:
-            take_loads(left, loads[i], load_of_lane, 0)
-            take_loads(right, loads[i], load_of_lane, HALF_WIDTH)
-        if i % steps_per_sample == 0:
+            with when_else(shares_drive == 1) as (shared, separate):
+                with shared:
+                    positions = [stages[stage, first] for stage in range(len(SPOOL_STAGES))]
+                    for k in each(HALF_WIDTH):
+                        for name, position in zip(SPOOL_STAGES, positions, strict=True):
+                            getattr(left, name)[k] = getattr(right, name)[k] = position
+                with separate:
+                    take_spools(left, stages, drive_of_lane, 0)
+                    take_spools(right, stages, drive_of_lane, HALF_WIDTH)
+        if options.load_force:
+            for k in each(HALF_WIDTH):
+                left.load[k] = loads[i, load_of_lane[k]]
+                right.load[k] = loads[i, load_of_lane[HALF_WIDTH + k]]
+        with when(i % steps_per_sample == 0):
             sample = samples[i // steps_per_sample]
             take_sample(left, sample, 0, options)
             take_sample(right, sample, HALF_WIDTH, options)
         # Two independent lanes in one loop body hide each other's latencies.
-        for k in range(HALF_WIDTH):
+        for k in each(HALF_WIDTH):
             p = lane_parameters(left, k, time, time + half_step, options)
             q = lane_parameters(right, k, time, time + half_step, options)
             f, g = left.load[k], right.load[k]

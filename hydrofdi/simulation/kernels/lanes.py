@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import EDGES
 from hydrofdi.config.sections.machine import FrictionConfig
-from hydrofdi.physics.friction import FRICTION_LAWS, PAPER_FRICTION, Choice, choice_of_law
+from hydrofdi.physics.friction import FRICTION_LAWS, LAWS
 
 HALF_WIDTH = 16
 WIDTH = 2 * HALF_WIDTH
@@ -184,42 +184,38 @@ def pack_singles(parameters: Sequence[RunParameters], leakage_coefficients: Sequ
     return np.ascontiguousarray(values, dtype=np.float64).view(SINGLE)[:, 0]
 
 
-Chosen = bool | None
-"""True or None. The two have different types, so that each combination of options is compiled separately."""
-
-
 class ModelOptions(NamedTuple):
-    """Options of the model beyond that of the paper; the equations test ``is not None``."""
+    """Options of the model beyond that of the paper; each combination has machine code of its own."""
 
-    laminar_leakage: Chosen = None
-    blended_leakage: Chosen = None
-    dragged_leakage: Chosen = None
-    scored_bore: Chosen = None
-    ramped_leakage: Chosen = None
-    intermittent_leakage: Chosen = None
-    unequal_chambers: Chosen = None
-    inclined: Chosen = None
-    bristles: Chosen = None
-    uneven_friction: Chosen = None
-    warm_oil: Chosen = None
-    stiffening: Chosen = None
-    free_air: Chosen = None
-    clamped_cavitation: Chosen = None
-    limited_spool: Chosen = None
-    hysteresis: Chosen = None
-    lapped_valve: Chosen = None
-    worn_edges: Chosen = None
-    shifted_null: Chosen = None
-    end_stops: Chosen = None
-    foundation: Chosen = None
-    hoses: Chosen = None
-    load_force: Chosen = None
-    moving_supply: Chosen = None
-    supply_ripple: Chosen = None
-    return_line: Chosen = None
-    closed_loop: Chosen = None
-    measured_feedback: Chosen = None
-    friction_law: Choice = PAPER_FRICTION
+    laminar_leakage: bool = False
+    blended_leakage: bool = False
+    dragged_leakage: bool = False
+    scored_bore: bool = False
+    ramped_leakage: bool = False
+    intermittent_leakage: bool = False
+    unequal_chambers: bool = False
+    inclined: bool = False
+    bristles: bool = False
+    uneven_friction: bool = False
+    warm_oil: bool = False
+    stiffening: bool = False
+    free_air: bool = False
+    clamped_cavitation: bool = False
+    limited_spool: bool = False
+    hysteresis: bool = False
+    lapped_valve: bool = False
+    worn_edges: bool = False
+    shifted_null: bool = False
+    end_stops: bool = False
+    foundation: bool = False
+    hoses: bool = False
+    load_force: bool = False
+    moving_supply: bool = False
+    supply_ripple: bool = False
+    return_line: bool = False
+    closed_loop: bool = False
+    measured_feedback: bool = False
+    friction_law: str = LAWS[0].name
 
     @property
     def samples_more(self) -> bool:
@@ -232,35 +228,35 @@ class ModelOptions(NamedTuple):
         leakage, valve, supply = run.leakage, run.valve, run.supply
         laps = valve.lap != 0.0 or valve.lap_leakage != 0.0 or run.has_unequal_edges
         return cls(
-            laminar_leakage=leakage.law == "laminar" or None,
-            blended_leakage=leakage.law == "blended" or None,
-            dragged_leakage=leakage.drag > 0.0 or None,
-            scored_bore=leakage.scored_width is not None or None,
-            ramped_leakage=leakage.onset in {"step", "ramp"} or None,
-            intermittent_leakage=leakage.onset == "intermittent" or None,
-            unequal_chambers=run.actuator.has_unequal_chambers or None,
-            inclined=run.actuator.inclination != 0.0 or None,
-            bristles=FRICTION_LAWS[run.friction.law].has_bristles or None,
-            uneven_friction=run.friction.is_uneven or None,
-            warm_oil=run.fluid.is_warm or None,
-            stiffening=run.fluid.bulk_modulus_pressure_slope > 0.0 or None,
-            free_air=run.fluid.law == "free_air" or None,
-            clamped_cavitation=run.fluid.cavitation == "clamped" or None,
-            limited_spool=valve.is_limited or None,
-            hysteresis=valve.hysteresis > 0.0 or None,
-            lapped_valve=laps or valve.is_worn or None,
-            worn_edges=valve.is_worn or None,
-            shifted_null=valve.is_shifted or None,
-            end_stops=run.actuator.end_stops == "elastic" or None,
-            foundation=run.actuator.foundation_stiffness is not None or None,
-            hoses=run.actuator.hose_volume > 0.0 or None,
-            load_force=run.load.is_present or None,
-            moving_supply=supply.droop == "first_order" or supply.ripple > 0.0 or None,
-            supply_ripple=supply.ripple > 0.0 or None,
-            return_line=supply.return_resistance > 0.0 or None,
-            closed_loop=run.control.is_closed or None,
-            measured_feedback=run.control.is_measured or None,
-            friction_law=choice_of_law(run.friction.law),
+            laminar_leakage=leakage.law == "laminar",
+            blended_leakage=leakage.law == "blended",
+            dragged_leakage=leakage.drag > 0.0,
+            scored_bore=leakage.scored_width is not None,
+            ramped_leakage=leakage.onset in {"step", "ramp"},
+            intermittent_leakage=leakage.onset == "intermittent",
+            unequal_chambers=run.actuator.has_unequal_chambers,
+            inclined=run.actuator.inclination != 0.0,
+            bristles=FRICTION_LAWS[run.friction.law].has_bristles,
+            uneven_friction=run.friction.is_uneven,
+            warm_oil=run.fluid.is_warm,
+            stiffening=run.fluid.bulk_modulus_pressure_slope > 0.0,
+            free_air=run.fluid.law == "free_air",
+            clamped_cavitation=run.fluid.cavitation == "clamped",
+            limited_spool=valve.is_limited,
+            hysteresis=valve.hysteresis > 0.0,
+            lapped_valve=laps or valve.is_worn,
+            worn_edges=valve.is_worn,
+            shifted_null=valve.is_shifted,
+            end_stops=run.actuator.end_stops == "elastic",
+            foundation=run.actuator.foundation_stiffness is not None,
+            hoses=run.actuator.hose_volume > 0.0,
+            load_force=run.load.is_present,
+            moving_supply=supply.droop == "first_order" or supply.ripple > 0.0,
+            supply_ripple=supply.ripple > 0.0,
+            return_line=supply.return_resistance > 0.0,
+            closed_loop=run.control.is_closed,
+            measured_feedback=run.control.is_measured,
+            friction_law=run.friction.law,
         )
 
 

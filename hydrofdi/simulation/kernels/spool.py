@@ -10,13 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.compilation.object_code import kernel
-from hydrofdi.physics.equation import equation, limited, settled
+from hydrofdi.compilation.object_code import recorded_kernel
+from hydrofdi.compilation.symbols import each
+from hydrofdi.physics.equation import limited, settled
 from hydrofdi.physics.valve import acting_voltage, spool_acceleration
-from hydrofdi.simulation.kernels.lanes import WIDTH, Chosen
+from hydrofdi.simulation.kernels.lanes import WIDTH
+
+SPOOL_STAGES = ("spool_1", "spool_2", "spool_3", "spool_4")
+"""Lane fields of the spool position at the four stages of a step."""
 
 
-@equation
 def spool_rates(
     position: float,
     velocity: float,
@@ -26,10 +29,10 @@ def spool_rates(
     gain: float,
     position_limit: float,
     speed_limit: float,
-    is_limited: Chosen,
+    is_limited: bool,
 ) -> tuple[float, float]:
     """x_v' [m/s] and v_v' [m/s²]; with limits, command and speed saturate."""
-    if is_limited is not None:
+    if is_limited:
         command = limited(voltage, position_limit / gain)
         return (
             limited(velocity, speed_limit),
@@ -38,20 +41,18 @@ def spool_rates(
     return velocity, spool_acceleration(position, velocity, voltage, frequency, damping_ratio, gain)
 
 
-@equation
-def valve_opening(position: float, position_limit: float, is_limited: Chosen) -> float:
+def valve_opening(position: float, position_limit: float, is_limited: bool) -> float:
     """Spool position that acts on the ports, after saturation [m]."""
-    if is_limited is not None:
+    if is_limited:
         opening: float = limited(position, position_limit)
         return opening
     return position
 
 
-@equation
-def move_spool(spools: Any, k: int, step: float, is_limited: Chosen, has_hysteresis: Chosen) -> None:
+def move_spool(spools: Any, k: int, step: float, is_limited: bool, has_hysteresis: bool) -> None:
     """Advance spool `k` of a record by one step, and store its openings at the four stages."""
     u = spools.voltage[k]
-    if has_hysteresis is not None:
+    if has_hysteresis:
         u = spools.acting_voltage[k] = acting_voltage(u, spools.acting_voltage[k], spools.hysteresis[k])
     w, xi, k_v = (
         spools.spool_frequency[k],
@@ -68,15 +69,13 @@ def move_spool(spools: Any, k: int, step: float, is_limited: Chosen, has_hystere
     r3, a3 = spool_rates(x3, v3, u, w, xi, k_v, most, fastest, is_limited)
     x4, v4 = x + step * r3, v + step * a3
     r4, a4 = spool_rates(x4, v4, u, w, xi, k_v, most, fastest, is_limited)
-    spools.spool_1[k] = valve_opening(x, most, is_limited)
-    spools.spool_2[k] = valve_opening(x2, most, is_limited)
-    spools.spool_3[k] = valve_opening(x3, most, is_limited)
-    spools.spool_4[k] = valve_opening(x4, most, is_limited)
+    for name, position in zip(SPOOL_STAGES, (x, x2, x3, x4), strict=True):
+        getattr(spools, name)[k] = valve_opening(position, most, is_limited)
     spools.spool_position[k] = settled(x + sixth_step * (r1 + 2.0 * (r2 + r3) + r4))
     spools.spool_velocity[k] = settled(v + sixth_step * (a1 + 2.0 * (a2 + a3) + a4))
 
 
-@kernel
+@recorded_kernel
 def advance_spools(
     spools: NDArray[Any],
     voltage: NDArray[np.float64],
@@ -84,8 +83,8 @@ def advance_spools(
     first_drive: int,
     n_drive: int,
     stages: NDArray[np.float64],
-    is_limited: Chosen,
-    has_hysteresis: Chosen,
+    is_limited: bool,
+    has_hysteresis: bool,
 ) -> None:
     """Integrate a record of spools, and store their openings at the stages of each step.
 
@@ -101,19 +100,17 @@ def advance_spools(
         Column of the first of these spools, and their number; unused spools of the record stay at 0 V.
     stages : ndarray, shape (n_step, 4, n_column)
         Filled with spool positions [m], in n_drive columns.
-    is_limited : True or None
+    is_limited : bool
         Whether position or speed of any spool saturates.
-    has_hysteresis : True or None
+    has_hysteresis : bool
         Whether any spool has hysteresis.
     """
     spool = spools[0]
-    for i in range(voltage.shape[0]):
-        for k in range(n_drive):
+    for i in each(voltage.shape[0]):
+        for k in each(n_drive):
             spool.voltage[k] = voltage[i, first_drive + k]
-        for k in range(WIDTH):
+        for k in each(WIDTH):
             move_spool(spool, k, step, is_limited, has_hysteresis)
-        for k in range(n_drive):
-            stages[i, 0, first_drive + k] = spool.spool_1[k]
-            stages[i, 1, first_drive + k] = spool.spool_2[k]
-            stages[i, 2, first_drive + k] = spool.spool_3[k]
-            stages[i, 3, first_drive + k] = spool.spool_4[k]
+        for k in each(n_drive):
+            for stage, name in enumerate(SPOOL_STAGES):
+                stages[i, stage, first_drive + k] = getattr(spool, name)[k]

@@ -1,0 +1,84 @@
+"""Machine code of recorded operations gives what the same operations give in NumPy."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hydrofdi.compilation import object_code
+from hydrofdi.compilation.object_code import recorded_kernel
+from hydrofdi.compilation.symbols import each, local, when, when_else
+
+OPERATIONS = {
+    "arithmetic": lambda x, y: (x + y) * (x - 2.0) / (3.0 + y * y) - -x,
+    "roots": lambda x, y: np.copysign(np.sqrt(np.abs(x)), y) + np.floor(x) + np.rint(y),
+    "limits": lambda x, y: np.minimum(np.maximum(x, -1.0), y),
+    "choice": lambda x, y: np.where((x >= y) & (x > 0.0), x, np.where(x == y, 1.0, np.where(x < y, y, -y))),
+    "bits": lambda x, y: (((x.view(np.int64) >> 52) << 3) - 7 + y.view(np.int64) * 0) % 1000 // 3 * 1.0,
+    "order": lambda x, y: np.where(x <= 0.5, y, x),
+}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A cache of its own: it does not tell functions of one name apart."""
+    monkeypatch.setattr(object_code, "cache_directory", lambda room: tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", OPERATIONS)
+def test_each_operation_gives_what_numpy_gives(name: str) -> None:
+    operation = OPERATIONS[name]
+
+    def fill(x, y, results):
+        for k in each(x.shape[0]):
+            results[k] = operation(x[k], y[k])
+
+    x, y = np.abs(np.random.default_rng(1).normal(0.0, 2.0, (2, 500)))
+    x[::7] = y[::7]
+    signs = np.ones(500) if name == "bits" else np.where(np.arange(500) % 3, 1.0, -1.0)
+    results = np.empty(500)
+    recorded_kernel(fill)(x * signs, y, results)
+    np.testing.assert_allclose(results, operation(x * signs, y), rtol=1e-14, atol=1e-14)
+
+
+def gathered(source, record, columns, n, factor, doubles, total):
+    kept = local(1)
+    for row in each(source.shape[0]):
+        kept[0] = 0.0
+        for column in each(n):
+            kept[0] = kept[0] + factor * source[row, columns[column]] + record[0].level[row]
+        with when(row > 0):
+            total[row] = total[row] + 2.0 * kept[0] if doubles else kept[0]
+        with when_else(row % 2 == 0) as (even, odd):
+            with even:
+                total[row] += 1.0
+            with odd:
+                total[row] -= 1.0
+
+
+RECORD = np.dtype([("name", "i8"), ("level", "f8", (3,))])
+
+
+@pytest.mark.parametrize("doubles", [False, True])
+def test_loops_conditions_records_and_strides(doubles: bool) -> None:
+    grid, columns = np.arange(12.0).reshape(3, 4), np.array([3, 1, 0])
+    record = np.array([(7, [0.1, 0.2, 0.3])], RECORD)
+    for source in (grid, np.asfortranarray(grid), np.repeat(np.repeat(grid, 2, 0), 3, 1)[::2, ::3]):
+        sums = (0.5 * source[:, columns] + record["level"][0][:, None]).sum(axis=1)
+        expected = np.array([1.0, -1.0, 1.0]) + (np.arange(3) > 0) * sums * (1.0 + doubles)
+        total = np.zeros(6)[::2]
+        recorded_kernel(gathered)(source, record, columns, 3, 0.5, doubles, total)
+        np.testing.assert_allclose(total, expected, rtol=1e-15)
+
+
+def test_each_value_of_an_option_has_its_own_machine_code_and_numbers_share_it(folder: Path) -> None:
+    def scaled(values, factor, option):
+        for k in each(values.shape[0]):
+            values[k] = factor * values[k] + (1.0 if option == "more" else 0.0)
+
+    kernel, values = recorded_kernel(scaled), np.ones(3)
+    for factor, option in [(2.0, "more"), (3.0, "more"), (0.5, None)]:
+        kernel(values, factor, option)
+    assert values.tolist() == [5.0] * 3
+    assert len(list(folder.glob("scaled-*.o"))) == 2

@@ -13,7 +13,7 @@ PYTEST = $(BIN)/pytest --numprocesses 3 --dist loadscope
 CHECKED = $(INSTALL) --require-hashes --constraint constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help install table3 test test-long test-all check bench bench-runner bench-monitor torture constraints docs release site clean
+.PHONY: help install table3 test test-long test-oldest test-all check bench bench-runner bench-monitor torture constraints docs release site clean
 
 help:  ## list the targets
 	@awk 'BEGIN {FS = ":.*## "} /^[a-z0-9-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -30,6 +30,10 @@ test: .venv/installed-test  ## run the tests but the long ones (minutes)
 
 test-long: .venv/installed-test  ## run the long tests alone: solvers, Dask, a browser, kills at random moments
 	$(PYTEST) -m long
+
+test-oldest: .venv/installed-test  ## run what a processor may change as on the oldest one that is supported (x86-64-v2)
+	$(BIN)/python -m tests.processors $(PYTEST) -m "not long" tests/goldens tests/identity tests/laws tests/simulation \
+		tests/papers tests/studies tests/evaluation tests/detectors
 
 test-all: test test-long  ## run all tests
 

@@ -133,12 +133,19 @@ def _type_of(value: Any) -> Any:
 
 
 @cache
-def _machine() -> tuple[str, ...]:
-    """Properties of this machine and its libraries that machine code depends on."""
+def _processor() -> tuple[str, str]:
+    """Name and features of the processor that machine code is made for; variables of numba state another."""
     from llvmlite import binding
 
-    features = binding.get_host_cpu_features().flatten()
-    return version("numba"), version("llvmlite"), binding.get_host_cpu_name(), features
+    name = os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name()
+    features = os.environ.get("NUMBA_CPU_FEATURES")
+    return name, binding.get_host_cpu_features().flatten() if features is None else features
+
+
+@cache
+def _machine() -> tuple[str, ...]:
+    """Properties of this machine and its libraries that machine code depends on."""
+    return version("numba"), version("llvmlite"), *_processor()
 
 
 def _compile(function: _Kernel, arguments: tuple[Any, ...]) -> bytes | None:
@@ -169,9 +176,9 @@ def _compile(function: _Kernel, arguments: tuple[Any, ...]) -> bytes | None:
 def _target_machine() -> Any:
     from llvmlite import binding
 
-    features = binding.get_host_cpu_features().flatten()
+    name, features = _processor()
     return binding.Target.from_default_triple().create_target_machine(
-        cpu=binding.get_host_cpu_name(), features=features, opt=3, jit=True, codemodel="jitdefault"
+        cpu=name, features=features, opt=3, jit=True, codemodel="jitdefault"
     )
 
 

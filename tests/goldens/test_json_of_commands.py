@@ -1,6 +1,6 @@
 """The JSON of every command on ready configurations, one file each. HYDROFDI_WRITE_GOLDEN=1 writes them anew.
 
-Keys and texts are compared exactly, numbers to what compilers of other processors may change.
+Keys and texts are compared exactly, numbers to what other processors may change.
 """
 
 import json
@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.commands import run
+from tests.processors import same
 
 HERE = Path(__file__).parent
 
@@ -106,7 +107,7 @@ def check_golden(name, found):
     path = HERE / f"{name}.json"
     if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
         path.write_text(json.dumps(_frozen(found), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    assert _frozen(found) == _close_to(json.loads(path.read_text(encoding="utf-8")))
+    assert _frozen(found) == same(json.loads(path.read_text(encoding="utf-8")))
 
 
 def _frozen(value):
@@ -114,11 +115,3 @@ def _frozen(value):
     if isinstance(value, dict):
         return {key: None if key in FREE else _frozen(each) for key, each in value.items()}
     return [_frozen(each) for each in value] if isinstance(value, list) else value
-
-
-def _close_to(value):
-    if isinstance(value, dict):
-        return {key: _close_to(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [_close_to(each) for each in value]
-    return pytest.approx(value, rel=1e-6, abs=1e-12) if isinstance(value, float) else value

@@ -25,7 +25,6 @@ from hydrofdi.api.stored import (
     read_results,
     replaced_settings,
 )
-from hydrofdi.compilation.compiling import cache_directory
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.run_table.runs import Runs, run_identities
@@ -185,9 +184,6 @@ def run_sweep(
     try:
         with engine if plan.missing else nullcontext():
             if plan.missing:
-                kept = cache_directory("simulation")
-                if plan.simulated and not (kept and any(kept.iterdir())):
-                    watcher.tell("compiling the simulation for this processor; this happens once")
                 of, workers = counted(len(plan.run_ids), "run"), counted(engine.workers, "worker")
                 watcher.tell(f"{len(plan.missing):,} of {of} to compute with {workers}")
             known = read_calibrations(directory)

@@ -58,12 +58,18 @@ def dispatcher(function: Callable[..., object], *, cached: bool = False, **optio
         settings.CACHE_DIR = previous
 
 
+_INLINED = {"forceinline": True, "fastmath": FAST_MATH, "error_model": "numpy"} | dict.fromkeys(
+    ("no_cpython_wrapper", "no_cfunc_wrapper"), True
+)
+"""Options of equations, which compiled code alone calls."""
+
+
 def _register_equations() -> None:
     """Register all equations with the compiler that are not registered yet."""
     from numba.extending import register_jitable
 
     while EQUATIONS:
-        register_jitable(forceinline=True, fastmath=FAST_MATH, error_model="numpy")(EQUATIONS.pop())
+        register_jitable(**_INLINED)(EQUATIONS.pop())
 
 
 def room_of(function: Callable[..., object]) -> str:

@@ -64,6 +64,6 @@ more slowly. The margin covers products of states and small parameters.
 
 
 @equation
-def settled(value: Quantity) -> Quantity:
+def settled(value: float) -> float:
     """The state, or zero if it is negligible; NaN stays NaN."""
-    return np.where(np.abs(value) < NEGLIGIBLE, 0.0, value)
+    return 0.0 if abs(value) < NEGLIGIBLE else value

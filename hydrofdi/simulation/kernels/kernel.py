@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.compilation.symbols import each, when, when_else
 from hydrofdi.physics.control import converted, pid_step
-from hydrofdi.physics.equation import settled
 from hydrofdi.simulation.kernels.hydraulics import LaneParameters, State, hydraulic_rates, lane_parameters
 from hydrofdi.simulation.kernels.lanes import (
     HALF_WIDTH,
@@ -25,7 +24,7 @@ from hydrofdi.simulation.kernels.lanes import (
     STATES,
     ModelOptions,
 )
-from hydrofdi.simulation.kernels.spool import SPOOL_STAGES, move_spool
+from hydrofdi.simulation.kernels.spool import SPOOL_STAGES, move_spool, settled
 
 
 def control(half: Any, k: int, references: NDArray[np.float64], column: int, options: ModelOptions) -> None:

@@ -12,12 +12,17 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import recorded_kernel
 from hydrofdi.compilation.symbols import each
-from hydrofdi.physics.equation import limited, settled
+from hydrofdi.physics.equation import NEGLIGIBLE, Quantity, limited
 from hydrofdi.physics.valve import acting_voltage, spool_acceleration
 from hydrofdi.simulation.kernels.lanes import WIDTH
 
 SPOOL_STAGES = ("spool_1", "spool_2", "spool_3", "spool_4")
 """Lane fields of the spool position at the four stages of a step."""
+
+
+def settled(value: Quantity) -> Quantity:
+    """The state, or zero if it is negligible; NaN stays NaN."""
+    return np.where(np.abs(value) < NEGLIGIBLE, 0.0, value)
 
 
 def spool_rates(

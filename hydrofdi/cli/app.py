@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import gc
 import os
 import signal
 import sys
@@ -30,8 +29,6 @@ from hydrofdi.errors import (
 )
 from hydrofdi.settings.messages import similar
 
-_OBJECTS_BETWEEN_COLLECTIONS = 50_000
-"""Loading modules makes many objects and no garbage."""
 _MOST_OF_PATH = 60
 """Number of characters that are shown of a name that is too long."""
 
@@ -163,7 +160,6 @@ def _root(
 
 def main() -> None:
     """Run the command line and exit."""
-    gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
     try:
         with warnings.catch_warnings(), told_on_standard_error():
             _show_warnings()

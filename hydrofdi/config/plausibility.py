@@ -89,10 +89,10 @@ def unusual_values(experiment: ExperimentConfig, *, with_sweep: bool = True) -> 
 def _unusual(name: str, stated: Iterable[Any]) -> Iterator[Unusual]:
     """What is strange about the values of a parameter."""
     quantity = parameter_quantity(name)
-    if quantity is None:
+    values = sorted((value for value in stated if isinstance(value, float) and value), key=abs)
+    if quantity is None or not values:
         return
     low, high = usual = quantity.usual_range
-    values = sorted((value for value in stated if isinstance(value, float) and value), key=abs)
     for side, found in (
         ("below", [value for value in values if abs(value) < low]),
         ("above", [value for value in values[::-1] if abs(value) > high]),

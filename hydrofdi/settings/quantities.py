@@ -70,7 +70,7 @@ class SI:
     most: float | None = None
     usual: tuple[str, str] | None = None
 
-    @property
+    @cached_property
     def usual_range(self) -> tuple[float, float]:
         """Lowest and highest usual size, in the unit; any is usual if none are stated."""
         low, high = (parse_quantity(bound, self.unit) for bound in self.usual or ("0", "1e300"))

@@ -11,8 +11,6 @@ from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import Any
 
-import yaml
-
 from hydrofdi.errors import Issue
 
 Path = tuple[str | int, ...]
@@ -82,6 +80,8 @@ def plain(value: Any) -> Any:
 
 def parse_yaml(text: str, file: str) -> Source:
     """The data in a YAML text, None if it contains none; mistakes are collected, not raised."""
+    import yaml
+
     source = Source()
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
@@ -97,19 +97,18 @@ def parse_yaml(text: str, file: str) -> Source:
     return source
 
 
-def _construct(node: yaml.Node, path: Path, file: str, source: Source) -> Any:
+def _construct(node: Any, path: Path, file: str, source: Source) -> Any:
     source.origins[path] = f"{file}:{node.start_mark.line + 1}"
     if len(path) > _MOST_LEVELS or len(source.origins) > _MOST_PARTS:
         raise RecursionError
-    if isinstance(node, yaml.MappingNode):
+    if node.id == "mapping":
         return _construct_mapping(node, path, file, source)
-    if isinstance(node, yaml.SequenceNode):
+    if node.id == "sequence":
         return [_construct(item, (*path, index), file, source) for index, item in enumerate(node.value)]
-    assert isinstance(node, yaml.ScalarNode)
     return node.value if node.style in ("'", '"', "|", ">") else scalar(node.value)
 
 
-def _construct_mapping(node: yaml.MappingNode, path: Path, file: str, source: Source) -> dict[str, Any]:
+def _construct_mapping(node: Any, path: Path, file: str, source: Source) -> dict[str, Any]:
     mapping: dict[str, Any] = {}
     for key_node, value_node in node.value:
         key = str(key_node.value)
@@ -121,7 +120,7 @@ def _construct_mapping(node: yaml.MappingNode, path: Path, file: str, source: So
             continue
         mapping[key] = _construct(value_node, here, file, source)
         line = key_node.start_mark.line
-        if isinstance(value_node, yaml.ScalarNode):  # an alias has the line of its anchor
+        if value_node.id == "scalar":  # an alias has the line of its anchor
             line = min(line, value_node.start_mark.line)
         source.origins[here] = f"{file}:{line + 1}"
     return mapping

@@ -75,7 +75,8 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
     rows = expansion.swept_rows()
     n_swept = rows.shape[1]
     rows, fixed, matched = expansion.with_baselines(rows)
-    rows, of_replicate = expansion.with_replicates(rows, np.unique(np.concatenate([fixed, matched])))
+    healthy = np.array(sorted({*fixed.tolist(), *matched.tolist()}), dtype=np.intp)
+    rows, of_replicate = expansion.with_replicates(rows, healthy)
     none = np.full(len(fixed), NO_RUN)
     fixed, matched, copies = (np.concatenate([own, of_replicate]) for own in (fixed, matched, none))
     return RunTable(expansion.runs(rows), _axes(points), n_swept, fixed, matched, copies)

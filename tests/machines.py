@@ -1,0 +1,44 @@
+"""Named machines on which all laws are tested, so that few variants of the kernel are compiled.
+
+Each of the four machines after that of the paper has every option of the kernel that it can have, at a value
+that changes nothing. A test sets the values of its own option, and the same variant of the kernel runs it.
+"""
+
+from typing import Any
+
+from hydrofdi.config import RunParameters
+
+Values = dict[str, Any]
+
+TINY = 1e-30
+"""Turns an option on in the kernel, and is lost beside anything else."""
+
+RIG: Values = {
+    "leakage.drag": TINY, "leakage.scored_width": 1e30, "leakage.onset": "intermittent",
+    "leakage.onset_duty": 1.0, "actuator.piston_area_2": 633e-6 * (1.0 - 1e-12), "actuator.inclination": TINY,
+    "friction.position_share": TINY, "fluid.temperature_rise": TINY,
+    "fluid.bulk_modulus_pressure_slope": TINY, "fluid.law": "free_air", "fluid.free_air": 0.0,
+    "fluid.cavitation": "clamped", "fluid.vapour_pressure": -1e12, "valve.largest_opening": 1.0,
+    "valve.hysteresis": TINY, "valve.edge_rounding": TINY, "valve.null_offset": TINY,
+    "actuator.end_stops": "elastic", "actuator.end_stop_stiffness": TINY,
+    "actuator.end_stop_position": 1e-3, "actuator.foundation_stiffness": 1e30,
+    "actuator.foundation_damping": 1e33, "load.constant_force": TINY, "supply.droop": "first_order",
+    "supply.droop_resistance": 0.0, "supply.ripple": TINY, "supply.return_resistance": TINY,
+}  # fmt: skip
+"""Open loop, orifice, friction with a threshold, intermittent leak, no hoses."""
+
+GAP = RIG | {"leakage.law": "laminar", "friction.law": "smooth", "leakage.onset": "step"}
+"""Open loop, laminar gap, smooth friction, a leak that sets in, no hoses."""
+
+HOSES = RIG | {"leakage.law": "blended", "friction.law": "lugre", "actuator.hose_volume": 50e-6}
+"""Open loop, blended law of leakage, bristles, intermittent leak, hoses."""
+
+LOOP = RIG | {"control.law": "pi", "control.amplitude": 5e-3, "control.feedback": "measured"}
+"""Closed loop on a sensor, otherwise like `RIG`."""
+
+MACHINES: dict[str, Values] = {"paper": {}, "rig": RIG, "gap": GAP, "hoses": HOSES, "loop": LOOP}
+
+
+def machine(changes: Values, base: Values = RIG) -> RunParameters:
+    """A record of 1 s of a machine with changed values."""
+    return RunParameters().with_values(base | {"record.duration": 1.0, "input.period": 0.5} | changes)

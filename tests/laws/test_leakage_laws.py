@@ -16,7 +16,7 @@ from hydrofdi.physics.leakage import (
 )
 from hydrofdi.simulation.batch import leakage_signal, simulate_batch
 from hydrofdi.simulation.calibration import solve_leakage_coefficients
-from tests.machines import GAP, HOSES, RIG, machine
+from tests.machines import GAP, HOSES, LOOP, RIG, machine
 
 HELD = {"actuator.mass": 1e18}
 """A piston so heavy that it does not move."""
@@ -111,7 +111,7 @@ def test_step_onset_leaks_at_once_and_ramp_over_its_duration() -> None:
 
 
 def test_intermittent_leak_is_open_for_its_share_of_the_time() -> None:
-    run = machine(SHORT | {"leakage.onset_duration": 0.2, "leakage.onset_duty": 0.25})
+    run = machine(SHORT | {"leakage.onset_duration": 0.2, "leakage.onset_duty": 0.25}, LOOP)
     flow = simulate_batch([run], [5e-9]).internal_leakage_flow[0]
     assert np.mean(flow[1:] != 0.0) == pytest.approx(0.25, abs=0.01)
 
@@ -127,7 +127,7 @@ def test_leakage_flow_is_solved_under_the_law_that_was_chosen(base) -> None:
 MOVING = {"actuator.load_stiffness": 0.0, "leakage.internal_coefficient": 2e-9}
 
 
-@pytest.mark.parametrize("base", [RIG, GAP, HOSES], ids=["orifice", "laminar", "blended"])
+@pytest.mark.parametrize("base", [LOOP, GAP, HOSES], ids=["orifice", "laminar", "blended"])
 def test_piston_that_drags_oil_leaks_as_at_a_larger_pressure_difference(base) -> None:
     run, plain = (machine(SHORT | MOVING | {"leakage.drag": drag}, base) for drag in (4e6, 0.0))
     batch = simulate_batch([run], [2e-9])
@@ -139,7 +139,7 @@ def test_piston_that_drags_oil_leaks_as_at_a_larger_pressure_difference(base) ->
 
 
 def test_scored_bore_leaks_over_its_part_of_the_stroke_alone() -> None:
-    run = machine(SHORT | {"leakage.scored_centre": 4e-3, "leakage.scored_width": 4e-3})
+    run = machine(SHORT | {"leakage.scored_centre": 4e-3, "leakage.scored_width": 4e-3}, LOOP)
     batch = simulate_batch([run], [2e-9])
     position, flow = batch.piston_position, batch.internal_leakage_flow
     whole = internal_leakage_flow(batch.chamber_1_pressure - batch.chamber_2_pressure, 2e-9)
@@ -151,6 +151,6 @@ def test_scored_bore_leaks_over_its_part_of_the_stroke_alone() -> None:
 
 
 def test_scored_bore_is_calibrated_to_its_mean_flow() -> None:
-    run = machine(SHORT | {"leakage.scored_width": 8e-3, "leakage.internal_flow": 2e-6})
+    run = machine(SHORT | {"leakage.scored_width": 8e-3, "leakage.internal_flow": 2e-6}, LOOP)
     (found,) = solve_leakage_coefficients([run])
     assert simulate_batch([run], [found.coefficient]).mean_internal_leakage_flow[0] == pytest.approx(2e-6)

@@ -184,10 +184,10 @@ CHOICES: dict[str, Values] = {
 """Options, each as it is alone, and on a machine where it is compiled."""
 OF_MACHINE = {
     "rig": "scaled external air stiffening saturated hysteresis slow overlap edges worn null stops load droop"
-    " ripple return uneven drag scored warm foundation rod inclined intermittent",
-    "gap": "ramp",
+    " ripple return uneven warm foundation rod inclined",
+    "gap": "ramp drag scored",
     "hoses": "",
-    "loop": "pid measured",
+    "loop": "pid measured drag scored intermittent",
 }
 """Machines, and the options that are tried one by one on each."""
 
@@ -203,8 +203,8 @@ OPTIONS = [
     for name, names in (
         ("gap", "ramp air stiffening droop ripple warm rod inclined"),
         ("hoses", "overlap edges worn null load return uneven"),
-        ("loop", "pid measured saturated hysteresis slow external"),
-        ("rig", "intermittent stops cavitating multisine drag scored foundation"),
+        ("loop", "pid measured saturated hysteresis slow external intermittent drag scored"),
+        ("rig", "stops cavitating multisine foundation"),
     )
 ]
 """Every option of the model is at work in a quarter of the actuators."""

@@ -148,7 +148,7 @@ def test_the_table_names_what_is_unusual_causes_first(tmp_path):
     file = hydrofdi.init("press", folder=tmp_path, **PRESS)
     made = without_study(file) | {"record": {"duration": 4.0, "sampling_frequency": 500.0}}
     assert outside(experiment=made) == []
-    assert outside(experiment=made, random_force=0.0, constant_force=1e-30) == ["load"]
+    assert outside(experiment=made, random_force=0.0, constant_force="0.1 N") == ["load"]
     assert outside(experiment=made, area_gradient="1 mm")[:1] == ["valve"]
     assert outside(experiment=made, area_gradient=made["valve"]["area_gradient"] / 4.0) == ["valve"]
     assert (

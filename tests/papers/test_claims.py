@@ -336,7 +336,7 @@ def test_check_asks_that_a_claim_holds_in_every_feasible_reading(ensemble, study
 
 
 def test_scenarios_that_differ_in_the_leak_alone_share_their_sealed_controls(ensemble, folder):
-    text = ENSEMBLE.split("ensemble:")[0] + "ensemble: {grid: {leakage.law: [orifice, laminar]}}\nsweep:"
+    text = ENSEMBLE.split("ensemble:")[0] + "ensemble: {grid: {leakage.laminar_reference: [8 MPa, 9 MPa]}}\nsweep:"
     (folder / "laws.yaml").write_text(
         text.replace("name: scenarios", "name: laws") + ENSEMBLE.split("sweep:")[1]
     )

@@ -111,7 +111,9 @@ SAMPLED = """
 name: own
 fluid: {bulk_modulus: 1.2 GPa}
 sweep:
-  sample: {count: 4, seed: 1, over: {friction.velocity_threshold: {normal: [900 um/s, 20 um/s]}, supply.pressure: {uniform: ±5 bar}}}
+  sample:
+    count: 4
+    over: {friction.velocity_threshold: {normal: [900 um/s, 9 um/s]}, supply.pressure: {uniform: ±5 bar}}
 """
 
 

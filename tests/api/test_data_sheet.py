@@ -115,7 +115,11 @@ def test_a_ready_machine_is_what_its_own_command_writes(name):
 
 
 @pytest.mark.parametrize(
-    "name", [name if name == "machines/servo-press" else pytest.param(name, marks=pytest.mark.long) for name in MACHINES]
+    "name",
+    [
+        name if name == "machines/servo-press" else pytest.param(name, marks=pytest.mark.long)
+        for name in MACHINES
+    ],
 )
 def test_a_ready_machine_can_be_planned_as_it_is(name):
     assert hydrofdi.plan(name).planned == 1460

@@ -95,7 +95,9 @@ SENTENCE = "hydrofdi: leakage.internal_flow: no K_i gives a mean leakage of 2 L/
 
 
 def test_one_leak_out_of_reach_is_a_row_and_the_others_go_on(hydrofdi, experiment_file, tmp_path):
-    result = hydrofdi("sweep", experiment_file(SHUT % "input.amplitude: [2 V, 0 V]"), "--engine", "in-process")
+    result = hydrofdi(
+        "sweep", experiment_file(SHUT % "input.amplitude: [2 V, 0 V]"), "--engine", "in-process"
+    )
     assert result.returncode == 1
     with h5py.File(tmp_path / "results/shut/shut.h5") as file:
         assert file["status"].asstr()[:].tolist() == ["ok", "ok", "ok", "unreachable_leakage"]

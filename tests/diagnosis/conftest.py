@@ -40,7 +40,9 @@ def days() -> Days:
             own = {f"{part}.seed": number for part in ("input", "load", "measurement")}
             rows.append(_NORMAL | own | {"fluid.temperature_rise": draw.uniform(-8.0, 8.0)} | dict(change))
         swept = {"zip": {key: [row[key] for row in rows] for key in rows[0]}}
-        source = SimulatedRecords(load_experiment(_MOTION | {"name": "days", "sweep": swept}), "days", only=range(len(rows)))
+        source = SimulatedRecords(
+            load_experiment(_MOTION | {"name": "days", "sweep": swept}), "days", only=range(len(rows))
+        )
         batches = [*source.batches()]
         rows_of = {each: batch.rows([row]) for batch in batches for row, each in enumerate(batch.record_ids)}
         ordered = [rows_of[each] for each in source.record_ids[: len(rows)]]

@@ -8,7 +8,6 @@ from free_motion import FRICTIONLESS, free_motion
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.machine import FrictionConfig
 from hydrofdi.physics.friction import (
     LAWS,

@@ -65,7 +65,9 @@ def cases(options: str) -> tuple[list[RunParameters], list[float], Trajectory]:
 def test_every_option_is_on_in_one_machine_and_off_in_another() -> None:
     options = [ModelOptions.of(machine({}, base)) for base in MACHINES.values()]
     at_work = [ModelOptions.of(run) for run in cases("on")[0][: len(OPTIONS)]]
-    assert all(any(values) and not all(values) for values in zip(*(each[:-1] for each in options), strict=True))
+    assert all(
+        any(values) and not all(values) for values in zip(*(each[:-1] for each in options), strict=True)
+    )
     assert set(at_work) == set(options[1:])
     assert {machine({}, base).friction.law for base in MACHINES.values()} == set(FRICTION_LAWS)
     assert options[0] == ModelOptions()
@@ -244,7 +246,9 @@ def test_every_option_changes_the_record_and_no_run_depends_on_those_of_its_neig
         np.testing.assert_array_equal(alone.internal_leakage_flow[0], together.internal_leakage_flow[k])
 
 
-@pytest.mark.parametrize("values", [*VARIANTS, pytest.param(RIG | {"fluid.vapour_pressure": 6e6}, id="clamped")])
+@pytest.mark.parametrize(
+    "values", [*VARIANTS, pytest.param(RIG | {"fluid.vapour_pressure": 6e6}, id="clamped")]
+)
 def test_both_halves_of_the_lanes_round_alike(values: Values) -> None:
     """The kernel holds two copies of the equations, which the compiler must not treat differently."""
     runs = [

@@ -166,7 +166,9 @@ def measured(*runs):
     ("run", "tolerance"), [(LOOP, 1e-6), pytest.param(IDEAL, 0.0, marks=pytest.mark.long)]
 )
 def test_ideal_sensor_in_the_loop_changes_nothing(run, tolerance):
-    read, true = simulate_batch([run, IDEAL.with_values({"control.feedback": "ideal"})], [2e-9] * 2).input_voltage
+    read, true = simulate_batch(
+        [run, IDEAL.with_values({"control.feedback": "ideal"})], [2e-9] * 2
+    ).input_voltage
     np.testing.assert_allclose(read, true, rtol=0.0, atol=tolerance)
 
 

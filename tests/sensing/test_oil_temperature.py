@@ -35,7 +35,8 @@ SWEEP = experiment(
 
 def test_record_has_the_stated_temperature_with_rise_and_drift_and_its_other_signals_keep_their_bits():
     plain, warm = (
-        hydrofdi.simulate(sections_of(SHORT | WARM | {"fluid.temperature": stated})) for stated in (None, "45 °C")
+        hydrofdi.simulate(sections_of(SHORT | WARM | {"fluid.temperature": stated}))
+        for stated in (None, "45 °C")
     )
     np.testing.assert_allclose(warm["Toil"], 273.15 + 45.0 + 5.0 + 2.0 * warm.time, rtol=1e-15)
     assert warm.signals.keys() - plain.signals.keys() == {"oil_temperature", "Toil"}

@@ -289,8 +289,8 @@ def test_the_most_that_an_actuator_leaks_does_not_hang_on_what_is_asked_for(para
 
 def test_a_load_can_drive_the_leak_when_the_valve_is_shut(parameters):
     shut = parameters(
-        *settings_of(RIG), "valve.edge_rounding=0.1 um", "leakage.internal_flow=0.5 L/min", "input.amplitude=0 V",
-        "load.random_force=5 kN", "load.random_period=0.1 s",
+        *settings_of(RIG), "valve.edge_rounding=0.1 um", "leakage.internal_flow=0.5 L/min",
+        "input.amplitude=0 V", "load.random_force=5 kN", "load.random_period=0.1 s",
     )  # fmt: skip
     (solution,) = solve_leakage_coefficients([shut])
     flow = simulate_batch([shut], [solution.coefficient]).mean_internal_leakage_flow[0]

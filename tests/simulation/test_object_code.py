@@ -109,7 +109,7 @@ def test_what_needs_the_runtime_of_numba_is_run_by_numba(folder: Path) -> None:
 
 def _give_away(path: Path) -> None:
     if os.geteuid():
-        pytest.skip("only root can give a file to another user")
+        pytest.skip("only root can give a file to another user: run as root")
     os.chown(path, 65534, 65534)
 
 

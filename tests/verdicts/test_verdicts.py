@@ -72,7 +72,9 @@ def test_converter_on_its_last_level_counts_as_clipped() -> None:
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("rest", [pytest.param({"valve.lap": 1e-3}, marks=pytest.mark.long), {"input.amplitude": 0.0}])
+@pytest.mark.parametrize(
+    "rest", [pytest.param({"valve.lap": 1e-3}, marks=pytest.mark.long), {"input.amplitude": 0.0}]
+)
 def test_record_without_any_motion_is_still_and_settled(rest: dict[str, object]) -> None:
     columns = _columns(SETTLED | rest)
     assert columns["verdict"][0] == "still"

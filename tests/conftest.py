@@ -12,15 +12,24 @@ import pytest
 from hypothesis import settings
 
 from tests.commands import Completed, run_hydrofdi
+from tests.session import Session
 
 os.environ.pop("COLUMNS", None)  # the width of a terminal is none of the tests' business
 
 REPOSITORY = Path(__file__).parent.parent
 
+VTNSI = REPOSITORY.parent / "shared" / "data" / "vtnsi"
+NO_VTNSI = "70 records chosen from github.com/vtnsi/actuator_dataset are not here, and are not distributed"
+
 settings.register_profile("hydrofdi", deadline=None)
 settings.load_profile("hydrofdi")
 
 Command = Callable[..., Completed]
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Say at the end what was skipped, and how many variants of kernels were used."""
+    config.pluginmanager.register(Session(config))
 
 
 @pytest.fixture

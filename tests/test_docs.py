@@ -45,7 +45,6 @@ def test_the_commands_of_the_readme_run(tmp_path):
 
 @pytest.mark.long
 def test_the_cluster_on_one_machine_runs(tmp_path):
-    pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
     (block,) = shell_blocks(ROOT / "docs" / "cluster.md")
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

@@ -39,7 +39,10 @@ EXPECTED = {
 }  # fmt: skip
 
 
-@pytest.mark.skipif(not (REPOSITORY / ".git").exists() or shutil.which("git") is None, reason="no clone")
+@pytest.mark.skipif(
+    not (REPOSITORY / ".git").exists() or shutil.which("git") is None,
+    reason="not a clone, or no git: git clone, apt install git",
+)
 def test_nothing_but_the_project_is_at_its_top():
     listed = subprocess.run(["git", "ls-files"], cwd=REPOSITORY, capture_output=True, text=True, check=True)
     assert {name.partition("/")[0] for name in listed.stdout.splitlines()} == EXPECTED

@@ -111,14 +111,16 @@ SAMPLED = """
 name: own
 fluid: {bulk_modulus: 1.2 GPa}
 sweep:
-  sample: {count: 4, seed: 1, over: {valve.lap: {normal: [0 um, 2 um]}, supply.pressure: {uniform: ±5 bar}}}
+  sample:
+    count: 4
+    over: {friction.velocity_threshold: {normal: [900 um/s, 9 um/s]}, supply.pressure: {uniform: ±5 bar}}
 """
 
 
 def test_values_of_sections_axes_and_distributions_are_remembered_with_their_units(tmp_path):
     assert load_experiment(written(tmp_path, own=SAMPLED)).units == {
         "fluid.bulk_modulus": "GPa",
-        "valve.lap": "um",
+        "friction.velocity_threshold": "um/s",
         "supply.pressure": "bar",
     }
     assert " µm" in run("plan", "own.yaml", cwd=tmp_path).stdout
@@ -152,7 +154,7 @@ name: press
 fluid: {bulk_modulus: 12000 bar}
 record: {duration: 2 s}
 store: {signals: none}
-sweep: {grid: {fluid.bulk_modulus: [8000 bar, 12000 bar], valve.lap: [0.01 mm, 0.02 mm]}}
+sweep: {grid: {fluid.bulk_modulus: [8000 bar, 12000 bar], friction.velocity_threshold: [1 mm/s, 2 mm/s]}}
 """
 
 
@@ -162,4 +164,4 @@ def test_the_unit_is_no_part_of_what_a_run_is_nor_of_what_programs_read(tmp_path
     assert expand_runs(one).runs[0].request == expand_runs(other).runs[0].request
     rows = run_json("report", sweep_in(tmp_path, PRESS).directory, cwd=tmp_path)["rows"]
     assert {row["bulk_modulus_MPa"] for row in rows} == {800.0, 1200.0}
-    assert {row["labels"]["valve.lap"] for row in rows} == {1e-5, 2e-5}
+    assert {row["labels"]["friction.velocity_threshold"] for row in rows} == {1e-3, 2e-3}

@@ -255,7 +255,7 @@ def test_h_is_help(command):
     assert short.stdout == full.stdout
 
 
-@pytest.mark.skipif(not SCRIPT.exists(), reason="the command is not installed beside Python")
+@pytest.mark.skipif(not SCRIPT.exists(), reason="the command is not installed: make install")
 def test_the_shell_completes_commands():
     asked = {"_HYDROFDI_COMPLETE": "complete_bash", "COMP_WORDS": "hydrofdi sw", "COMP_CWORD": "1"}
     done = subprocess.run([SCRIPT], env=os.environ | asked, capture_output=True, text=True, timeout=60)

@@ -88,10 +88,7 @@ def test_an_unknown_name_gets_a_suggestion(arguments, hint, tmp_path):
     assert len(done.stderr.splitlines()) == 1
 
 
-TEMPLATES = ("actuator", "online", "paper")
-
-
-@pytest.mark.parametrize("template", TEMPLATES)
+@pytest.mark.parametrize("template", [pytest.param("actuator", marks=pytest.mark.long), "online", "paper"])
 def test_the_file_is_planned_as_it_is_and_takes_minutes_at_most(template, tmp_path):
     done = run("init", "mine", "--from", template, cwd=tmp_path, check=0)
     assert "hydrofdi plan mine.yaml\n" in done.stdout

@@ -85,39 +85,41 @@ def test_records_and_features_of_different_lengths_fit_into_a_file_without_signa
         assert hydrofdi("plan", experiment_file(text)).returncode == 0
 
 
-LAPS = """\
-name: laps
+SHUT = """\
+name: shut
 record: {duration: 2 s}
 store: {signals: none}
-sweep: {grid: {leakage.internal_flow: [0, 2 L/min], valve.lap: %s}}
+sweep: {grid: {leakage.internal_flow: [0, 2 L/min], %s}}
 """
 SENTENCE = "hydrofdi: leakage.internal_flow: no K_i gives a mean leakage of 2 L/min"
 
 
 def test_one_leak_out_of_reach_is_a_row_and_the_others_go_on(hydrofdi, experiment_file, tmp_path):
-    result = hydrofdi("sweep", experiment_file(LAPS % "[0, 50 um]"), "--engine", "in-process")
+    result = hydrofdi(
+        "sweep", experiment_file(SHUT % "input.amplitude: [2 V, 0 V]"), "--engine", "in-process"
+    )
     assert result.returncode == 1
-    with h5py.File(tmp_path / "results/laps/laps.h5") as file:
+    with h5py.File(tmp_path / "results/shut/shut.h5") as file:
         assert file["status"].asstr()[:].tolist() == ["ok", "ok", "ok", "unreachable_leakage"]
         assert file["message"].asstr()[3] == "no K_i gives a mean leakage of 2 L/min"
-    more = experiment_file(LAPS % "[0, 50 um, 70 um]")
+    more = experiment_file(SHUT % "input.amplitude: [2 V, 0 V, 1e-12 V]")
     assert hydrofdi("sweep", more, "--engine", "in-process").returncode == 1, "the possible leak is stored"
-    report = hydrofdi("report", "results/laps")
+    report = hydrofdi("report", "results/shut")
     assert (report.returncode, "unreachable_leakage" in report.stdout) == (0, True)
 
 
 def test_a_sweep_without_any_possible_leak_names_each_condition_and_stores_nothing(
     hydrofdi, experiment_file, tmp_path
 ):
-    config = experiment_file(LAPS % "[60 um, 50 um]")
-    result = hydrofdi("sweep", config, "--engine", "in-process")
+    config = experiment_file(SHUT % "friction.viscous: [50 N*s/m, 60 N*s/m]")
+    result = hydrofdi("sweep", config, "--engine", "in-process", "--set", "input.amplitude=0 V")
     most = "; the most that this actuator leaks is 0 L/min"
     assert [line for line in result.stderr.splitlines() if line.startswith("hydrofdi: ")] == [
-        f"{SENTENCE} at valve.lap = 60 µm{most}",
-        f"{SENTENCE} at valve.lap = 50 µm{most}",
+        f"{SENTENCE} at friction.viscous = 50 N·s/m{most}",
+        f"{SENTENCE} at friction.viscous = 60 N·s/m{most}",
     ]
     assert (result.returncode, os.listdir(tmp_path)) == (2, [config.name])
-    settings = ["--set", "record.duration=2 s", "--set", "valve.lap=50 um"]
+    settings = ["--set", "record.duration=2 s", "--set", "input.amplitude=0 V"]
     leak = ["--set", "leakage.internal_flow=2 L/min"]
     for command in (["simulate", *leak], ["calibrate", "--flow", "2 L/min"]):
         result = hydrofdi(*command, *settings)

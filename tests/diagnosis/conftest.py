@@ -9,20 +9,19 @@ import pytest
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
 from hydrofdi.records import RecordBatch
+from tests.machines import SHEET, TINY, sections_of
 
 N_HEALTHY = 8
 
-_MOTION = {
-    "name": "days", "input": {"shape": "steps", "period": "1 s"}, "record": {"duration": "16 s"},
-    "control": {"law": "pi", "amplitude": "20 mm", "feedback": "measured"},
-    "load": {"random_force": "1 kN", "random_period": "0.5 s"},
-    "pressure_1_sensor": {"noise": "5 kPa"}, "pressure_2_sensor": {"noise": "5 kPa"},
-    "position_sensor": {"noise": "10 um"}, "fluid": {"law": "free_air"},
-}  # fmt: skip
+_MOTION = sections_of(SHEET | {
+    "input.shape": "steps", "input.period": "1 s", "record.duration": "16 s", "control.amplitude": "20 mm",
+    "load.random_force": "1 kN", "load.random_period": "0.5 s", "fluid.free_air": 0.005,
+    "pressure_1_sensor.noise": "5 kPa", "pressure_2_sensor.noise": "5 kPa", "position_sensor.noise": "10 um",
+})  # fmt: skip
 
 _NORMAL = {
     "leakage.internal_coefficient": 0.0, "leakage.law": "orifice", "leakage.external_coefficient_1": 0.0,
-    "valve.null_offset": 0.0, "valve.hysteresis": 0.0, "supply_1_edge.lap": 0.0, "supply.pressure": 17.2e6,
+    "valve.null_offset": TINY, "valve.hysteresis": TINY, "supply_1_edge.lap": 0.0, "supply.pressure": 17.2e6,
     "supply.return_pressure": 4e5, "fluid.bulk_modulus": 551e6, "pressure_1_sensor.bias": 0.0,
     "pressure_2_sensor.gain_error": 0.0, "voltage_sensor.gain_error": 0.0, "friction.scale": 1.0,
 }  # fmt: skip
@@ -41,7 +40,9 @@ def days() -> Days:
             own = {f"{part}.seed": number for part in ("input", "load", "measurement")}
             rows.append(_NORMAL | own | {"fluid.temperature_rise": draw.uniform(-8.0, 8.0)} | dict(change))
         swept = {"zip": {key: [row[key] for row in rows] for key in rows[0]}}
-        source = SimulatedRecords(load_experiment(_MOTION | {"sweep": swept}), "days", only=range(len(rows)))
+        source = SimulatedRecords(
+            load_experiment(_MOTION | {"name": "days", "sweep": swept}), "days", only=range(len(rows))
+        )
         batches = [*source.batches()]
         rows_of = {each: batch.rows([row]) for batch in batches for row, each in enumerate(batch.record_ids)}
         ordered = [rows_of[each] for each in source.record_ids[: len(rows)]]

@@ -11,19 +11,14 @@ from tests.commands import run
 from tests.documentation.pages import ROOT, blocks, compare, follow
 
 DOCS = ROOT / "docs"
-LONG = {
-    "my-actuator.md", "my-csv.md", "my-single-rod-cylinder.md", "my-single-rod-cylinder-records.md",
-    "monitor-a-machine.md", "what-can-i-detect.md",
-    "another-oil-as-a-shift.md", "compare-two-sensors.md", "write-a-report.md", "after-an-alarm.md",
-    "run-in-ci.md", "since-when-how-long-still.md",
-}  # fmt: skip
+SHORT = {"columns-to-channels.md", "resume-a-sweep.md", "units.md"}
 PAGES = sorted([*DOCS.glob("tutorials/*.md"), *DOCS.glob("how-to/*.md")])
 PAGES = [page for page in PAGES if page.name != "index.md"]
 
 
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(page, marks=[pytest.mark.long] if page.name in LONG else []) for page in PAGES],
+    [pytest.param(page, marks=[] if page.name in SHORT else [pytest.mark.long]) for page in PAGES],
     ids=lambda page: page.stem,
 )
 def test_a_page_can_be_followed(page, tmp_path):

@@ -23,6 +23,7 @@ from estimation.plants import (
 from hydrofdi.indicators.estimation.ekf_stream import find_path
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, STATES, follow_command, spool_transition
 from hydrofdi.indicators.estimation.square_root import find_gain, inflate, measurement_update, triangularise
+from tests.machines import LOOP, RIG, settings_of
 
 WITHOUT_FRICTION = ["friction.coulomb=0 N", "friction.breakaway=0 N", "friction.viscous=0 N*s/m"]
 LAPPED = ["valve.lap=0.8 um", "valve.lap_leakage=2e-14 m^3/(s*Pa)", "valve.null_offset=0.4 um"]
@@ -59,17 +60,20 @@ def test_the_transition_is_the_slope_of_the_motion(plant):
         np.testing.assert_allclose(found, slope, rtol=1e-5, atol=atol, err_msg=name)
 
 
-CLOSED_LOOP = ["control.law=pi", "input.shape=steps", "input.period=1 s"]
+CLOSED_LOOP = [*settings_of(LOOP), "control.amplitude=20 mm", "input.shape=steps", "input.period=1 s"]
 SLOW_FRICTION = ["friction.velocity_threshold=10 mm/s"]
 
 
 @pytest.mark.parametrize(
-    ("closed_loop", "valve", "friction"),
-    [([], [], WITHOUT_FRICTION), ([], LAPPED, SLOW_FRICTION), (CLOSED_LOOP, LAPPED, WITHOUT_FRICTION)],
-)
-def test_a_sample_ends_where_the_simulation_has_it(closed_loop, valve, friction):
+    ("machine", "valve", "friction"),
+    [
+        ([], [], WITHOUT_FRICTION), (settings_of(RIG), LAPPED, SLOW_FRICTION),
+        (CLOSED_LOOP, LAPPED, WITHOUT_FRICTION),
+    ],
+)  # fmt: skip
+def test_a_sample_ends_where_the_simulation_has_it(machine, valve, friction):
     leaks = [0.0, 0.5]
-    signals = simulated(["record.duration=3 s", *closed_loop, *valve, *friction], leaks)
+    signals = simulated([*machine, "record.duration=3 s", *valve, *friction], leaks)
     plant = NOMINAL._replace(has_friction_model=None if friction is WITHOUT_FRICTION else True)
     for row, states in enumerate(true_states(signals, leaks)):
         states[:, 9], states[:, 10], states[:, 11] = (0.4, 0.8, 20.0) if valve else (0.0, 0.0, 0.0)

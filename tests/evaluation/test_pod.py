@@ -73,7 +73,9 @@ def test_the_fit_is_the_maximum_that_a_general_search_finds(floor):
 
 
 def test_the_curve_is_that_of_statsmodels():
-    models = pytest.importorskip("statsmodels.api")
+    models = pytest.importorskip(
+        "statsmodels.api", reason="no statsmodels: .venv/bin/pip install statsmodels"
+    )
     outcomes = hits(np.random.default_rng(4), SEVERITY, floor=0.0)
     design = models.add_constant(np.log10(SEVERITY))
     expected = models.Probit(outcomes, design).fit(disp=0)

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ndtr, ndtri
 from scipy.stats import binomtest, t
+from sklearn import metrics
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.rates import alarm_rate, clopper_pearson, healthy_against_healthy, left_out_outcomes
@@ -125,7 +126,6 @@ def test_single_equal_and_infinite_scores_have_areas():
 
 
 def test_areas_are_those_of_scikit_learn():
-    metrics = pytest.importorskip("sklearn.metrics")
     draw = np.random.default_rng(11)
     healthy, faulty = draw.normal(size=300).round(1), draw.normal(1.0, size=200).round(1)
     labels, scores = np.repeat([0, 1], [300, 200]), np.append(healthy, faulty)

@@ -26,6 +26,7 @@ from indicators.signals import (
     noisy,
     simulated,
 )
+from tests.machines import RIG, settings_of
 
 PS = Channel.SUPPLY_PRESSURE
 LEAKS = (0.0, 0.1, 0.5)
@@ -92,7 +93,7 @@ def test_the_leakage_of_matched_runs_is_within_its_stated_deviation(request, mot
 def test_a_plant_that_is_not_nominal_is_found_and_hides_no_leak():
     leaks = [0.0, 0.05]
     settings = (
-        "record.duration=8 s", "valve.lap=0.8 um", "valve.flow_gain=0.0298 m^1.5/kg^0.5",
+        *settings_of(RIG), "record.duration=8 s", "valve.lap=0.8 um", "valve.flow_gain=0.0298 m^1.5/kg^0.5",
         "supply.pressure=16.6 MPa",
     )  # fmt: skip
     records = noisy(leaking(*settings, leaks=leaks, modulus=689e6), [0, 1], 0, NOISE)

@@ -8,6 +8,7 @@ import pytest
 from hydrofdi.records import Channel
 from indicators.signals import KNOWN as ALL_KNOWN
 from indicators.signals import P1, P2, XV, U, X, assert_rows_stand_alone, batch, measured, noisy, simulated
+from tests.machines import GAP, LOOP, RIG, settings_of
 
 LEAKS = np.array([0.0, 0.0, 0.0, 1e-9, 5e-9, 1.3e-8])
 MODULI = np.array([551e6, 689e6, 827e6, 551e6, 689e6, 551e6])
@@ -50,7 +51,7 @@ def test_an_actuator_seen_from_its_other_side_leaks_the_same(runs):
 def test_a_valve_and_sensors_that_are_not_nominal_are_found_and_hide_no_leak():
     leaks = np.array([0.0, 1e-10, 1e-9])
     shown = simulated(
-        "record.duration=6 s", "valve.lap=-0.5 um", "valve.lap_leakage=2e-14 m^3/(s*Pa)",
+        *settings_of(RIG), "record.duration=6 s", "valve.lap=-0.5 um", "valve.lap_leakage=2e-14 m^3/(s*Pa)",
         "valve.flow_gain=0.0298 m^1.5/kg^0.5", "supply.pressure=16.6 MPa", leaks=leaks, moduli=[689e6] * 3,
     )  # fmt: skip
     for channel, error in ((P1, 30e3), (P2, -20e3), (XV, -0.4e-6)):
@@ -68,8 +69,8 @@ def test_a_valve_and_sensors_that_are_not_nominal_are_found_and_hide_no_leak():
 def test_in_closed_loop_lap_is_found_and_samples_near_the_null_would_mislead():
     leaks = np.array([0.0, 3e-10])
     shown = simulated(
-        "record.duration=10 s", "control.law=pi", "input.shape=steps", "input.period=1 s",
-        "valve.lap=0.8 um", leaks=leaks, moduli=[551e6] * 2,
+        *settings_of(LOOP), "record.duration=10 s", "control.amplitude=20 mm", "input.shape=steps",
+        "input.period=1 s", "valve.lap=0.8 um", leaks=leaks, moduli=[551e6] * 2,
     )  # fmt: skip
     gated, kept = (
         measured(shown, "flow_balance", spool="command", least_opening=size)[0] for size in (2e-6, 0.0)
@@ -81,7 +82,7 @@ def test_in_closed_loop_lap_is_found_and_samples_near_the_null_would_mislead():
 
 
 def test_a_laminar_leak_is_seen_by_the_flow_past_piston_and_valve():
-    laminar = "record.duration=6 s", "leakage.law=laminar", "leakage.laminar_reference=10 MPa"
+    laminar = *settings_of(GAP), "record.duration=6 s", "leakage.laminar_reference=10 MPa"
     values, _ = measured(simulated(*laminar, leaks=[1e-9], moduli=[551e6]), "flow_balance")
     np.testing.assert_allclose(values["cross_port_leakage"], 1e-9 * np.sqrt(10e6) * 0.8, rtol=0.2)
 
@@ -163,8 +164,8 @@ def worst(records, leaks, **options):
 def test_jumps_of_a_load_in_closed_loop_are_weighed_down():
     leaks = np.array([0.0, 3e-10])
     settings = (
-        "record.duration=20 s", "control.law=pi", "input.shape=steps", "input.period=1 s",
-        "load.random_force=1 kN", "load.random_period=0.5 s",
+        *settings_of(LOOP), "record.duration=20 s", "control.amplitude=20 mm", "input.shape=steps",
+        "input.period=1 s", "load.random_force=1 kN", "load.random_period=0.5 s",
     )  # fmt: skip
     shown = without_position(simulated(*settings, leaks=leaks, moduli=[551e6] * 2))
     robust, plain = (worst(shown, leaks, robust=way) for way in (True, False))

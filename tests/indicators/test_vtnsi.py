@@ -6,9 +6,7 @@ import pytest
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import Channel
 from hydrofdi.records.measured.source import measured_source
-from tests.records.test_vtnsi import DATA, description
-
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the vtnsi records are not here")
+from tests.records.test_vtnsi import description
 
 MISSING_SPOOL = (
     "has no spool_position; 'spool: command' under flow_balance computes it from the input_voltage"

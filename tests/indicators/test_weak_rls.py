@@ -22,6 +22,7 @@ from indicators.signals import (
     noisy,
     simulated,
 )
+from tests.machines import GAP, LOOP, settings_of
 
 LEAKS = np.array([0.0, 0.0, 1e-9, 5e-9])
 MODULI = np.array([551e6, 827e6, 551e6, 689e6])
@@ -91,7 +92,8 @@ def test_a_ripple_of_the_pressures_hides_no_leak_and_no_bulk_modulus(runs):
 @pytest.mark.parametrize("law", ["orifice", "laminar"])
 def test_the_mean_flow_of_a_large_leak_is_that_of_any_law(law):
     leaks = [1.2e-9, 6e-9]
-    records = simulated("record.duration=10 s", f"leakage.law={law}", leaks=leaks, moduli=[551e6] * 2)
+    machine = settings_of({"orifice": {}, "laminar": GAP}[law])
+    records = simulated(*machine, "record.duration=10 s", leaks=leaks, moduli=[551e6] * 2)
     flow, _ = measured(records, "weak_rls", **BLIND)
     # K_i √ΔP, or as much at 10 MPa in proportion to ΔP.
     root, drop = np.sqrt(np.abs(records[P1] - records[P2])), np.abs(records[P1] - records[P2])
@@ -116,8 +118,9 @@ def test_a_record_at_rest_does_not_determine_the_leakage_and_keeps_its_prior(nam
 
 
 def test_the_trace_follows_a_leak_that_sets_in_and_the_whole_record_its_mean():
-    onset = "record.duration=12 s", "leakage.onset=step", "leakage.onset_time=6 s"
-    late = simulated(*onset, leaks=[5e-9], moduli=[551e6])
+    onset = "leakage.onset_time=6 s", "leakage.onset_duration=1 h", "record.duration=12 s"
+    motion = "control.amplitude=20 mm", "input.shape=steps", "input.period=1 s"
+    late = simulated(*settings_of(LOOP), *motion, *onset, leaks=[5e-9], moduli=[551e6])
     (indicator,) = make_indicators({"weak_rls": {"spool": "measured", "memory": "1 s"}}).values()
     trace = indicator.trace(late)
     flow = np.sqrt(8e6) * LEAKS[3]
@@ -148,7 +151,7 @@ N_RECORD = 40
 MOTIONS = {
     "open loop": ["record.duration=8 s"],
     "closed loop": [
-        "record.duration=20 s", "control.law=pi", "control.amplitude=20 mm", "input.shape=steps",
+        *settings_of(LOOP), "record.duration=20 s", "control.amplitude=20 mm", "input.shape=steps",
         "input.period=1 s", "load.random_force=1 kN", "load.random_period=0.5 s",
     ],
 }  # fmt: skip

@@ -5,13 +5,15 @@ import numpy as np
 from hydrofdi.config import RunParameters
 from hydrofdi.simulation.kernels.kernel import advance_lanes
 from hydrofdi.simulation.kernels.lanes import SAMPLED, STATES, WIDTH, ModelOptions, pack_lanes
+from tests.machines import RIG
 
 FRICTIONLESS = {"friction.coulomb": 0.0, "friction.breakaway": 0.0, "friction.viscous": 0.0}
 
 
-def free_motion(values, start, spool, duration, step):
+def free_motion(values, start, spool, duration, step, machine=RIG):
     """States at every step, each (n_run, n_step), of runs whose spools stand still where they are put."""
-    runs = [RunParameters().with_values(changes) for changes in values]
+    runs = [RunParameters().with_values(machine | changes) for changes in values]
+    (options,) = {ModelOptions.of(run) for run in runs}
     lanes = pack_lanes(runs, [run.leakage.internal_coefficient or 0.0 for run in runs])
     for lane, state in enumerate(start):
         half, k = ("left", lane) if lane < WIDTH // 2 else ("right", lane - WIDTH // 2)
@@ -21,9 +23,8 @@ def free_motion(values, start, spool, duration, step):
     stages = np.broadcast_to(np.asarray(spool, dtype=float), (n_step, 4, len(spool))).copy()
     samples = np.empty((n_step, len(SAMPLED), WIDTH))
     drives, loads = np.resize(np.arange(len(spool)), WIDTH), np.zeros((n_step, 1))
-    options = ModelOptions.of(runs[0])
     shared = int(len(spool) == 1)
     advance_lanes(
-        lanes, stages, drives, loads, np.zeros(WIDTH, int), shared, step, 1, 1, samples, 0, options
+        lanes, stages, drives, loads, np.zeros(WIDTH, int), shared, float(step), 1, 1, samples, 0, options
     )  # fmt: skip
     return {name: samples[:, row, : len(runs)].T.copy() for row, name in enumerate(STATES)}

@@ -24,6 +24,7 @@ from hydrofdi.physics.hydraulic_mode import (
 )
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch
+from tests.machines import GAP, HOSES, RIG
 
 LOOP = RunParameters().with_values(
     {
@@ -109,14 +110,14 @@ def test_no_step_below_the_limit_amplifies(angle: float, size: float) -> None:
 
 
 STIFF: dict[str, tuple[str, dict[str, Any], float, float]] = {
-    "clearance": ("leakage of the chambers", {"valve.lap_leakage": 1e-8}, 0.05e-3, 0.1e-3),
+    "clearance": ("leakage of the chambers", RIG | {"valve.lap_leakage": 1e-8}, 0.05e-3, 0.1e-3),
     "external": ("leakage of the chambers", {"leakage.external_coefficient": 1e-8}, 0.1e-3, 0.2e-3),
-    "bristles": ("bristles", {"friction.law": "lugre", "friction.bristle_damping": 1e5}, 0.1e-3, 0.4e-3),
+    "bristles": ("bristles", HOSES | {"friction.bristle_damping": 1e5}, 0.1e-3, 0.4e-3),
     "supply": (
         "supply",
-        {
-            "supply.droop": "first_order", "supply.droop_time_constant": 5e-3, "valve.lap_leakage": 1e-9,
-            "friction.law": "smooth", "friction.scale": 0.01,
+        GAP | {
+            "supply.droop_resistance": 2e10, "supply.droop_time_constant": 5e-3, "valve.lap_leakage": 1e-9,
+            "friction.scale": 0.01,
         },
         0.2e-3, 0.4e-3,
     ),
@@ -129,7 +130,8 @@ def test_a_stiff_part_holds_below_its_step_limit_and_diverges_above(name: str) -
     base = RunParameters().with_values({"record.duration": 2.0, "record.sampling_frequency": 250.0, **values})
     runs = [base.with_values({"record.step": step}) for step in (good, bad)]
     assert good < step_limits(lambda *_: [base])[part] < bad
-    assert [simulate_batch([run], [0.0]).outcomes[0].status for run in runs] == ["ok", "diverged"]
+    with np.errstate(over="ignore"):  # of positions beyond all measure in the share of a scored bore
+        assert [simulate_batch([run], [0.0]).outcomes[0].status for run in runs] == ["ok", "diverged"]
 
 
 STIFFNESS, POSITION, VISCOUS = 5e3, 0.02, 50.0

@@ -8,7 +8,6 @@ from free_motion import FRICTIONLESS, free_motion
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.config import RunParameters
 from hydrofdi.config.sections.machine import FrictionConfig
 from hydrofdi.physics.friction import (
     bristle_friction,
@@ -17,6 +16,7 @@ from hydrofdi.physics.friction import (
     threshold_friction,
 )
 from hydrofdi.simulation.batch import simulate_batch
+from tests.machines import HOSES, machine
 
 PARAMETERS = FrictionConfig()
 
@@ -74,15 +74,10 @@ def test_smooth_friction_follows_the_hyperbolic_tangent_through_zero() -> None:
 
 
 def test_scale_zero_is_the_actuator_without_dry_friction_also_on_bristles() -> None:
-    short = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5})
-    bare = short.with_values({"friction.coulomb": 0.0, "friction.breakaway": 0.0})
-    scaled = short.with_values({"friction.scale": 0.0})
-    pressure = simulate_batch([bare, scaled, scaled.with_values(LUGRE)], [1e-9] * 3).chamber_1_pressure
-    np.testing.assert_array_equal(pressure[1], pressure[0])
-    np.testing.assert_allclose(pressure[2], pressure[0], rtol=1e-9)
-
-
-LUGRE = {"friction.law": "lugre"}
+    bare, scaled = {"friction.coulomb": 0.0, "friction.breakaway": 0.0}, {"friction.scale": 0.0}
+    for base in ({}, HOSES):
+        runs = [machine(values, base) for values in (bare, scaled)]
+        np.testing.assert_array_equal(*simulate_batch(runs, [1e-9] * 2).chamber_1_pressure)
 
 
 @pytest.mark.parametrize("velocity", [-0.2, 2e-3, 0.05])
@@ -97,11 +92,11 @@ def test_bristles_in_steady_motion_give_the_stribeck_force(velocity: float) -> N
 def test_sticking_piston_rings_on_its_bristles() -> None:
     """Small motion about rest: ω = √(σ_0/m), ζ = (σ_1 + f)/(2√(σ_0 m))."""
     values = {
-        **LUGRE, "actuator.load_stiffness": 0.0, "fluid.bulk_modulus": 1.0, "friction.bristle_damping": 200.0,
+        "actuator.load_stiffness": 0.0, "fluid.bulk_modulus": 1.0, "friction.bristle_damping": 200.0,
         "friction.viscous": 0.0,
     }  # fmt: skip
     step = 1e-5
-    velocity = free_motion([values], [{"velocity": 1e-6}], [0.0], 0.05, step)["velocity"][0]
+    velocity = free_motion([values], [{"velocity": 1e-6}], [0.0], 0.05, step, HOSES)["velocity"][0]
     time = step * np.arange(velocity.size)
     omega, ratio = math.sqrt(5e6 / 12.3), 200.0 / (2.0 * math.sqrt(5e6 * 12.3))
     damped = omega * math.sqrt(1.0 - ratio**2)
@@ -111,12 +106,9 @@ def test_sticking_piston_rings_on_its_bristles() -> None:
 
 def test_bristles_hold_a_load_below_breakaway_and_let_go_above_it() -> None:
     values = {
-        **LUGRE, "input.amplitude": 0.0, "actuator.load_stiffness": 0.0, "record.duration": 1.0,
-        "friction.viscous": 2000.0,
+        "input.amplitude": 0.0, "actuator.load_stiffness": 0.0, "friction.viscous": 2000.0,
     }  # fmt: skip
-    runs = [
-        RunParameters().with_values({**values, "load.constant_force": force}) for force in (120.0, 400.0)
-    ]  # half of breakaway: applied at once, it counts twice
+    runs = [machine({**values, "load.constant_force": force}, HOSES) for force in (120.0, 400.0)]
     record = simulate_batch(runs, [5e-8, 5e-8])  # a wide leak: the fluid bears nothing
     held, loose = np.abs(record.piston_position[:, -1])
     assert 120.0 / 5e6 < held < 4 * 120.0 / 5e6

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hydrofdi.api.check import calibrate
-from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.config import load_experiment
 from hydrofdi.physics.hydraulic_mode import blended_conductance, laminar_conductance
 from hydrofdi.physics.leakage import (
     blended_leakage_flow,
@@ -16,6 +16,7 @@ from hydrofdi.physics.leakage import (
 )
 from hydrofdi.simulation.batch import leakage_signal, simulate_batch
 from hydrofdi.simulation.calibration import solve_leakage_coefficients
+from tests.machines import GAP, HOSES, LOOP, RIG, machine
 
 HELD = {"actuator.mass": 1e18}
 """A piston so heavy that it does not move."""
@@ -45,17 +46,14 @@ def test_shut_valve_lets_an_external_leak_empty_its_chambers_exponentially(key, 
 
 
 differences = st.floats(min_value=-20e6, max_value=20e6)
-SHORT = RunParameters().with_values({"record.duration": 2.0, "input.period": 1.0})
+SHORT = {"record.duration": 2.0, "input.period": 1.0}
 
 
 def test_laminar_gap_lets_the_pressure_difference_decay_exponentially() -> None:
     coefficient, reference = 1e-9, 4e6
-    values = HELD | {
-        "leakage.internal_coefficient": coefficient, "leakage.law": "laminar",
-        "leakage.laminar_reference": reference,
-    }  # fmt: skip
+    values = HELD | {"leakage.internal_coefficient": coefficient, "leakage.laminar_reference": reference}
     start = {"pressure_1": 11e6, "pressure_2": 7e6}
-    motion = free_motion([values], [start], [0.0], 0.2, 1e-4)
+    motion = free_motion([values], [start], [0.0], 0.2, 1e-4, GAP)
     rate = 2.0 * 551e6 * coefficient / (280e-6 * np.sqrt(reference))
     expected = 4e6 * np.exp(-rate * 1e-4 * np.arange(2000))
     np.testing.assert_allclose((motion["pressure_1"] - motion["pressure_2"])[0], expected, rtol=1e-7)
@@ -83,17 +81,17 @@ def test_conductances_are_the_slopes_of_their_laws(difference: float) -> None:
 def test_blended_law_ends_without_the_chatter_of_the_root() -> None:
     """Past the end of the decay the orifice overshoots from step to step; the blended law does not."""
     last = {}
-    for law in ("orifice", "blended"):
-        values = HELD | {"leakage.internal_coefficient": 1e-8, "leakage.law": law}
+    for law, base in (("orifice", RIG), ("blended", HOSES)):
+        values = HELD | {"leakage.internal_coefficient": 1e-8, "actuator.hose_inertance": 1e30}
         start = {"pressure_1": 8.7e6, "pressure_2": 8.5e6}
-        motion = free_motion([values], [start], [0.0], 0.2, 1e-4)
+        motion = free_motion([values], [start], [0.0], 0.2, 1e-4, base)
         last[law] = np.abs(motion["pressure_1"] - motion["pressure_2"])[0, -10:].max()
     assert last["blended"] < 1e-3 < last["orifice"]
 
 
 def test_leak_that_sets_in_leaves_the_time_before_untouched() -> None:
-    late = SHORT.with_values({"leakage.onset": "step", "leakage.onset_time": 1.0})
-    sealed, leaking = (simulate_batch([run], [k]) for run, k in ((SHORT, 0.0), (late, 5e-9)))
+    late = machine(SHORT | {"leakage.onset_time": 1.0}, GAP)
+    sealed, leaking = (simulate_batch([late], [coefficient]) for coefficient in (0.0, 5e-9))
     before = sealed.time < 1.0
     np.testing.assert_array_equal(leaking.chamber_1_pressure[0, before], sealed.chamber_1_pressure[0, before])
     assert np.all(leaking.internal_leakage_flow[0, before] == 0.0)
@@ -103,40 +101,35 @@ def test_leak_that_sets_in_leaves_the_time_before_untouched() -> None:
 def test_step_onset_leaks_at_once_and_ramp_over_its_duration() -> None:
     share = {}
     for onset in ("step", "ramp"):
-        run = SHORT.with_values(
-            {"leakage.onset": onset, "leakage.onset_time": 0.5, "leakage.onset_duration": 1.0}
-        )
-        trajectory = simulate_batch([run], [5e-9])
+        times = {"leakage.onset": onset, "leakage.onset_time": 0.5, "leakage.onset_duration": 1.0}
+        trajectory = simulate_batch([machine(SHORT | times, GAP)], [5e-9])
         difference = (trajectory.chamber_1_pressure - trajectory.chamber_2_pressure)[0, 1:]
-        share[onset] = trajectory.internal_leakage_flow[0, 1:] / internal_leakage_flow(difference, 5e-9)
+        share[onset] = trajectory.internal_leakage_flow[0, 1:] / laminar_leakage_flow(difference, 5e-9, 10e6)
         time = trajectory.time[1:]
     np.testing.assert_allclose(share["step"], time >= 0.5, atol=1e-5)
     np.testing.assert_allclose(share["ramp"], np.clip(time - 0.5, 0.0, 1.0), atol=1e-9)
 
 
 def test_intermittent_leak_is_open_for_its_share_of_the_time() -> None:
-    run = SHORT.with_values(
-        {"leakage.onset": "intermittent", "leakage.onset_duration": 0.2, "leakage.onset_duty": 0.25}
-    )
+    run = machine(SHORT | {"leakage.onset_duration": 0.2, "leakage.onset_duty": 0.25}, LOOP)
     flow = simulate_batch([run], [5e-9]).internal_leakage_flow[0]
     assert np.mean(flow[1:] != 0.0) == pytest.approx(0.25, abs=0.01)
 
 
-@pytest.mark.parametrize("law", ["laminar", "blended"])
-def test_leakage_flow_is_solved_under_the_law_that_was_chosen(law: str) -> None:
-    experiment = load_experiment(settings=["record.duration=2 s", "input.period=1 s", f"leakage.law={law}"])
+@pytest.mark.parametrize("base", [GAP, HOSES], ids=["laminar", "blended"])
+def test_leakage_flow_is_solved_under_the_law_that_was_chosen(base) -> None:
+    experiment = load_experiment(settings=[f"{name}={value}" for name, value in (base | SHORT).items()])
     (target,) = calibrate(experiment, flows=[1e-5])
-    trajectory = simulate_batch([SHORT.with_values({"leakage.law": law})], [target["coefficient"]])
+    trajectory = simulate_batch([machine(SHORT, base)], [target["coefficient"]])
     assert trajectory.mean_internal_leakage_flow[0] == pytest.approx(1e-5, rel=1e-6)
 
 
 MOVING = {"actuator.load_stiffness": 0.0, "leakage.internal_coefficient": 2e-9}
 
 
-@pytest.mark.parametrize("law", ["orifice", "laminar", "blended"])
-def test_piston_that_drags_oil_leaks_as_at_a_larger_pressure_difference(law: str) -> None:
-    values = {**MOVING, "leakage.law": law, "leakage.drag": 4e6}
-    run, plain = (SHORT.with_values({**values, "leakage.drag": drag}) for drag in (4e6, 0.0))
+@pytest.mark.parametrize("base", [LOOP, GAP, HOSES], ids=["orifice", "laminar", "blended"])
+def test_piston_that_drags_oil_leaks_as_at_a_larger_pressure_difference(base) -> None:
+    run, plain = (machine(SHORT | MOVING | {"leakage.drag": drag}, base) for drag in (4e6, 0.0))
     batch = simulate_batch([run], [2e-9])
     difference = batch.chamber_1_pressure - batch.chamber_2_pressure + 4e6 * batch.piston_velocity
     none = np.zeros_like(difference)
@@ -146,7 +139,7 @@ def test_piston_that_drags_oil_leaks_as_at_a_larger_pressure_difference(law: str
 
 
 def test_scored_bore_leaks_over_its_part_of_the_stroke_alone() -> None:
-    run = SHORT.with_values({"leakage.scored_centre": 4e-3, "leakage.scored_width": 4e-3})
+    run = machine(SHORT | {"leakage.scored_centre": 4e-3, "leakage.scored_width": 4e-3}, LOOP)
     batch = simulate_batch([run], [2e-9])
     position, flow = batch.piston_position, batch.internal_leakage_flow
     whole = internal_leakage_flow(batch.chamber_1_pressure - batch.chamber_2_pressure, 2e-9)
@@ -158,6 +151,6 @@ def test_scored_bore_leaks_over_its_part_of_the_stroke_alone() -> None:
 
 
 def test_scored_bore_is_calibrated_to_its_mean_flow() -> None:
-    run = SHORT.with_values({"leakage.scored_width": 8e-3, "leakage.internal_flow": 2e-6})
+    run = machine(SHORT | {"leakage.scored_width": 8e-3, "leakage.internal_flow": 2e-6}, LOOP)
     (found,) = solve_leakage_coefficients([run])
     assert simulate_batch([run], [found.coefficient]).mean_internal_leakage_flow[0] == pytest.approx(2e-6)

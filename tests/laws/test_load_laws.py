@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from free_motion import FRICTIONLESS, free_motion
-from test_second_solver import CHOICES
+from test_second_solver import VARIANTS
 
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.equation import NEGLIGIBLE, settled
@@ -21,14 +21,13 @@ from hydrofdi.simulation import batch, drive
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import HIDDEN
+from tests.machines import HOSES, Values, machine
 
 AREA = RunParameters().actuator.piston_area
-AT_REST = RunParameters().with_values(
-    {
-        "input.amplitude": 0.0, "record.duration": 10.0, "actuator.load_stiffness": 50e3,
-        "friction.scale": 0.0, "friction.viscous": 2000.0,
-    }
-)  # fmt: skip
+AT_REST = machine({
+    "input.amplitude": 0.0, "record.duration": 10.0, "actuator.load_stiffness": 50e3, "friction.scale": 0.0,
+    "friction.viscous": 2000.0,
+})  # fmt: skip
 
 
 def test_shut_leaking_cylinder_yields_to_the_load_until_the_spring_holds_it() -> None:
@@ -58,7 +57,7 @@ def test_loads_of_a_batch_reach_their_own_runs() -> None:
 def test_free_mass_bounces_off_an_end_stop_with_its_speed() -> None:
     """A chamber pressure that never changes leaves the mass free; the stop is a spring."""
     values = {
-        **FRICTIONLESS, "actuator.load_stiffness": 0.0, "actuator.end_stops": "elastic",
+        **FRICTIONLESS, "actuator.load_stiffness": 0.0, "actuator.end_stop_stiffness": 20e6,
         "actuator.end_stop_position": 0.05, "fluid.bulk_modulus": 1.0,
     }  # fmt: skip
     motion = free_motion([values] * 2, [{"velocity": 0.5}, {"velocity": -0.5}], [0.0, 0.0], 0.2, 1e-5)
@@ -70,8 +69,8 @@ def test_free_mass_bounces_off_an_end_stop_with_its_speed() -> None:
 
 def test_piston_that_would_leave_the_cylinder_is_held_by_the_stops() -> None:
     times = {"record.duration": 4.0, "input.period": 4.0}
-    free = RunParameters().with_values({"actuator.load_stiffness": 0.0, "input.amplitude": 8.0, **times})
-    stopped = free.with_values({"actuator.end_stops": "elastic"})
+    free = machine({"actuator.load_stiffness": 0.0, "input.amplitude": 8.0, **times})
+    stopped = free.with_values({"actuator.end_stop_position": 0.3, "actuator.end_stop_stiffness": 20e6})
     record = simulate_batch([free, stopped], [0.0, 0.0])
     assert [outcome.status for outcome in record.outcomes] == ["stroke_exceeded", "ok"]
     assert 0.3 < record.piston_position[1].max() < 0.3 + 17.2e6 * AREA / 20e6 * 1.5
@@ -138,9 +137,9 @@ def stopped(tmp_path_factory: pytest.TempPathFactory) -> RunParameters:
     return load_experiment(None, ["input.shape=csv", f"input.file={file}"]).nominal_parameters
 
 
-@pytest.mark.parametrize("name", CHOICES)
-def test_nothing_becomes_subnormal_at_rest(name: str, stopped: RunParameters, found: set[str]) -> None:
-    values = CHOICES[name] | {"record.duration": 2.0}
+@pytest.mark.parametrize("values", VARIANTS)
+def test_nothing_becomes_subnormal_at_rest(values: Values, stopped: RunParameters, found: set[str]) -> None:
+    values = values | {"record.duration": 2.0}
     nominal = RunParameters().with_values(values)
     runs = [nominal.with_values(rest) for rest in (HELD, HELD | PRESSED, DRAINED)]
     if not nominal.control.is_closed:
@@ -201,7 +200,7 @@ def test_hose_rings_at_its_own_frequency_and_carries_flow_against_its_resistance
     hose = {"actuator.hose_volume": 40e-6, "actuator.hose_inertance": 2e7, "actuator.hose_resistance": 1e9}
     held = hose | {"actuator.mass": 1e18}
     start = {"line_pressure_1": 9e6, "pressure_1": 8e6, "line_pressure_2": 8e6, "pressure_2": 8e6}
-    motion = free_motion([held], [start], [0.0], 0.05, 1e-5)
+    motion = free_motion([held], [start], [0.0], 0.05, 1e-5, HOSES)
     omega = math.sqrt((400e6 / 40e-6 + 551e6 / 280e-6) / 2e7)
     rate, time = 1e9 / (2.0 * 2e7), 1e-5 * np.arange(motion["line_flow_1"].shape[1])
     damped = math.sqrt(omega**2 - rate**2)
@@ -209,15 +208,14 @@ def test_hose_rings_at_its_own_frequency_and_carries_flow_against_its_resistance
     np.testing.assert_allclose(motion["line_flow_1"][0], flow, atol=1e-6 * flow.max())
     assert np.ptp(motion["pressure_2"][0]) < 1.0
     free = hose | {"actuator.load_stiffness": 0.0, "leakage.internal_coefficient": 5e-9}
-    motion = free_motion([free], [{}], [44e-6], 0.5, 1e-4)
+    motion = free_motion([free], [{}], [44e-6], 0.5, 1e-4, HOSES)
     drop = (motion["line_pressure_1"] - motion["pressure_1"])[0, -500:].mean()
     assert drop == pytest.approx(1e9 * motion["line_flow_1"][0, -500:].mean(), rel=1e-3)
     assert drop > 1e4
 
 
 def test_sensor_at_the_valve_shows_the_pressure_of_the_hose() -> None:
-    values = {"actuator.hose_volume": 40e-6, "record.duration": 1.0, "input.period": 0.5}
-    run = RunParameters().with_values(values | {"measurement.pressures_at": "valve"})
+    run = machine({"measurement.pressures_at": "valve"}, HOSES)
     late = run.with_values({"pressure_1_sensor.delay": 2e-3})
     sensors = Measurement([run, late])
     truth = simulate_batch([run, late], [2e-9] * 2, sensors)
@@ -231,9 +229,9 @@ def test_sensor_at_the_valve_shows_the_pressure_of_the_hose() -> None:
 def test_cylinder_on_a_foundation_gives_way_to_the_force_on_the_load() -> None:
     """At rest: K_b x_b = −A (P_1 − P_2) without friction; the load's spring holds the other end."""
     stiffness = 5e6
-    run = RunParameters().with_values({
+    run = machine({
         **FRICTIONLESS, "friction.viscous": 2e3, "actuator.foundation_stiffness": stiffness,
-        "record.duration": 2.0, "input.period": 4.0,
+        "actuator.foundation_damping": 20e3, "record.duration": 2.0, "input.period": 4.0,
     })  # fmt: skip
     batch = simulate_batch([run], [5e-9])
     support = batch.hidden_states[0, list(HIDDEN).index("support"), -1]

@@ -3,7 +3,6 @@
 import math
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -24,6 +23,7 @@ from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH, ModelOptions
 from hydrofdi.transforms.wavelet import detail_rms
+from tests.machines import MACHINES, RIG, Values, machine
 from tests.second_solver import simulate_with_solver
 
 RANGES = {
@@ -36,7 +36,8 @@ RANGES = {
     "friction.transition": (4.0, 400.0),
     "input.amplitude": (1.0, 2.0),
 }
-BASE = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, "record.step": 2e-5})
+FINE = {"record.step": 2e-5}
+BASE = machine(FINE, {})
 PRESSURE_BOUND, RMS_BOUND = 200.0, 1e-4
 """Largest difference of P_1 at any sample [Pa], and largest relative difference of any detail RMS."""
 
@@ -61,11 +62,15 @@ def cases(options: str) -> tuple[list[RunParameters], list[float], Trajectory]:
     return runs, coefficients, simulate_batch(runs, coefficients)
 
 
-def test_every_option_is_on_in_some_case() -> None:
-    chosen = [ModelOptions.of(run) for run in cases("on")[0]]
-    assert all(any(values) for values in zip(*(options[:-1] for options in chosen), strict=True))
-    assert {run.friction.law for run in cases("on")[0]} == set(FRICTION_LAWS)
-    assert {ModelOptions.of(run) for run in cases("off")[0]} == {ModelOptions()}
+def test_every_option_is_on_in_one_machine_and_off_in_another() -> None:
+    options = [ModelOptions.of(machine({}, base)) for base in MACHINES.values()]
+    at_work = [ModelOptions.of(run) for run in cases("on")[0][: len(OPTIONS)]]
+    assert all(
+        any(values) and not all(values) for values in zip(*(each[:-1] for each in options), strict=True)
+    )
+    assert set(at_work) == set(options[1:])
+    assert {machine({}, base).friction.law for base in MACHINES.values()} == set(FRICTION_LAWS)
+    assert options[0] == ModelOptions()
 
 
 def _long(*values):
@@ -135,16 +140,19 @@ def test_modulus_of_absurd_pressures_is_finite_and_that_of_none_is_not(pressure:
     assert np.isnan(effective_bulk_modulus(np.nan, 1.4e9, 0.01, 1.4, 101325.0))
 
 
-SHORT = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, "record.step": 2e-5})
-CHOICES: dict[str, dict[str, Any]] = {
-    "paper": {},
+CHOICES: dict[str, Values] = {
     "laminar": {"leakage.law": "laminar"},
     "blended": {"leakage.law": "blended"},
     "ramp": {"leakage.onset": "ramp", "leakage.onset_time": 0.2, "leakage.onset_duration": 0.4},
+    "intermittent": {
+        "leakage.onset": "intermittent", "leakage.onset_duration": 0.2, "leakage.onset_duty": 0.5,
+    },
     "smooth": {"friction.law": "smooth"},
+    "lugre": {"friction.law": "lugre"},
     "scaled": {"friction.scale": 0.3},
     "external": {"leakage.external_coefficient_1": 1e-13},
-    "air": {"fluid.law": "free_air"},
+    "air": {"fluid.law": "free_air", "fluid.free_air": 0.005},
+    "cavitating": {"fluid.cavitation": "clamped", "fluid.vapour_pressure": 0.0},
     "stiffening": {"fluid.bulk_modulus_pressure_slope": 11.0},
     "saturated": {"valve.largest_opening": 3e-5},
     "hysteresis": {"valve.hysteresis": 0.2},
@@ -155,9 +163,12 @@ CHOICES: dict[str, dict[str, Any]] = {
     },
     "worn": {"valve.edge_rounding": 1e-6, "valve.gain_slope": 1e3},
     "null": {"valve.null_offset": 1e-6, "valve.null_drift": -5e-7},
-    "stops": {"actuator.end_stops": "elastic", "actuator.end_stop_position": 0.02},
+    "stops": {
+        "actuator.end_stops": "elastic", "actuator.end_stop_position": 0.02,
+        "actuator.end_stop_stiffness": 20e6,
+    },
     "load": {"load.constant_force": 500.0, "load.random_force": 1000.0, "load.random_period": 0.1},
-    "droop": {"supply.droop": "first_order"},
+    "droop": {"supply.droop": "first_order", "supply.droop_resistance": 2e10},
     "ripple": {"supply.ripple": 0.01},
     "return": {"supply.return_pressure": 0.4e6, "supply.return_resistance": 2e9},
     "uneven": {"friction.pressure_slope": 5e-8, "friction.position_share": 0.2},
@@ -165,65 +176,83 @@ CHOICES: dict[str, dict[str, Any]] = {
     "scored": {"leakage.scored_centre": 2e-3, "leakage.scored_width": 10e-3},
     "warm": {"fluid.temperature_rise": 12.0, "fluid.temperature_drift": 3.0},
     "hoses": {"actuator.hose_volume": 50e-6},
-    "foundation": {"actuator.foundation_stiffness": 20e6},
+    "foundation": {"actuator.foundation_stiffness": 20e6, "actuator.foundation_damping": 20e3},
     "rod": {"actuator.piston_area_2": 380e-6, "actuator.chamber_volume_2": 200e-6},
     "inclined": {"actuator.inclination": math.radians(40.0)},
     "pid": {"control.law": "pid", "control.amplitude": 5e-3},
-    "lugre": {"friction.law": "lugre"},
-}  # fmt: skip
-OTHERS: dict[str, dict[str, Any]] = {
     "measured": {"control.feedback": "measured", "position_sensor.bias": 1e-4},
-    "intermittent": {"leakage.onset": "intermittent", "leakage.onset_duration": 0.2},
     "multisine": {"input.shape": "multisine", "input.harmonics": 5},
-    "cavitating": {"fluid.cavitation": "clamped"},
+}  # fmt: skip
+"""Options, each as it is alone, and on a machine where it is compiled."""
+OF_MACHINE = {
+    "rig": "scaled external air stiffening saturated hysteresis slow overlap edges worn null stops load droop"
+    " ripple return uneven warm foundation rod inclined",
+    "gap": "ramp drag scored",
+    "hoses": "",
+    "loop": "pid measured drag scored intermittent",
 }
+"""Machines, and the options that are tried one by one on each."""
+
+
+def chosen(names: str) -> Values:
+    return {key: value for name in names.split() for key, value in CHOICES[name].items()}
+
+
+FULL = {name: MACHINES[name] | chosen(OF_MACHINE["rig"]) | chosen(own) for name, own in OF_MACHINE.items()}
+"""Machines with all of their options at work."""
 OPTIONS = [
-    {key: value for name in names.split() for key, value in (CHOICES | OTHERS)[name].items()}
-    for names in (
-        "laminar ramp smooth air stiffening droop ripple warm rod inclined",
-        "blended lugre overlap edges worn null load return uneven hoses",
-        "pid measured saturated hysteresis slow external",
-        "intermittent stops cavitating multisine drag scored foundation",
+    MACHINES[name] | chosen(names)
+    for name, names in (
+        ("gap", "ramp air stiffening droop ripple warm rod inclined"),
+        ("hoses", "overlap edges worn null load return uneven"),
+        ("loop", "pid measured saturated hysteresis slow external intermittent drag scored"),
+        ("rig", "stops cavitating multisine foundation"),
     )
-]  # fmt: skip
-"""Every option of the model is on in a quarter of the actuators."""
-CHOICES["all"] = {name: value for choice in CHOICES.values() for name, value in choice.items()}
-RUNS = [SHORT.with_values(values) for values in CHOICES.values()]
-COEFFICIENTS = [3e-9] * len(RUNS)
+]
+"""Every option of the model is at work in a quarter of the actuators."""
+TOGETHER = {name: chosen(name) for name in ("air overlap", "air cavitating", " ".join(CHOICES))}
+VARIANTS = [
+    *(pytest.param(values, id=name) for name, values in ({"paper": {}} | FULL).items()),
+    *(pytest.param(values, id=name, marks=pytest.mark.long) for name, values in (CHOICES | TOGETHER).items()),
+]
+"""What is compiled: machines with all options at work, and options alone."""
 
 
-@pytest.mark.parametrize("name", CHOICES)
+@pytest.mark.parametrize("name", OF_MACHINE)
 def test_balances_close_under_every_option(name: str) -> None:
-    run = SHORT.with_values(CHOICES[name] | {"record.sampling_frequency": 50e3})
-    residuals = balance_residuals([run], simulate_batch([run], [3e-9]))
-    assert residuals.volume[0] < (4e-6 if run.actuator.has_unequal_chambers else 2e-6)  # of both chambers
-    assert residuals.energy[0] < 2e-6
+    base, often = MACHINES[name], FINE | {"record.sampling_frequency": 50e3}
+    values = {each: CHOICES[each] for each in OF_MACHINE[name].split()} | {"none": {}, "all": FULL[name]}
+    runs = [machine(often | changes, base) for changes in values.values()]
+    residuals = balance_residuals(runs, simulate_batch(runs, [3e-9] * len(runs)))
+    limits = [4e-6 if each in ("rod", "all") else 2e-6 for each in values]  # of both chambers
+    assert (residuals.volume < limits).all(), dict(zip(values, residuals.volume, strict=True))
+    assert (residuals.energy < 2e-6).all(), dict(zip(values, residuals.energy, strict=True))
 
 
 def test_every_option_changes_the_record_and_no_run_depends_on_those_of_its_neighbours() -> None:
-    together = simulate_batch(RUNS, COEFFICIENTS)
+    runs, origins = [machine({}), *(machine({}, base) for base in MACHINES.values())], [0] * 6
+    for number, name in enumerate(MACHINES, 1):
+        for each in OF_MACHINE.get(name, "").split():
+            runs.append(machine(CHOICES[each], MACHINES[name]))
+            origins.append(number)
+    together = simulate_batch(runs, [3e-9] * len(runs))
     pressure = together.chamber_1_pressure
-    assert min(np.abs(other - pressure[0]).max() for other in pressure[1:]) > 1.0
-    for k, run in enumerate(RUNS):
-        alone = simulate_batch([run], COEFFICIENTS[:1])
+    np.testing.assert_allclose(pressure[2], pressure[1], atol=0.1)
+    differences = np.abs(pressure - pressure[origins]).max(axis=1)
+    assert (differences[3:] > 1.0).all()
+    for k, run in enumerate(runs):
+        alone = simulate_batch([run], [3e-9])
         np.testing.assert_array_equal(alone.chamber_1_pressure[0], pressure[k])
         np.testing.assert_array_equal(alone.internal_leakage_flow[0], together.internal_leakage_flow[k])
 
 
-CLAMPED = {"fluid.cavitation": "clamped", "load.constant_force": -9e3, "record.step": 1e-4}
-AIR_AND_LAP = CHOICES["air"] | CHOICES["overlap"]
-
-
-@pytest.mark.parametrize("name", [*CHOICES, "clamped", "air and lap", "air and clamped"])
-def test_both_halves_of_the_lanes_round_alike(name: str) -> None:
+@pytest.mark.parametrize(
+    "values", [*VARIANTS, pytest.param(RIG | {"fluid.vapour_pressure": 6e6}, id="clamped")]
+)
+def test_both_halves_of_the_lanes_round_alike(values: Values) -> None:
     """The kernel holds two copies of the equations, which the compiler must not treat differently."""
-    more = {"clamped": CLAMPED, "air and lap": AIR_AND_LAP, "air and clamped": CHOICES["air"] | CLAMPED}
-    values = CHOICES.get(name) or more.get(name) or {}
     runs = [
-        SHORT.with_values(
-            values
-            | {"record.step": 1e-4, "fluid.bulk_modulus": 400e6 + 30e6 * k, "actuator.mass": 8.0 + 0.3 * k}
-        )
+        machine({"fluid.bulk_modulus": 400e6 + 30e6 * k, "actuator.mass": 8.0 + 0.3 * k}, values)
         for k in range(HALF_WIDTH)
     ]
     coefficients = np.linspace(0.0, 5e-9, HALF_WIDTH).tolist()

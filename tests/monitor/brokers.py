@@ -13,7 +13,9 @@ PROGRAM = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin
 SECRET = "hunter2-of-the-press"
 """A password."""
 
-needs_mosquitto = pytest.mark.skipif(PROGRAM is None, reason="mosquitto is not installed")
+needs_mosquitto = pytest.mark.skipif(
+    PROGRAM is None, reason="mosquitto is not installed: apt install mosquitto"
+)
 
 
 class Broker:

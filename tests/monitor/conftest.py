@@ -28,7 +28,7 @@ def guarded(tmp_path):
     file, rules = tmp_path / "passwords", tmp_path / "rules"
     program = shutil.which("mosquitto_passwd")
     if program is None:
-        pytest.skip("mosquitto_passwd is not installed")
+        pytest.skip("mosquitto is not installed: apt install mosquitto")
     subprocess.run([program, "-b", "-c", file, "press", SECRET], check=True, capture_output=True)
     rules.write_text("user press\ntopic readwrite press/#\n")
     for each in (file, rules):

@@ -13,7 +13,6 @@ from tests.commands import run
 START, ONSET, END = 2.0, 22.0, 42.0
 """The start of the motion is left out; a leak sets in at the onset [s]."""
 WINDOW = 2.0
-_LEAK = ("leakage.internal_coefficient=5e-9", "leakage.onset=step", f"leakage.onset_time={ONSET} s")
 
 
 @dataclass(frozen=True)
@@ -37,8 +36,9 @@ class Machine:
 def make_machine(folder):
     """Simulate it twice, and train a detector on the healthy record."""
     healthy, leaking = folder / "healthy.csv", folder / "leaking.csv"
-    _write(healthy)
-    _write(leaking, *_LEAK)
+    time, pressure = _pressure()
+    _write(healthy, time, pressure)
+    _write(leaking, time, np.where(time < ONSET, pressure, _pressure("leakage.internal_coefficient=5e-9")[1]))
     detector = folder / "detector.json"
     options = ("--output", "d2", "--direction", "falling", "--false-alarm-rate", "10 %")
     run("train", healthy, *options, "--window", f"{WINDOW} s", "--out", detector, check=0)
@@ -53,10 +53,14 @@ def _lower(detector):
     detector.write_text(json.dumps(file))
 
 
-def _write(path, *settings):
+def _pressure(*settings):
     common = (f"record.duration={END} s", "pressure_1_sensor.noise=20 kPa")
     columns = simulate(load_experiment(settings=[*common, *settings])).columns
-    data = np.column_stack([np.ravel(columns["time"]), np.ravel(columns["chamber_1_pressure"]) / 1e5])
+    return np.ravel(columns["time"]), np.ravel(columns["chamber_1_pressure"])
+
+
+def _write(path, time, pressure):
+    data = np.column_stack([time, pressure / 1e5])
     np.savetxt(
         path, data[data[:, 0] >= START], delimiter=",", header="time [s],P1 [bar]", comments="", fmt="%.9g"
     )

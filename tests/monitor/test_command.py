@@ -120,7 +120,7 @@ def test_state_and_log_are_regular_files_of_their_own_and_a_link_to_a_state_stay
     assert (tmp_path / "kept").stat().st_size
 
 
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full, which Linux has")
 def test_a_full_disk_behind_standard_output_is_no_bug(machine):
     with open("/dev/full", "w") as full:
         done = subprocess.run(

@@ -123,7 +123,9 @@ def test_the_commands_of_the_systemd_unit_and_of_the_container_file_are_understo
     assert parsed(words[words.index("monitor") :])["state"] == "/state/press-1.state"
 
 
-@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not installed")
+@pytest.mark.skipif(
+    shutil.which("systemd-analyze") is None, reason="systemd-analyze is not installed: apt install systemd"
+)
 def test_systemd_finds_nothing_wrong_with_the_unit(tmp_path):
     unit = tmp_path / UNIT.name
     unit.write_text(UNIT.read_text().replace("/opt/hydrofdi/bin/hydrofdi", "/bin/true"))

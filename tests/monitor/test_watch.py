@@ -247,13 +247,13 @@ ONSET = 7.0
 OPTIONS = {"spool": "command", "supply": "sum", "transient": "4 s"}
 STUDY = """
 name: few-machines
-extends: [{configs}/populations/unknown-plant.yaml, {configs}/motions/closed-loop.yaml]
+extends: [{configs}/populations/working-machine.yaml, {configs}/motions/closed-loop.yaml]
 record: {{duration: 10 s}}
 leakage: {{onset: step, onset_time: 7 s}}
 baseline: {{leakage.onset: constant}}
 study:
   population: {{seed: {seed}}}
-  healthy: {{fit: 100, test: 1}}
+  healthy: {{fit: 60, test: 1}}
   faults: {{leakage.internal_flow: [0.05 L/min, 0.5 L/min], each: 8, fit: 0, severity: level}}
 """
 
@@ -277,7 +277,7 @@ def study_detector(tmp_path_factory):
 @pytest.fixture(scope="module")
 def machines(tmp_path_factory):
     """Other machines than those that the detector is trained on."""
-    file = study(tmp_path_factory.mktemp("others"), 42)
+    file = study(tmp_path_factory.mktemp("others"), 43)
     return [*SimulatedRecords(load_experiment(file), "others").batches(labels=True)]
 
 
@@ -323,13 +323,12 @@ def test_the_delay_after_an_onset_is_that_of_the_study(study_detector, machines,
 
 def test_other_healthy_machines_alarm_within_the_promised_interval(study_detector, machines):
     others = of_population(machines, "healthy")
-    assert len(others) == 101
     alarms = sum(
         isinstance(line, Event) and line.kind is EventKind.ALARM_RAISED
         for records, row in others
         for line in watched(study_detector, records, row)
     )
-    hours = 101 * (10.0 - 4.0) / 3600.0
+    hours = len(others) * (10.0 - 4.0) / 3600.0
     shortest, longest = study_detector.chart.interval
     most = 3600.0 * hours / shortest
     least = 0.0 if longest is None else 3600.0 * hours / longest

@@ -335,6 +335,7 @@ def test_check_asks_that_a_claim_holds_in_every_feasible_reading(ensemble, study
     assert result.returncode == (0 if study["reproducing"]["C2"] == study["feasible"] else 1)
 
 
+@pytest.mark.long
 def test_scenarios_that_differ_in_the_leak_alone_share_their_sealed_controls(ensemble, folder):
     text = ENSEMBLE.split("ensemble:")[0] + "ensemble: {grid: {leakage.law: [orifice, laminar]}}\nsweep:"
     (folder / "laws.yaml").write_text(

@@ -2,8 +2,9 @@
 
 import h5py
 import numpy as np
-import pytest
+import pyarrow
 import scipy.io
+from pyarrow import parquet
 
 from hydrofdi.records import Channel
 from hydrofdi.records.measured.source import measured_source, plain_source
@@ -89,7 +90,6 @@ def write_npz(file, arrays):
 
 
 def write_parquet(file, arrays):
-    parquet, pyarrow = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("pyarrow")
     parquet.write_table(pyarrow.table(arrays), file)
 
 

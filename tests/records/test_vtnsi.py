@@ -7,12 +7,10 @@ import pytest
 
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records.measured.source import measured_source
-from tests.conftest import REPOSITORY
+from tests.conftest import NO_VTNSI, REPOSITORY, VTNSI
 from tests.records.measuring import P1, P2, POSITION, SUPPLY, kinds
 
-DATA = REPOSITORY.parent / "shared" / "data" / "vtnsi"
-
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the records are not here")
+pytestmark = pytest.mark.skipif(not VTNSI.is_dir(), reason=NO_VTNSI)
 
 
 def description(folder, *changes):
@@ -20,7 +18,7 @@ def description(folder, *changes):
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
-    (folder / "vtnsi").symlink_to(DATA)
+    (folder / "vtnsi").symlink_to(VTNSI)
     (folder / "vtnsi.yaml").write_text(text, encoding="utf-8")
     return folder / "vtnsi.yaml"
 
@@ -54,7 +52,7 @@ def test_all_records_are_read_with_group_and_label(records):
 
 
 def test_the_direction_is_that_of_the_list_of_runs(records):
-    lines = (DATA / "runs.csv").read_text().splitlines()
+    lines = (VTNSI / "runs.csv").read_text().splitlines()
     header = lines[0].split(",")
     rows = [dict(zip(header, line.split(","), strict=True)) for line in lines[1:]]
     listed = {f"vtnsi/{row['file']}": row["direction"][0] for row in rows}

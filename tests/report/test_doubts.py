@@ -58,7 +58,7 @@ def test_all_forms_tell_runs_below_the_vapour_limit(tmp_path):
     assert "4 cavitating (C)" in printed("text")
 
 
-STILL = SMALL.replace("sweep:", "paper: maddahi2015\nvalve: {lap: 1 mm}\nsweep:")
+STILL = SMALL.replace("sweep:", "paper: maddahi2015\ninput: {amplitude: 0 V}\nsweep:")
 
 
 def test_no_change_and_no_claim_is_made_of_records_that_stand_still(tmp_path):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.config import expand_runs, load_experiment
@@ -87,7 +88,6 @@ def test_a_sealed_run_is_not_its_own_baseline(swept):
 
 
 def test_the_file_says_what_a_run_is_a_replicate_of(swept):
-    xarray = pytest.importorskip("xarray")
     with xarray.open_dataset(swept.file, engine="h5netcdf") as runs:
         assert (runs.replicate_of_run.values[:4] == -1).all()
         assert set(runs.replicate_of_run.values[4:].tolist()) == {0, 1}

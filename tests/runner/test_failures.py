@@ -283,7 +283,7 @@ def test_a_folder_that_cannot_be_written_is_reported_in_one_line(tmp_path):
     plain = []
     if os.geteuid() == 0:
         if not shutil.which("setpriv"):
-            pytest.skip("root may write everywhere, and there is no setpriv to give that up")
+            pytest.skip("root may write everywhere without setpriv: apt install util-linux")
         plain = ["setpriv", "--bounding-set", "-dac_override,-dac_read_search"]
     refused = subprocess.run(
         [*plain, *COMMAND, "sweep", file, "--out", folder, "--set", "friction.viscous=60"],

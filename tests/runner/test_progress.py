@@ -90,7 +90,6 @@ sweep:
 @pytest.fixture
 def cluster(tmp_path):
     """Address of a scheduler, and its two workers."""
-    pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
     log, processes = tmp_path / "scheduler.log", []
 
     def begin(kind, *arguments, to):
@@ -135,7 +134,6 @@ def test_a_lost_worker_loses_nothing_and_the_bits_are_those_of_a_local_sweep(tmp
 
 
 def test_an_absent_scheduler_is_reported_in_one_line(drifting: Path, monkeypatch) -> None:
-    pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
     monkeypatch.setattr("hydrofdi.execution.dask_cluster.PATIENCE", "0.5s")
     sweep = ("sweep", drifting, "--out", drifting.parent / "x", "--engine", "dask")
     assert "needs scheduler" in run(*sweep, check=2).stderr

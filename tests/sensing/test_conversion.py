@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from hydrofdi.config import RunParameters
 from hydrofdi.sensing import Measurement, quantisation_noise
 from hydrofdi.sensing.measurement import feedback_noise, quantised, saturated
 from hydrofdi.sensing.noise import gaussian_noise
@@ -18,6 +17,8 @@ from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import HALF_WIDTH
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import detail_rms, noise_rms
+from tests import machines
+from tests.machines import machine
 from tests.second_solver import simulate_with_solver
 
 SIGMA, MANY = 5e3, 2**17
@@ -143,12 +144,10 @@ def test_bits_depend_neither_on_stretches_nor_on_neighbours(cuts):
     np.testing.assert_array_equal(cut[:, 0], signals[:, 0])
 
 
-LOOP = RunParameters().with_values(
-    {
-        "record.duration": 2.0, "input.period": 2.0, "control.law": "p", "control.amplitude": 5e-3,
-        "control.proportional_gain": 1.0, "control.feedback": "measured", "friction.scale": 0.1,
-    }
-)  # fmt: skip
+CONTROL = {"control.law": "p", "control.amplitude": 5e-3, "control.proportional_gain": 1.0}
+RECORD = {"record.duration": 2.0, "input.period": 2.0, "friction.scale": 0.1}
+LOOP = machine(CONTROL | RECORD, machines.LOOP)
+IDEAL = machine(CONTROL | RECORD | {"control.feedback": "measured"}, {})
 NOISY = {
     "position_sensor.noise": 20e-6, "position_sensor.bias": 1e-4, "position_sensor.drift": 1e-5,
     "position_sensor.gain_error": 0.01, "position_sensor.hum": 50e-6,
@@ -163,11 +162,14 @@ def measured(*runs):
     return truth, sensors.show(truth)
 
 
-def test_ideal_sensor_in_the_loop_changes_no_bit():
+@pytest.mark.parametrize(
+    ("run", "tolerance"), [(LOOP, 1e-6), pytest.param(IDEAL, 0.0, marks=pytest.mark.long)]
+)
+def test_ideal_sensor_in_the_loop_changes_nothing(run, tolerance):
     read, true = simulate_batch(
-        [LOOP, LOOP.with_values({"control.feedback": "ideal"})], [2e-9] * 2
+        [run, IDEAL.with_values({"control.feedback": "ideal"})], [2e-9] * 2
     ).input_voltage
-    np.testing.assert_array_equal(read, true)
+    np.testing.assert_allclose(read, true, rtol=0.0, atol=tolerance)
 
 
 def test_bias_of_the_reading_shifts_the_true_position():

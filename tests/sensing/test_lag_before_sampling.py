@@ -15,13 +15,16 @@ from hydrofdi.sensing.sampling import Clocks, sampling_instants
 from hydrofdi.simulation import batch
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms.wavelet import detail_rms
+from tests import machines
+from tests.machines import RIG, settings_of
 from tests.second_solver import simulate_with_solver
 
 LONG = "record.duration=2 s"
 WARMING = ("fluid.temperature=45 °C", "fluid.temperature_drift=1 K/s")
-SHORT = (LONG, "input.period=0.5 s", *WARMING)
+SHORT = (*settings_of(RIG), LONG, "input.period=0.5 s", *WARMING)
+DROOP = "supply.droop_resistance=2e10"
 LAGS = tuple(f"{channel.section}={{order: second, bandwidth: 150 Hz}}" for channel in CHANNELS)
-LOOP = ("control={law: pi, amplitude: 5 mm}",)
+LOOP = settings_of(machines.LOOP)
 
 
 def run_with(*settings):
@@ -53,7 +56,7 @@ def test_what_is_above_half_the_sampling_frequency_is_weakened_before_it_is_fold
 
 @pytest.mark.parametrize("loop", [(), LOOP], ids=["open", "closed"])
 def test_bits_depend_neither_on_stretches_nor_on_chunks_nor_on_neighbours(loop, monkeypatch):
-    kinds = (LAGS, (), LAGS[:1], (*LAGS, "measurement.jitter=0.2 ms"), ("supply.droop=first_order", *LAGS))
+    kinds = (LAGS, (), LAGS[:1], (*LAGS, "measurement.jitter=0.2 ms"), (DROOP, *LAGS))
     runs = [run_with(*SHORT, *loop, *kind) for kind in kinds] * 8
     together = columns_of(*runs)
     assert set(together["status"]) == {"ok"}
@@ -68,8 +71,7 @@ def test_bits_depend_neither_on_stretches_nor_on_chunks_nor_on_neighbours(loop, 
 
 
 def test_a_run_that_lags_happens_as_without_a_lag():
-    run = run_with(*SHORT, "supply.droop=first_order")
-    columns = columns_of(run, run_with(*SHORT, "supply.droop=first_order", *LAGS))
+    columns = columns_of(run_with(*SHORT, DROOP), run_with(*SHORT, DROOP, *LAGS))
     measured = {"detail_rms", "approximation_rms", "mean_chamber_1_pressure"}
     measured |= {channel.signal for channel in CHANNELS}
     for name, values in columns.items():
@@ -82,6 +84,7 @@ def test_a_run_that_lags_happens_as_without_a_lag():
 @pytest.mark.parametrize(("loop", "step"), [((), "0.02 ms"), (LOOP, "0.05 ms")], ids=["open", "closed"])
 def test_second_solvers_follow_the_lags_as_the_kernel_does(loop, step):
     run = run_with(
+        *settings_of(RIG),
         "record.duration=0.5 s",
         f"record.step={step}",
         "input.period=0.25 s",
@@ -146,7 +149,7 @@ def test_all_channels_pass_the_same_filter():
     """What is at rest is shown to the bit, what jumps is smoothed."""
     still, moving = (
         run_with(LONG, WARMING[0], "input.amplitude=0"),
-        run_with(LONG, WARMING[0], "supply.droop=first_order"),
+        run_with(*settings_of(RIG), LONG, WARMING[0], DROOP),
     )
     filtered = [run.with_values({"measurement.anti_alias": 50.0}) for run in (still, moving)]
     columns = columns_of(still, filtered[0], moving, filtered[1])

@@ -20,6 +20,7 @@ from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import stored_variables
 from tests.commands import run_hydrofdi
 from tests.conftest import REPOSITORY, sweep_in, swept
+from tests.machines import RIG, settings_of
 
 SIGNALS = [variable.name for variable in stored_variables("all") if variable.is_signal]
 NOISY = (
@@ -32,7 +33,7 @@ NOISY = (
 
 def run_with(*settings):
     warming = ["fluid.temperature=45 °C", "fluid.temperature_drift=1 K/s"]
-    usual = ["record.duration=2 s", "input.period=0.5 s", *warming]
+    usual = [*settings_of(RIG), "record.duration=2 s", "input.period=0.5 s", *warming]
     return load_experiment(None, [*usual, *settings]).nominal_parameters
 
 

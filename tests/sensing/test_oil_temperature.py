@@ -3,6 +3,7 @@
 import h5py
 import numpy as np
 import pytest
+import yaml
 
 import hydrofdi
 from hydrofdi.api.records.sources import open_source
@@ -11,24 +12,31 @@ from hydrofdi.config.plausibility import idle_parameters
 from hydrofdi.records import Channel
 from hydrofdi.store.layout import names
 from tests.conftest import sweep_in
+from tests.machines import RIG, sections_of
 
-SHORT = {"record": {"duration": "2 s"}, "input": {"period": "0.5 s"}}
-WARM = {"temperature": "45 °C", "temperature_rise": "5 K", "temperature_drift": "2 K/s"}
-SWEEP = """\
-name: warm
-record: {duration: 2 s}
-input: {period: 0.5 s}
-fluid: {temperature: 45 °C, temperature_rise: 5 K}
-temperature_sensor: {noise: 0.1 K, bias: 0.5 K}
-leakage: {internal_coefficient: 0}
-sweep: {grid: {fluid.temperature_drift: [0 K/s, 1 K/s]}}
-indicators: {warmth: {kind: pressure_statistics, channel: oil_temperature}}
-"""
+SHORT = RIG | {"record.duration": "2 s", "input.period": "0.5 s"}
+WARM = {"fluid.temperature_rise": "5 K", "fluid.temperature_drift": "2 K/s"}
+
+
+def experiment(values, **more):
+    """YAML of sections."""
+    return yaml.safe_dump(sections_of(SHORT | values) | more, allow_unicode=True)
+
+
+SWEEP = experiment(
+    {
+        "fluid.temperature": "45 °C", "fluid.temperature_rise": "5 K", "temperature_sensor.noise": "0.1 K",
+        "temperature_sensor.bias": "0.5 K", "leakage.internal_coefficient": 0,
+    },
+    name="warm", sweep={"grid": {"fluid.temperature_drift": ["0 K/s", "1 K/s"]}},
+    indicators={"warmth": {"kind": "pressure_statistics", "channel": "oil_temperature"}},
+)  # fmt: skip
 
 
 def test_record_has_the_stated_temperature_with_rise_and_drift_and_its_other_signals_keep_their_bits():
     plain, warm = (
-        hydrofdi.simulate(SHORT | {"fluid": {**WARM, "temperature": stated}}) for stated in (None, "45 °C")
+        hydrofdi.simulate(sections_of(SHORT | WARM | {"fluid.temperature": stated}))
+        for stated in (None, "45 °C")
     )
     np.testing.assert_allclose(warm["Toil"], 273.15 + 45.0 + 5.0 + 2.0 * warm.time, rtol=1e-15)
     assert warm.signals.keys() - plain.signals.keys() == {"oil_temperature", "Toil"}
@@ -70,31 +78,22 @@ def test_sensor_without_a_stated_temperature_is_said_to_have_no_effect():
     assert experiment.is_shown_exactly("temperature_sensor")
 
 
-MACHINE = """\
-record: {duration: 2 s}
-input: {period: 0.5 s}
-fluid: {temperature: 45 °C}
-valve: {lap_leakage: 1e-12 m^3/(s*Pa)}
-pressure_1_sensor: {noise: 1 kPa}
-temperature_sensor: {noise: 0.2 K}
-"""
-STUDY = """\
-study:
-  population: {per_record: {fluid.temperature_rise: {uniform: [-10 K, 10 K]}}}
-  healthy: {fit: 40, test: 2}
-  faults: {leakage.internal_flow: [0.2 L/min], each: 2}
-"""
-FRESH = """\
-leakage: {internal_coefficient: 0}
-sweep: {grid: {fluid.temperature_rise: [-8 K, -4 K, 0 K, 4 K, 8 K]}}
-"""
+MACHINE = {
+    "fluid.temperature": "45 °C", "valve.lap_leakage": 1e-12, "pressure_1_sensor.noise": "1 kPa",
+    "temperature_sensor.noise": "0.2 K",
+}  # fmt: skip
+STUDY = {
+    "population": {"per_record": {"fluid.temperature_rise": {"uniform": ["-10 K", "10 K"]}}},
+    "healthy": {"fit": 40, "test": 2}, "faults": {"leakage.internal_flow": ["0.2 L/min"], "each": 2},
+}  # fmt: skip
+RISES = {"grid": {"fluid.temperature_rise": ["-8 K", "-4 K", "1e-30 K", "4 K", "8 K"]}}
 
 
 def test_compensated_leak_of_a_warm_machine_varies_less_with_its_temperature(tmp_path):
     """Flow through clearances rises with thinner oil: by 0.12 L/min over 16 K, which the channel explains."""
     study, fresh = tmp_path / "study.yaml", tmp_path / "fresh.yaml"
-    study.write_text(MACHINE + STUDY, encoding="utf-8")
-    fresh.write_text(MACHINE + FRESH, encoding="utf-8")
+    study.write_text(experiment(MACHINE, study=STUDY), encoding="utf-8")
+    fresh.write_text(experiment(MACHINE | {"leakage.internal_coefficient": 0}, sweep=RISES), encoding="utf-8")
     spans = {}
     for compensate in (True, False):
         detector = hydrofdi.train(

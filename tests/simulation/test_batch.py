@@ -29,6 +29,7 @@ from hydrofdi.simulation.kernels.lanes import (
 )
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import detail_rms
+from tests.machines import RIG, settings_of
 from tests.simulation import reference
 
 SIGNALS = (
@@ -284,8 +285,8 @@ def test_the_most_that_an_actuator_leaks_does_not_hang_on_what_is_asked_for(para
 
 def test_a_load_can_drive_the_leak_when_the_valve_is_shut(parameters):
     shut = parameters(
-        "leakage.internal_flow=0.5 L/min", "input.amplitude=0 V", "load.random_force=5 kN",
-        "load.random_period=0.1 s",
+        *settings_of(RIG), "valve.edge_rounding=0.1 um", "leakage.internal_flow=0.5 L/min",
+        "input.amplitude=0 V", "load.random_force=5 kN", "load.random_period=0.1 s",
     )  # fmt: skip
     (solution,) = solve_leakage_coefficients([shut])
     flow = simulate_batch([shut], [solution.coefficient]).mean_internal_leakage_flow[0]

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation import compiling, object_code
 from hydrofdi.compilation.object_code import kernel
-from hydrofdi.config import RunParameters
 from hydrofdi.simulation.batch import simulate_batch
+from tests.conftest import REPOSITORY
+from tests.machines import LOOP, machine
 
 
 class Choices(NamedTuple):
@@ -108,7 +109,7 @@ def test_what_needs_the_runtime_of_numba_is_run_by_numba(folder: Path) -> None:
 
 def _give_away(path: Path) -> None:
     if os.geteuid():
-        pytest.skip("only root can give a file to another user")
+        pytest.skip("only root can give a file to another user: run as root")
     os.chown(path, 65534, 65534)
 
 
@@ -167,17 +168,18 @@ def test_without_a_folder_of_its_own_nothing_is_kept_or_left_behind(plant, tmp_p
 
 LATER = """
 import sys
-from hydrofdi.config import RunParameters
 from hydrofdi.simulation.batch import simulate_batch
-run = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, **%r})
+from tests.machines import machine
+run = machine({}, %r)
 print(simulate_batch([run], [1e-9]).chamber_1_pressure[0, -1].hex())
 print("numba" in sys.modules)
 """
 
 
-@pytest.mark.parametrize("options", [{}, {"fluid.law": "free_air", "control.law": "p"}])
-def test_a_later_process_gets_the_same_bits_without_numba(options: dict[str, str]) -> None:
-    run = RunParameters().with_values({"record.duration": 1.0, "input.period": 0.5, **options})
-    pressure = float(simulate_batch([run], [1e-9]).chamber_1_pressure[0, -1])
-    done = subprocess.run([sys.executable, "-c", LATER % options], capture_output=True, text=True, check=True)
+@pytest.mark.parametrize("base", [{}, LOOP], ids=["paper", "loop"])
+def test_a_later_process_gets_the_same_bits_without_numba(base: dict[str, Any]) -> None:
+    pressure = float(simulate_batch([machine({}, base)], [1e-9]).chamber_1_pressure[0, -1])
+    done = subprocess.run(
+        [sys.executable, "-c", LATER % base], capture_output=True, text=True, check=True, cwd=REPOSITORY
+    )
     assert done.stdout.split() == [pressure.hex(), "False"]

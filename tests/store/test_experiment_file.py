@@ -131,7 +131,7 @@ record: {duration: 2 s}
 store: {signals: none}
 sweep:
   zip:
-    valve.largest_speed: [null, 10 mm/s]
+    actuator.stroke: [null, 400 mm]
     pressure_1_sensor.bandwidth: [null, 100 Hz]
     pressure_1_sensor.order: [ideal, first]
     analysis.discard: [0.5 s, 1 period]
@@ -141,7 +141,7 @@ sweep:
 def test_a_number_that_is_not_set_is_nan_and_texts_have_no_unit(tmp_path):
     with h5py.File(sweep_in(tmp_path, UNSET).file) as file:
         for name, values, units in (
-            ("valve_largest_speed", [np.nan, 0.01], "m/s"),
+            ("actuator_stroke", [np.nan, 0.4], "m"),
             ("pressure_1_sensor_bandwidth", [np.nan, 100.0], "Hz"),
         ):
             np.testing.assert_array_equal(file[name][:], values)

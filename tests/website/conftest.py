@@ -14,7 +14,6 @@ sys.path.insert(0, str(DOCS))  # generators
 @pytest.fixture(scope="session")
 def site(tmp_path_factory):
     """The folder of the built site; a warning of Sphinx fails the build."""
-    pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
     built = subprocess.run([*command, DOCS, folder], capture_output=True, text=True, timeout=1500)

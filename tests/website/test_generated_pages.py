@@ -5,9 +5,6 @@ import shlex
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
-
 from generators import commands, configurations, detectors, interface, units
 from generators.examples import EXAMPLES
 from generators.links import led_to_pages

@@ -6,9 +6,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("markdown_it", reason="the extra 'docs' is not installed")
-
 from markdown_it import MarkdownIt
 
 ROOT = Path(__file__).parents[2]

@@ -284,6 +284,7 @@ def test_a_leak_is_found(folder, promise_trained):
     faults = "faults: {leakage.internal_flow: [2 L/min], each: 10, fit: 0, severity: level}"
     found = summary(promise_trained, population(folder, "leak", 5, 1, study=faults))
     assert found["alarm_share"] > 0.7
+    assert "novel" not in found["not_judged"]
 
 
 def test_a_machine_at_another_supply_pressure_is_novel_and_no_alarm(folder, promise_trained):
@@ -292,7 +293,8 @@ def test_a_machine_at_another_supply_pressure_is_novel_and_no_alarm(folder, prom
     assert found["not_judged"].keys() == {"novel"}
 
 
-def test_a_large_leak_is_an_alarm_and_not_novel(folder):
+@pytest.mark.long
+def test_a_large_leak_is_an_alarm_and_not_novel_in_open_loop(folder):
     promise_trained = detector(folder, population(folder, "open", 3, 30, motion=""))
     faults = "faults: {leakage.internal_flow: [2 L/min], each: 10, fit: 0, severity: level}"
     found = summary(promise_trained, population(folder, "large", 5, 1, study=faults, motion=""))

@@ -19,6 +19,7 @@ def advance_full_lanes(jobs: list[Job]) -> None:
     for window, chunk in chunks(inputs, record):
         samples = np.empty((window.stop - window.start, N_PAPER_SAMPLED, WIDTH))
         advance_lanes(
-            lanes, chunk.stages, inputs.column_of_run, chunk.loads, inputs.load_of_run, record.step,
-            record.steps_per_sample, 1, samples, window.start * record.steps_per_sample, ModelOptions(),
+            lanes, chunk.stages, inputs.column_of_run, chunk.loads, inputs.load_of_run,
+            int(len(set(inputs.column_of_run.tolist())) == 1), record.step, record.steps_per_sample, 1,
+            samples, window.start * record.steps_per_sample, ModelOptions(),
         )  # fmt: skip

@@ -168,19 +168,17 @@ def measure_kernels(rounds: int) -> tuple[dict[str, dict[str, float]], list[Targ
 def judge_options(rounds: int) -> tuple[dict[str, dict[str, float]], list[Target]]:
     rows = measure_options(4 * rounds)
     tell(
-        f"\n{'options of the model':26} {'ns per step and job':>20} {'times bare':>11} {'to compile [s]':>15}"
+        f"\n{'options of the model':26} {'ns per step and job':>20} {'times off':>11} {'to compile [s]':>15}"
     )
     for title, row in rows.items():
         tell(
-            f"{title:26} {row['ns_per_step_and_job']:20.2f} {row['times_the_bare_kernel']:11.2f}"
+            f"{title:26} {row['ns_per_step_and_job']:20.2f} {row['times_all_off']:11.2f}"
             f" {row['compilation_seconds']:15.1f}"
         )
     slowest = max(row["compilation_seconds"] for row in rows.values())
-    off, free_air = (rows[name]["times_the_bare_kernel"] for name in ("off", "free air"))
     return rows, [
-        Target("all options off: times a kernel without options", off, "<=", 1.03, "×"),
-        Target("free air: times a kernel without options", free_air, "<=", 3.0, "×"),
-        Target("slowest combination of options to compile", slowest, "<=", 8.0, "s"),
+        Target("free air: times all options off", rows["free air"]["times_all_off"], "<=", 3.0, "×"),
+        Target("slowest combination of options to compile", slowest, "<=", 1.0, "s"),
     ]
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from llvmlite import ir
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from hydrofdi.compilation.object_code import is_dynamic
 from hydrofdi.physics.equation import FAST_MATH
 
 _REAL, _INTEGER, _TRUTH, _POINTER = ir.DoubleType(), ir.IntType(64), ir.IntType(1), ir.PointerType()
@@ -194,11 +195,6 @@ def recorded(function: Callable[..., None], arguments: tuple[Any, ...], name: st
     finally:
         _builders.pop()
     return str(module)
-
-
-def is_dynamic(argument: Any) -> bool:
-    """Whether machine code takes an argument; all others are constants of it."""
-    return isinstance(argument, (np.ndarray, float, int, np.integer)) and not isinstance(argument, bool)
 
 
 def _symbols(arguments: tuple[Any, ...], given: Iterator[Any]) -> Iterator[Any]:

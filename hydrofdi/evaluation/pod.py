@@ -83,8 +83,8 @@ class Tally:
         """
         if self.severity.size <= n_level:
             return self
-        middle = np.cumsum(self.total) - self.total / 2.0
-        places = np.minimum((middle * n_level / self.total.sum()).astype(int), n_level - 1)
+        total = self.total.astype(int)
+        places = np.minimum((2 * np.cumsum(total) - total) * n_level // (2 * total.sum()), n_level - 1)
         first = np.flatnonzero(np.diff(places, prepend=-1))
         last = np.append(first[1:], places.size) - 1
         hits, total = (np.add.reduceat(counts, first).astype(float) for counts in (self.hits, self.total))
@@ -402,13 +402,14 @@ def lack_of_fit(curve: PodCurve) -> float:
 
 def _cells(expected: Array, total: Array) -> np.ndarray:
     """Cell of each level, shape (n_level,), formed from below; the remainder joins the last cell."""
-    size = total.sum() / MOST_CELLS if total.size > MOST_CELLS else 0.0
-    cells, cell, hits, misses = np.empty(total.size, dtype=int), 0, 0.0, 0.0
+    smallest = total.sum() if total.size > MOST_CELLS else 0.0
+    cells, cell, hits, records = np.empty(total.size, dtype=int), 0, 0.0, 0.0
     for place in range(total.size):
         cells[place] = cell
-        hits, misses = hits + expected[place], misses + total[place] - expected[place]
-        if min(hits, misses) >= SMALLEST_EXPECTED and hits + misses >= size:
-            cell, hits, misses = cell + 1, 0.0, 0.0
+        hits, records = hits + expected[place], records + total[place]
+        # Counts are integers, so that their comparison does not depend on rounding.
+        if min(hits, records - hits) >= SMALLEST_EXPECTED and records * MOST_CELLS >= smallest:
+            cell, hits, records = cell + 1, 0.0, 0.0
     return np.minimum(cells, max(cell - 1, 0))
 
 

@@ -12,13 +12,16 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from hydrofdi.compilation.object_code import is_dynamic
 from hydrofdi.physics.equation import FAST_MATH
 
-_REAL, _INTEGER, _TRUTH, _POINTER = ir.DoubleType(), ir.IntType(64), ir.IntType(1), ir.PointerType()
+ir: Any
+_REAL: Any
+_INTEGER: Any
+_TRUTH: Any
+_POINTER: Any
 _FLAGS = tuple(sorted(FAST_MATH))
 _REAL_OPERATIONS = {"add": "fadd", "subtract": "fsub", "multiply": "fmul", "divide": "fdiv"}
 _INTRINSICS = {
@@ -31,8 +34,16 @@ _INTEGER_OPERATIONS = {
 }  # fmt: skip
 _COMPARISONS = {"less": "<", "less_equal": "<=", "greater": ">", "greater_equal": ">=", "equal": "=="}
 
-_builders: list[ir.IRBuilder] = []
+_builders: list[Any] = []
 """Where instructions are appended; the last one is that of the present function."""
+
+
+def _load_compiler() -> None:
+    """Import llvmlite when the first function is recorded: most commands record none."""
+    global ir, _REAL, _INTEGER, _TRUTH, _POINTER
+    from llvmlite import ir
+
+    _REAL, _INTEGER, _TRUTH, _POINTER = ir.DoubleType(), ir.IntType(64), ir.IntType(1), ir.PointerType()
 
 
 class Symbol(NDArrayOperatorsMixin):
@@ -178,6 +189,7 @@ def recorded(function: Callable[..., None], arguments: tuple[Any, ...], name: st
     Its machine code is called like that of numba: two pointers that it does not use, then an array as owner,
     parent, number of elements, their size, data, shape and strides.
     """
+    _load_compiler()
     types = [_POINTER, _POINTER]
     for argument in arguments:
         if isinstance(argument, np.ndarray):

@@ -232,7 +232,7 @@ def test_the_floor_keeps_false_alarms_from_counting_as_detections():
 @pytest.mark.parametrize("n_record", [10, 16, 40, 100])
 def test_rounding_moves_no_level_to_another_cell(n_record):
     draw = np.random.default_rng(n_record)
-    severity = np.repeat(np.geomspace(0.01, 1.0, 14), n_record)
+    severity = np.repeat(np.geomspace(0.01, 1.0, 20), n_record)
     for _ in range(20):
         outcomes = hits(draw, severity, location=-1.0, spread=0.6)
         curve = probability_of_detection(severity, outcomes, false_alarm_rate=0.01)

@@ -391,8 +391,8 @@ def lack_of_fit(curve: PodCurve) -> float:
 
     counted = curve.tally
     expected = counted.total * curve.probability(counted.severity)
-    cells = _cells(expected, counted.total)
-    hits, expects, total = (np.bincount(cells, values) for values in (counted.hits, expected, counted.total))
+    cell = cells(expected, counted.total)
+    hits, expects, total = (np.bincount(cell, values) for values in (counted.hits, expected, counted.total))
     degrees = hits.size - 2
     if degrees < 1:
         return math.nan
@@ -400,16 +400,22 @@ def lack_of_fit(curve: PodCurve) -> float:
     return float(chdtrc(degrees, statistic))
 
 
-def _cells(expected: Array, total: Array) -> np.ndarray:
-    """Cell of each level, shape (n_level,), formed from below; the remainder joins the last cell."""
+def cells(expected: Array, total: Array) -> np.ndarray:
+    """Cell of each level, shape (n_level,), formed from below; the remainder joins the last cell.
+
+    Parameters
+    ----------
+    expected, total : ndarray, shape (n_level,)
+        Expected number of hits, and number of records.
+    """
     size = total.sum() / MOST_CELLS if total.size > MOST_CELLS else 0.0
-    cells, cell, hits, misses = np.empty(total.size, dtype=int), 0, 0.0, 0.0
+    places, cell, hits, count = np.empty(total.size, dtype=int), 0, 0.0, 0.0
     for place in range(total.size):
-        cells[place] = cell
-        hits, misses = hits + expected[place], misses + total[place] - expected[place]
-        if min(hits, misses) >= SMALLEST_EXPECTED and hits + misses >= size:
-            cell, hits, misses = cell + 1, 0.0, 0.0
-    return np.minimum(cells, max(cell - 1, 0))
+        places[place] = cell
+        hits, count = hits + expected[place], count + total[place]  # sums of whole numbers are exact
+        if min(hits, count - hits) >= SMALLEST_EXPECTED and count >= size:
+            cell, hits, count = cell + 1, 0.0, 0.0
+    return np.minimum(places, max(cell - 1, 0))
 
 
 def deficit(curve: PodCurve, place: float, rise: float) -> float:

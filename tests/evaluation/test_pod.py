@@ -10,6 +10,7 @@ from scipy.special import ndtr, ndtri
 
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod import (
+    cells,
     isotonic,
     lack_of_fit,
     last_shown,
@@ -234,6 +235,12 @@ def test_a_right_curve_seldom_lacks_fit_and_a_wrong_one_does():
     plateau = (draw.random(SEVERITY.size) < np.where(SEVERITY > 0.1, 0.6, 0.01)).astype(float)
     assert lack_of_fit(probability_of_detection(SEVERITY, plateau)) < 1e-6
     assert np.isnan(lack_of_fit(probability_of_detection([0.1, 0.2], [0.0, 1.0])))
+
+
+def test_cells_of_the_lack_of_fit_do_not_depend_on_rounding():
+    expected, total = np.linspace(0.17, 0.83, 120), np.ones(120)
+    for noise in np.random.default_rng(1).uniform(-1e-14, 1e-14, (20, 120)):
+        assert np.bincount(cells(expected + noise, total)).tolist() == [12] * 10
 
 
 def test_the_isotonic_estimate_never_falls_and_keeps_the_mean():

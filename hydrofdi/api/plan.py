@@ -37,7 +37,7 @@ from hydrofdi.store.layout.names import dimensions, stored_signals
 
 _MOST_FACTOR, _START_SECONDS = 2.0, 10.0
 """On a busy machine ready configurations took at most so many times their arithmetic, and the start [s]."""
-_CALIBRATION_ROUNDS = 14
+_CALIBRATION_ROUNDS = 5
 """Simulations that a calibration takes, about."""
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,13 +15,22 @@ from hydrofdi.simulation.drive import largest_leakage_flows, no_load_flow
 from hydrofdi.simulation.kernels.lanes import positions_by
 
 RELATIVE_TOLERANCE = 1e-10
-"""Relative tolerance of K_i."""
+"""Relative tolerance of K_i, by which a jump of the flow is told from a root. Solutions are closer."""
+
+_LAST_STEPS = 1e-15
+"""Product of the last two steps in ln K_i, to which the remaining error of a secant is proportional."""
 
 _LARGEST_SURPLUS = 1e-6
 """Largest relative deviation of the leakage from the request; a root with more is rejected."""
 
-_MOST_TRIALS = 12
-"""Number of times the upper end of the bracket is tripled before a flow counts as unreachable."""
+_MOST_TRIPLED = 12
+"""Number of K_i, each three times the one before, after which a flow counts as unreachable."""
+
+_LARGEST_LOGARITHM = 700.0
+"""Largest ln K_i that is a number."""
+
+_QUICK_TRIALS = 10
+"""Number of trials after which every other one halves the bracket."""
 
 
 @dataclass(frozen=True)
@@ -49,63 +59,78 @@ def solve_leakage_coefficients(conditions: Sequence[RunParameters]) -> list[Cali
     conditions : sequence of RunParameters
         Runs with a positive internal flow.
     """
+    searches = [search_coefficient(*_request(condition)) for condition in conditions]
+    trials = {k: next(search) for k, search in enumerate(searches)}
     solutions: dict[int, Calibration] = {}
-    for members in positions_by(parameters.record for parameters in conditions).values():
-        solved = _solve_group([conditions[k] for k in members])
-        solutions |= dict(zip(members, solved, strict=True))
+    while trials:
+        places = list(trials)
+        for group in positions_by(conditions[k].record for k in places).values():
+            members = [places[position] for position in group]
+            flows = _mean_flows([conditions[k] for k in members], [trials[k] for k in members])
+            for k, flow in zip(members, flows.tolist(), strict=True):
+                try:
+                    trials[k] = searches[k].send(flow)
+                except StopIteration as end:
+                    solutions[k] = end.value
+                    del trials[k]
     return [solutions[k] for k in range(len(conditions))]
 
 
-def _solve_group(conditions: Sequence[RunParameters]) -> list[Calibration]:
-    from scipy.optimize.elementwise import find_root
-
-    target = np.array([parameters.leakage.internal_flow for parameters in conditions], dtype=float)
-    upper, reachable = _upper_bracket(conditions, target)
-    solvable = np.flatnonzero(np.isfinite(upper))
-    coefficients = np.full(len(conditions), np.nan)
-    if solvable.size:
-
-        def surplus(coefficient: NDArray[np.float64], index: NDArray[np.int64]) -> NDArray[np.float64]:
-            flow = _mean_flow([conditions[int(k)] for k in index], coefficient)
-            relative: NDArray[np.float64] = np.nan_to_num(flow) / target[index] - 1.0
-            return relative
-
-        result = find_root(
-            surplus,
-            (np.zeros(solvable.size), upper[solvable]),
-            args=(solvable,),
-            tolerances={"xrtol": RELATIVE_TOLERANCE, "xatol": 0.0, "frtol": 0.0, "fatol": 0.0},
-        )
-        leaks_enough = np.abs(surplus(result.x, solvable)) < _LARGEST_SURPLUS
-        coefficients[solvable] = np.where(leaks_enough, result.x, np.nan)
-    return [Calibration(float(k), float(q)) for k, q in zip(coefficients, reachable, strict=True)]
+def _request(condition: RunParameters) -> tuple[float, float]:
+    """The flow of a condition, and the K_i that leaks it at a quarter of the supply pressure."""
+    target = condition.leakage.internal_flow or 0.0
+    from_valve = no_load_flow(condition)
+    start = min(target, from_valve) if from_valve > 0.0 else target
+    return target, start / math.sqrt(0.25 * condition.supply.pressure)
 
 
-def _upper_bracket(
-    conditions: Sequence[RunParameters], target: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coefficients whose leakage is at least the target (NaN if none), and the largest flows found."""
-    supply = np.array([parameters.supply.pressure for parameters in conditions])
-    from_valve = np.array([no_load_flow(parameters) for parameters in conditions])
-    start = np.where(from_valve > 0.0, np.minimum(target, from_valve), target)
-    trial = start / np.sqrt(0.25 * supply)
-    upper = np.full(len(conditions), np.nan)
-    reachable = np.zeros(len(conditions))
-    for _ in range(_MOST_TRIALS):
-        open_ = np.flatnonzero(np.isnan(upper))
-        if not open_.size:
+def search_coefficient(target: float, trial: float) -> Generator[float, float, Calibration]:
+    """Trials of K_i, from a first one on, each answered by its mean flow; then the solution.
+
+    A flow of NaN counts as too small. Secants of ln flow over ln K_i need few trials, as the flow is nearly
+    proportional to K_i; a bracket guards them.
+    """
+    below, above, most = 0.0, math.inf, 0.0
+    ceiling, n_tripled, n_trial = 3.0 * trial, 0, 0
+    points: list[tuple[float, float]] = []
+    while math.isinf(above) or above - below > RELATIVE_TOLERANCE * above:
+        flow = yield trial
+        n_trial += 1
+        most = max(most, 0.0 if math.isnan(flow) else flow)
+        below, above = (below, trial) if flow >= target else (trial, above)
+        if flow > 0.0:
+            points.append((math.log(trial), math.log(flow / target)))
+        estimate, error = _secant(points[-2:])
+        if error < _LAST_STEPS and abs(flow / target - 1.0) < _LARGEST_SURPLUS:
+            return Calibration(estimate, most)
+        is_inside = below < estimate < min(above, ceiling)
+        if math.isfinite(above):
+            halves = not is_inside or (n_trial > _QUICK_TRIALS and n_trial % 2 == 0)
+            trial = 0.5 * (below + above) if halves else estimate
+        elif is_inside:
+            trial = estimate
+        elif (n_tripled := n_tripled + 1) < _MOST_TRIPLED:
+            trial, ceiling = ceiling, 3.0 * ceiling
+        else:
             break
-        flow = _mean_flow([conditions[int(k)] for k in open_], trial[open_])
-        reachable[open_] = np.fmax(reachable[open_], flow)
-        reached = flow >= target[open_]
-        upper[open_[reached]] = trial[open_[reached]]
-        trial[open_[~reached]] *= 3.0
-    return upper, reachable
+    return Calibration(math.nan, most)
 
 
-def _mean_flow(runs: Sequence[RunParameters], coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+def _secant(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """The K_i at which the secant of ln flow over ln K_i meets the request, and a measure of its error."""
+    if not points:
+        return math.nan, math.inf
+    x, y = points[-1]
+    before = points[0] if len(points) > 1 else (x - 1.0, y - 1.0)  # the flow is nearly proportional to K_i
+    slope = (y - before[1]) / (x - before[0])
+    if slope <= 0.0:
+        return math.nan, math.inf
+    return math.exp(min(x - y / slope, _LARGEST_LOGARITHM)), abs(y / slope * (x - before[0]))
+
+
+def _mean_flows(runs: Sequence[RunParameters], coefficients: Sequence[float]) -> NDArray[np.float64]:
     """Mean leakage flows [m³/s]; NaN for runs that failed or chatter, as happens if K_i is very large."""
-    trajectory = simulate_batch(runs, list(coefficients))
+    trajectory = simulate_batch(runs, coefficients)
     flow = trajectory.mean_internal_leakage_flow
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
     chatters = flow > largest_leakage_flows(runs, trajectory)

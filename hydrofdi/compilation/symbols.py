@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,8 @@ _INTEGER_OPERATIONS = {
 _COMPARISONS = {"less": "<", "less_equal": "<=", "greater": ">", "greater_equal": ">=", "equal": "=="}
 
 _builders: list[Any] = []
-"""Where instructions are appended; the last one is that of the present function."""
+"""Where instructions are appended, while a function is recorded."""
+_recording = Lock()
 
 
 def _load_compiler() -> None:
@@ -51,6 +53,9 @@ class Symbol(NDArrayOperatorsMixin):
 
     def __init__(self, value: Any) -> None:
         self.value = value
+
+    def __bool__(self) -> bool:
+        raise TypeError("a symbol has no truth value: use np.where, np.minimum, np.maximum, each or when")
 
     def view(self, dtype: Any) -> Symbol:
         """The same 64 bits as another type."""
@@ -125,7 +130,7 @@ class Memory:
 
     @property
     def _type(self) -> Any:
-        return _REAL if self._dtype == np.float64 else _INTEGER
+        return {"f8": _REAL, "i8": _INTEGER}[self._dtype.str[1:]]
 
     def _part(self, index: Any) -> Memory:
         pointer, places = self._pointer, index if isinstance(index, tuple) else (index,)
@@ -200,12 +205,13 @@ def recorded(function: Callable[..., None], arguments: tuple[Any, ...], name: st
     module = ir.Module()
     entry = ir.Function(module, ir.FunctionType(ir.IntType(32), types), name)
     builder = ir.IRBuilder(entry.append_basic_block())
-    _builders.append(builder)
-    try:
-        function(*_symbols(arguments, iter(entry.args[2:])))
-        builder.ret(ir.Constant(ir.IntType(32), 0))
-    finally:
-        _builders.pop()
+    with _recording:
+        _builders.append(builder)
+        try:
+            function(*_symbols(arguments, iter(entry.args[2:])))
+        finally:
+            _builders.pop()
+    builder.ret(ir.Constant(ir.IntType(32), 0))
     return str(module)
 
 

@@ -82,3 +82,13 @@ def test_each_value_of_an_option_has_its_own_machine_code_and_numbers_share_it(f
         kernel(values, factor, option)
     assert values.tolist() == [5.0] * 3
     assert len(list(folder.glob("scaled-*.o"))) == 2
+
+
+@pytest.mark.parametrize("branching", [lambda x: 1.0 if x > 0.0 else 0.0, lambda x: min(x, 1.0)])
+def test_a_branch_on_a_symbol_is_refused(branching) -> None:
+    def fill(values):
+        values[0] = branching(values[0])
+
+    with pytest.raises(TypeError):
+        recorded_kernel(fill)(np.ones(1))
+    assert list(each(2)) == [0, 1]

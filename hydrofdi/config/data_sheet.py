@@ -210,7 +210,7 @@ class DataSheet(Section):
     @cached_property
     def period(self) -> float:
         """Time for half the stroke in the slower direction, and five time constants of the loop [s]."""
-        return 0.1 * math.ceil(10.0 * (0.5 * self.stroke / min(self.speeds) + 5.0 / self.crossover))
+        return 0.1 * math.ceil(10.0 * (0.5 * self.stroke / min(self.speeds) + 5.0 / self.crossover) - 1e-9)
 
     @property
     def duration(self) -> float:

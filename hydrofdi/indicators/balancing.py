@@ -29,6 +29,7 @@ from hydrofdi.indicators.nominal_plant import UncertainActuator
 from hydrofdi.indicators.single_channel import alternating_side
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
+from hydrofdi.units import BELOW
 
 P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
 
@@ -396,7 +397,7 @@ def counting_windows(spool: Array, frequency: float, options: BalanceOptions) ->
         jumps = so_far > 0
     closed = jumps
     if options.least_opening > 0.0:
-        closed = jumps | (np.abs(spool) < options.least_opening)
+        closed = jumps | (np.abs(spool) < BELOW * options.least_opening)
         closed[:, 1:] |= (spool[:, 1:] > 0.0) != (spool[:, :-1] > 0.0)
     half = options.half_window
     n_block = spool.shape[1] // half

@@ -14,6 +14,7 @@ from pydantic import AfterValidator
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.units import ABOVE
 
 _FEWEST_SAMPLES, _FEWEST_OF_MODES = 8, 16
 """Least number of samples of a segment."""
@@ -166,7 +167,7 @@ def jumps(signal: Array, lag: int, spacing: int, least_ratio: float = 0.0, least
     np.abs(change, out=change)
     largest = change.max(axis=1, initial=0.0)
     is_jumping = np.isfinite(largest) & (largest * n_change > least_ratio * change.sum(axis=1))
-    least = np.where(is_jumping, least_share * largest, np.inf)
+    least = np.where(is_jumping, ABOVE * least_share * largest, np.inf)
     record, first = np.divmod(np.flatnonzero(change > least[:, None]), max(n_change, 1))
     apart = (np.diff(first, prepend=-1) > spacing) | (np.diff(record, prepend=-1) != 0)
     return Steps(record[apart], first[apart] + lag)
@@ -176,11 +177,12 @@ def half_periods(
     n_record: int, n_time: int, sampling_frequency: float, period: float, start_time: float = 0.0
 ) -> Steps:
     """Middles and ends of the periods of a drive that started at time zero, the same in each record."""
-    half, rounding = period / 2.0, 1e-9
+    # a thousandth of a sample, also where clocks count from 1970
+    half, rounding = period / 2.0, 2e-3 / (period * sampling_frequency)
     first = math.floor(start_time / half + rounding) + 1
     last = math.floor((start_time + (n_time - 1) / sampling_frequency) / half + rounding)
     instants = half * np.arange(first, last + 1) - start_time
-    sample = np.ceil(instants * sampling_frequency - rounding * n_time).astype(np.intp)
+    sample = np.ceil(instants * sampling_frequency - 1e-3).astype(np.intp)
     return Steps(np.repeat(np.arange(n_record), sample.size), np.tile(sample, n_record))
 
 

@@ -320,7 +320,7 @@ class Joiner:
     """
 
     def __init__(self, n_channel: int, period: float, wait: float) -> None:
-        self._n_channel, self._tolerance, self._wait = n_channel, period / 2, wait
+        self._n_channel, self._tolerance, self._wait = n_channel, 0.501 * period, wait
         self._patience = round(wait / period)
         self._last = -np.inf
         self.begin()

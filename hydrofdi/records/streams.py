@@ -20,13 +20,13 @@ from hydrofdi.settings.messages import counted
 
 _FARTHEST = 1e11
 """Largest distance of a time stamp from zero [s]: about 3,000 years."""
-_GAP = 1.5
-"""Longest step that is not a gap [sampling periods]."""
+_GAP = 1.501
+"""Longest step that is not a gap [sampling periods]: 3/2 even if stamps are rounded."""
 _STEPS = 10
 """Number of successive gaps that mean another rate."""
 _PATIENCE, _FEWEST = 60.0, 10
 """The clock was set back if all samples are earlier for this duration [s], and for this number of samples."""
-_QUIET = 60.0
+_QUIET = 60.001
 """Time without a kind of event after which it is reported again [s]."""
 _KINDS = ("gap", "rate_changed", "duplicate", "time_ran_back", "set_back", "malformed")
 _NONE = np.zeros(2, dtype=np.int64)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.records.batch import Array, Channel, RecordBatch
+from hydrofdi.units import ABOVE
 
 _FROZEN_FOR, _FROZEN_MOVE = 1.0, 0.3
 """A position is stuck if it repeats one value for longer than the first number [s], while the 5 … 95 % range
@@ -65,7 +66,7 @@ def drive_edges(
     channel.
     """
     low, high = drive
-    middle, half = (low + high) / 2.0, BAND * (high - low) / 2.0
+    middle, half = (low + high) / 2.0, ABOVE * BAND * (high - low) / 2.0
     sides = np.concatenate([[side], 1 * (samples > middle + half) - (samples < middle - half)])
     decided = np.flatnonzero(sides)
     if not decided.size:

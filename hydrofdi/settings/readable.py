@@ -6,7 +6,7 @@ import math
 import re
 from typing import Any
 
-from hydrofdi.units import convert
+from hydrofdi.units import ABOVE, convert
 
 HOLE = "–"
 """What people read in place of a value that is missing."""
@@ -40,7 +40,7 @@ def readable_unit(own: str, largest: float) -> str:
     units = _READABLE.get(own, ())
     if units and largest == 0.0:
         return own if own in dict(units) else units[-1][0]
-    return next((unit for unit, least in units if largest >= least), own)
+    return next((unit for unit, least in units if ABOVE * largest >= least), own)
 
 
 def written_units(own: str) -> list[str]:

@@ -54,7 +54,9 @@ class CrossCorrelation(Indicator[CrossCorrelationOptions]):
         size = np.sqrt(np.mean(np.square(first), axis=1) * np.mean(np.square(second), axis=1))
         lag = self._lag(records)
         covariance = _cross_covariance(first, second, lag)
-        place = np.argmax(np.abs(covariance), axis=1)
+        # of equal peaks, the earliest
+        height = np.abs(covariance)
+        place = np.argmax(height >= (1.0 - 1e-12) * height.max(axis=1, keepdims=True), axis=1)
         peak = covariance[np.arange(records.n_record), place]
         moves = np.where(size > 0.0, 1.0, np.nan)
         return {

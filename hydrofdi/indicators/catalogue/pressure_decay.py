@@ -13,6 +13,7 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
+from hydrofdi.units import ABOVE
 
 Places = NDArray[np.intp]
 
@@ -193,7 +194,8 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         options = self.options
         match self._shown_by(records):
             case "command":
-                resting: NDArray[np.bool_] = np.abs(records[Channel.INPUT_VOLTAGE]) <= options.largest_command
+                size = np.abs(records[Channel.INPUT_VOLTAGE])
+                resting: NDArray[np.bool_] = size <= ABOVE * options.largest_command
                 return resting
             case "position":
                 return _is_still(records, options)
@@ -209,5 +211,5 @@ def _is_still(records: RecordBatch, options: PressureDecayOptions) -> NDArray[np
     lag = max(1, round(options.speed_time * frequency))
     still = np.zeros(position.shape, dtype=bool)
     moved = np.abs(position[:, lag:] - position[:, : max(records.n_time - lag, 0)])
-    still[:, lag:] = moved <= largest[:, None] * lag / frequency
+    still[:, lag:] = moved <= ABOVE * largest[:, None] * lag / frequency
     return still

@@ -13,6 +13,7 @@ from hydrofdi.records.batch import Array, Channel
 from hydrofdi.records.measured.description.sections import CyclesConfig, SegmentConfig, TrimConfig
 from hydrofdi.records.measured.recording import Recording, RejectionError
 from hydrofdi.records.stuck import BAND, Direction, drive_edges
+from hydrofdi.units import ABOVE, BELOW
 
 
 def edges(samples: Array, direction: Direction) -> list[int]:
@@ -24,7 +25,7 @@ def edges(samples: Array, direction: Direction) -> list[int]:
 def reversals(position: Array) -> list[int]:
     """Samples at which a position reverses; reversals below a fifth of its range do not count."""
     low, high = _range(position)
-    size = BAND * (high - low)
+    size = BELOW * BAND * (high - low)
     if not size > 0.0:
         return []
     turns: list[int] = []
@@ -76,16 +77,16 @@ def find_stroke(position: Array) -> Stroke | None:
     first, last = float(np.median(position[:n_end])), float(np.median(position[-n_end:]))
     noise = float(np.median(np.abs(np.diff(position)))) if position.size > 1 else 0.0
     distance = last - first
-    if not abs(distance) > _NOISE * noise or not np.isfinite(distance):
+    if not abs(distance) > ABOVE * _NOISE * noise or not np.isfinite(distance):
         return None
-    progress = (position - first) / distance
-    return Stroke(distance, int(np.argmax(progress > _MARGIN)), int(np.argmax(progress >= 1.0 - _MARGIN)))
+    progress, margin = (position - first) / distance, ABOVE * _MARGIN
+    return Stroke(distance, int(np.argmax(progress > margin)), int(np.argmax(progress >= 1.0 - margin)))
 
 
 def short_stroke(recording: Recording, stroke: Stroke | None, shortest: float | None) -> tuple[Issue, ...]:
     """A remark if a stroke is too short."""
     distance = 0.0 if stroke is None else abs(stroke.distance)
-    if shortest is None or distance >= shortest:
+    if shortest is None or distance >= BELOW * shortest:
         return ()
     unit = recording.unit(Channel.PISTON_POSITION)
     return (
@@ -159,7 +160,7 @@ def _spans(recording: Recording, cycles: CyclesConfig) -> list[tuple[int, int]]:
         assert cycles.period is not None
         per_cycle = cycles.period * recording.sampling_frequency
         n_cycle = int((recording.n_time + 1e-6) / per_cycle) if per_cycle >= 2.0 else 0
-        starts = [round(number * per_cycle) for number in range(n_cycle)]
+        starts = [round(round(number * per_cycle, 6)) for number in range(n_cycle)]
         return [(start, start + int(per_cycle + 1e-6)) for start in starts]
     if cycles.by == "edges":
         found = edges(recording.channels[cycles.channel], cycles.edge)

@@ -16,7 +16,7 @@ from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_quantity
-from hydrofdi.units import parse_quantity
+from hydrofdi.units import ABOVE, BELOW, parse_quantity
 
 _LOWEST = 20.0
 _PERIODS = 16.0
@@ -35,20 +35,21 @@ def hum_share(samples: Array, sampling_frequency: float, mains: float) -> float:
 
     A line is steady if its amplitude lasts through the record, also while the machine rests.
     """
-    if samples.size < _PERIODS * sampling_frequency / mains or mains >= sampling_frequency / 2.0:
+    n_least = BELOW * _PERIODS * sampling_frequency / mains
+    if samples.size < n_least or mains >= sampling_frequency / 2.0:
         return 0.0
-    harmonics = mains * np.arange(1, int(sampling_frequency / 2.0 / mains) + 1, dtype=np.float64)
+    harmonics = mains * np.arange(1, int(ABOVE * sampling_frequency / 2.0 / mains) + 1, dtype=np.float64)
     steady = harmonics[_are_steady(samples, sampling_frequency, mains, harmonics)]
     if not steady.size:
         return 0.0
     power = _spectrum(samples - samples.mean()) ** 2
     step = sampling_frequency / samples.size
     frequency = np.arange(power.size) * step
-    width = 2.0 * step
+    width = 2.000001 * step
     at_line = np.zeros(power.size, dtype=bool)
     for harmonic in steady.tolist():
         at_line |= np.abs(frequency - harmonic) <= width
-    counted = frequency >= _LOWEST
+    counted = frequency >= BELOW * _LOWEST
     total = float(power[counted].sum())
     return float(power[at_line & counted].sum()) / total if total > 0.0 else 0.0
 
@@ -136,7 +137,8 @@ def _of_channel(
 def _out_of_range(
     recording: Recording, channel: Channel, samples: Array, limits: tuple[float, float]
 ) -> Iterator[Issue]:
-    outside = float(np.mean((samples < limits[0]) | (samples > limits[1])))
+    rounding = 1e-9 * (limits[1] - limits[0])
+    outside = float(np.mean((samples < limits[0] - rounding) | (samples > limits[1] + rounding)))
     if outside:
         low, high = (shown_quantity(each, recording.unit(channel)) for each in limits)
         text = f"{outside:.2%} of {channel} samples lie outside its range, {low} … {high}"
@@ -146,7 +148,7 @@ def _out_of_range(
 def _spikes(recording: Recording, channel: Channel, samples: Array) -> Iterator[Issue]:
     low, middle, high = np.quantile(samples, [0.01, 0.5, 0.99])
     away = np.abs(samples - middle)
-    n_far = int(np.count_nonzero(away > _SPIKE * (high - low)))
+    n_far = int(np.count_nonzero(away > ABOVE * _SPIKE * (high - low)))
     if n_far and n_far < samples.size / 100:
         farthest = int(np.argmax(away))
         value = f"{samples[farthest]:.4g} {recording.unit(channel)}"

@@ -102,8 +102,8 @@ def damage_named(what: str) -> Iterator[None]:
         raise RejectionError("damaged", f"cannot be read as {what}: {reason}") from None
 
 
-_GAP = 1.75
-"""Longest step between samples without a gap, in median steps."""
+_GAP = 1.751
+"""Longest step between samples without a gap, in median steps: 7/4 even if it is rounded."""
 _DIGITS = 9
 _FEWER = 0.99
 _MOST_SAMPLES = 2**28
@@ -142,7 +142,7 @@ def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConf
     even = np.linspace(times[0], times[-1], times.size)
     even -= times
     deviation = float(max(even.max(), -even.min())) / typical
-    if deviation <= config.limits.uneven:
+    if deviation <= config.limits.uneven + 1e-4:
         return []
     text = f"sampling is uneven: up to {deviation:.0%} of a step from even{asked}"
     return [Issue(text, kind="uneven")]
@@ -150,7 +150,7 @@ def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConf
 
 def _resampled(channels: dict[Channel, Array], times: Array, frequency: float) -> dict[Channel, Array]:
     """Channels interpolated linearly at even instants."""
-    n_time = int(np.floor((times[-1] - times[0]) * frequency * (1.0 + 1e-12))) + 1
+    n_time = int(np.floor((times[-1] - times[0]) * frequency + 0.01)) + 1
     if n_time > _MOST_SAMPLES:
         raise RejectionError("long", f"would have {counted(n_time, 'sample')} at {frequency:g} Hz")
     instants = times[0] + np.arange(n_time) / frequency

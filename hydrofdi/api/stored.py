@@ -147,9 +147,10 @@ def _read_shards(
 def rows_named(wanted: str, run_ids: Sequence[str], record_ids: Sequence[str], place: str) -> Sequence[int]:
     """Rows of runs that a position, a range such as ``3-9``, or the beginning of an identity names."""
     if wanted.isdecimal() and wanted not in (*run_ids, *record_ids):
-        if int(wanted) >= len(run_ids):
+        if int(wanted) < len(run_ids):
+            return [int(wanted)]
+        if not any(each.startswith(wanted) for each in (*run_ids, *record_ids)):
             raise StoreError(f"{place}: has no row {wanted}, but rows 0 to {len(run_ids) - 1}")
-        return [int(wanted)]
     if ends := _RANGE.fullmatch(wanted):
         first, last = map(int, ends.groups())
         if first > last:

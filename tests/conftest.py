@@ -19,7 +19,10 @@ os.environ.pop("COLUMNS", None)  # the width of a terminal is none of the tests'
 REPOSITORY = Path(__file__).parent.parent
 
 VTNSI = REPOSITORY.parent / "shared" / "data" / "vtnsi"
-NO_VTNSI = "70 records chosen from github.com/vtnsi/actuator_dataset are not here, and are not distributed"
+needs_vtnsi = pytest.mark.skipif(
+    not VTNSI.is_dir(),
+    reason="70 records chosen from github.com/vtnsi/actuator_dataset are not here, and are not distributed",
+)
 
 settings.register_profile("hydrofdi", deadline=None)
 settings.load_profile("hydrofdi")

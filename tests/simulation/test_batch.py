@@ -109,7 +109,10 @@ OTHER_LAWS = ALL._replace(
 CALL = re.compile(r"@\"?(?:llvm\.)?(exp2?|log2?|log10|pow|sin|cos|tan|tanh|fmod|frexp|ldexp)\b")
 
 
-@pytest.mark.parametrize("options", [ALL, OTHER_LAWS], ids=["all", "other laws"])
+@pytest.mark.parametrize(
+    "options",
+    [pytest.param(ALL, id="all"), pytest.param(OTHER_LAWS, id="other laws", marks=pytest.mark.long)],
+)
 def test_no_equation_of_the_lanes_calls_the_c_library(options):
     numbers = [1.0] * len(LaneParameters._fields)
     arguments = State(*[1.0] * len(State._fields)), 1.0, 1.0, LaneParameters(*numbers), options

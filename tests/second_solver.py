@@ -109,24 +109,10 @@ class _Record:
         self._acting = np.array(list(acting)[1:])
         self.states = np.full((_SPOOL + 2, record.n_sample), np.nan)
         first, second = parameters.start_pressures
-        self._state = np.array(
-            [
-                0.0,
-                0.0,
-                first,
-                second,
-                supply.pressure,
-                0.0,
-                supply.return_pressure,
-                parameters.start_support,
-                first,
-                0.0,
-                second,
-                0.0,
-                0.0,
-                0.0,
-            ]
-        )
+        self._state = np.array([
+            0.0, 0.0, first, second, supply.pressure, 0.0, supply.return_pressure, parameters.start_support,
+            first, 0.0, second, 0.0, 0.0, 0.0,
+        ])  # fmt: skip
         self._error = self._integral = self._voltage = self._acting_voltage = 0.0
 
     def solve(self) -> None:
@@ -226,19 +212,9 @@ def all_rates(
     most, is_limited = c.spool_limit[0], options.limited_spool
     p = lane_parameters(c, 0, time, time, options)
     x = State(
-        state[0],
-        state[1],
-        state[2],
-        state[3],
-        state[4],
-        state[5],
-        state[6],
-        state[7],
-        state[8],
-        state[9],
-        state[10],
-        state[11],
-    )
+        state[0], state[1], state[2], state[3], state[4], state[5], state[6], state[7], state[8], state[9],
+        state[10], state[11],
+    )  # fmt: skip
     r = hydraulic_rates(x, valve_opening(state[-2], most, is_limited), load, p, options)
     rates = np.array([
         r.position, r.velocity, r.pressure_1, r.pressure_2, r.supply, r.bristle, r.return_pressure,

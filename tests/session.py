@@ -1,6 +1,7 @@
 """What a session of tests says at its end: what was skipped and how to get it, and variants of kernels."""
 
 import os
+import re
 import time
 from collections import Counter, defaultdict
 from pathlib import Path
@@ -14,15 +15,6 @@ from hydrofdi.compilation.compiling import cache_directory
 MOST_VARIANTS = 15
 """Of each kernel of the simulation in ``make test``; each takes seconds to compile."""
 KERNELS = ("advance_lanes", "integrate_balances")
-
-
-def options_of(value: Any) -> list[str]:
-    """Names of the options among the arguments of a kernel."""
-    if not isinstance(value, tuple):
-        return []
-    named = value._asdict() if hasattr(value, "_asdict") else {str(k): part for k, part in enumerate(value)}
-    deeper = [f"{name}.{inner}" for name, part in named.items() for inner in options_of(part)]
-    return [name for name, part in named.items() if part is True] + deeper
 
 
 class Session:
@@ -39,8 +31,9 @@ class Session:
 
         def noted(function: Any, types: Any, arguments: tuple[Any, ...]) -> Any:
             test = os.environ.get("PYTEST_CURRENT_TEST", "").rpartition(" ")[0]
-            chosen = " ".join(each for value in arguments for each in options_of(value))
-            self._variants[function.__name__].setdefault(repr(types), f"{test}: {chosen or 'no option'}")
+            options = repr([each for each in arguments if hasattr(each, "_fields")])
+            chosen = " ".join(re.findall(r"(\w+)=True", options)) or "no option"
+            self._variants[function.__name__].setdefault(repr(types), f"{test}: {chosen}")
             return prepare(function, types, arguments)
 
         object_code._prepare = noted

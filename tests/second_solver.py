@@ -109,24 +109,10 @@ class _Record:
         self._acting = np.array(list(acting)[1:])
         self.states = np.full((_SPOOL + 2, record.n_sample), np.nan)
         first, second = parameters.start_pressures
-        self._state = np.array(
-            [
-                0.0,
-                0.0,
-                first,
-                second,
-                supply.pressure,
-                0.0,
-                supply.return_pressure,
-                parameters.start_support,
-                first,
-                0.0,
-                second,
-                0.0,
-                0.0,
-                0.0,
-            ]
-        )
+        self._state = np.array([
+            0.0, 0.0, first, second, supply.pressure, 0.0, supply.return_pressure, parameters.start_support,
+            first, 0.0, second, 0.0, 0.0, 0.0,
+        ])  # fmt: skip
         self._error = self._integral = self._voltage = self._acting_voltage = 0.0
 
     def solve(self) -> None:

@@ -1,90 +1,41 @@
-"""What a session of tests says at its end: what was skipped and how to get it, and variants of kernels."""
+"""What ``make test`` says at its end: what was skipped and how to get it, and whether kernels have few variants."""
 
 import os
-import time
-from collections import Counter, defaultdict
+import tempfile
+from collections import Counter
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from hydrofdi.compilation import object_code
-from hydrofdi.compilation.compiling import cache_directory
-
 MOST_VARIANTS = 15
-"""Of each kernel of the simulation in ``make test``; each takes seconds to compile."""
+"""Of each kernel of the simulation; a new test uses one of the machines of `tests.machines`."""
 KERNELS = ("advance_lanes", "integrate_balances")
 
 
-def options_of(value: Any) -> list[str]:
-    """Names of the options among the arguments of a kernel."""
-    if not isinstance(value, tuple):
-        return []
-    named = value._asdict() if hasattr(value, "_asdict") else {str(k): part for k, part in enumerate(value)}
-    deeper = [f"{name}.{inner}" for name, part in named.items() for inner in options_of(part)]
-    return [name for name, part in named.items() if part is True] + deeper
-
-
 class Session:
-    """Notes the variants that tests and their processes use, and fails a session with too many.
+    """A session of the tests that are not long begins with an empty cache of kernels, so that they can be counted."""
 
-    What a test needs in a process of pytest is noted with its name. Other processes leave a trace in the
-    cache: the time at which a file was last read or written (read: unless the disk is mounted ``noatime``).
-    """
-
-    def __init__(self, config: pytest.Config) -> None:
-        self._config, self._begin, self._variants = config, time.time(), defaultdict[str, dict](dict)
-        self._is_checked = config.option.markexpr == "not long"
-        prepare = object_code._prepared
-
-        def noted(function: Any, types: Any, *rest: Any) -> Any:
-            test = os.environ.get("PYTEST_CURRENT_TEST", "").rpartition(" ")[0]
-            chosen = " ".join(each for value in types for each in options_of(value))
-            self._variants[function.__name__].setdefault(repr(types), f"{test}: {chosen or 'no option'}")
-            return prepare(function, types, *rest)
-
-        object_code._prepared = noted
-        for file in () if hasattr(config, "workerinput") else self._files():
-            os.utime(file, (0.0, file.stat().st_mtime))
-
-    def _files(self) -> list[Path]:
-        folder = cache_directory("simulation")
-        return [file for kernel in KERNELS for file in folder.glob(f"{kernel}-*.o")] if folder else []
-
-    @pytest.hookimpl(optionalhook=True)
-    def pytest_testnodedown(self, node: Any) -> None:
-        for kernel, variants in getattr(node, "workeroutput", {}).get("variants", {}).items():
-            self._variants[kernel] = variants | self._variants[kernel]
-
-    def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        if hasattr(self._config, "workeroutput"):
-            self._config.workeroutput["variants"] = dict(self._variants)
-        elif self._surplus():
-            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+    def __init__(self) -> None:
+        self._cache = tempfile.TemporaryDirectory(prefix="hydrofdi-tests-")
+        os.environ["NUMBA_CACHE_DIR"] = self._cache.name
 
     def _surplus(self) -> dict[str, int]:
-        """Number of variants of each kernel that has too many."""
-        if not self._is_checked:
-            return {}
-        used = (
-            file for file in self._files() if max(file.stat().st_atime, file.stat().st_mtime) >= self._begin
-        )
-        on_disk = Counter(file.name.partition("-")[0] for file in used)
-        found = {kernel: max(on_disk[kernel], len(self._variants[kernel])) for kernel in KERNELS}
-        return {kernel: number for kernel, number in found.items() if number > MOST_VARIANTS}
+        files = Counter(file.name.partition("-")[0] for file in Path(self._cache.name).rglob("*.o"))
+        return {kernel: files[kernel] for kernel in KERNELS if files[kernel] > MOST_VARIANTS}
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        if self._surplus():
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         write = terminalreporter.write_line
         for kernel, number in self._surplus().items():
             write(
-                f"{number} variants of {kernel}, at most {MOST_VARIANTS} are allowed (tests/machines.py):",
+                f"{number} variants of {kernel}, at most {MOST_VARIANTS} are allowed (tests/machines.py)",
                 red=True,
             )
-            for first in sorted(self._variants[kernel].values()):
-                write(f"  {first}")
         reports = terminalreporter.stats.get("skipped", [])
         reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in reports)
         for reason, number in reasons.most_common():
             write(f"skipped, {number} test{'s' * (number > 1)}: {reason}")
-        if self._is_checked:
-            write("left out, the long tests: make test-long")
+        write("left out, the long tests: make test-long")

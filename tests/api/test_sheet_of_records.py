@@ -13,6 +13,7 @@ from hydrofdi.indicators import indicator_kind, indicator_names
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, MachineSheet, PlantConstant
 from hydrofdi.settings.quantities import field_quantity
 from tests.commands import run
+from tests.machines import RIG, sections_of
 from tests.single_rod import RATE, STROKE, data_sheet, recorded
 
 RATIO = 0.7
@@ -64,7 +65,9 @@ def test_an_indicator_has_the_nominal_constants_of_the_plant_unless_it_states_it
     assert [each.partition(":")[0] for each in told] == ["weak_rls", "two", "end"]
     assert told[1].endswith("piston_area_2 500 mm², but actuator.piston_area_2 not stated")
     single_rod = OF_PLANT["actuator"] | {"piston_area_2": "500 mm²", "stroke": "400 mm"}
-    same = load_experiment(OF_PLANT | {"actuator": single_rod, "indicators": {"flow_balance": {}}})
+    plant = OF_PLANT | {"actuator": single_rod, "indicators": {"flow_balance": {}}}
+    rig = {name: section | plant.get(name, {}) for name, section in sections_of(RIG).items()}
+    same = load_experiment(plant | rig)
     assert options_in(same).areas == (766e-6, 500e-6)
     assert not any("another machine" in each for each in hydrofdi.plan(same).warnings)
 

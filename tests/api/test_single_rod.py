@@ -198,8 +198,14 @@ def told_of(ratio, indicator, distance=0.0, without=(), leakage=0.5):
     return *(60e3 * float(table[f"{indicator}.{name}"][0]) for name in own), table["status"][0]
 
 
-@pytest.mark.parametrize("leakage", [0.0, 0.5])
-@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize(
+    ("ratio", "leakage"),
+    [
+        pytest.param(ratio, leakage, marks=[] if (ratio < 0.5) == (leakage > 0.0) else [pytest.mark.long])
+        for ratio in RATIOS
+        for leakage in (0.0, 0.5)
+    ],
+)
 def test_estimators_state_the_leak_of_a_cylinder_with_unequal_areas(ratio, leakage):
     for indicator in BALANCES:
         stated, error, status = told_of(ratio, indicator, leakage=leakage)

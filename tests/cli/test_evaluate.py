@@ -18,7 +18,7 @@ from hydrofdi.evaluation.threshold import quantile_threshold
 from hydrofdi.studies.detecting import detect
 from hydrofdi.studies.records import Scored, StudyRecords
 from tests.commands import run, run_json
-from tests.conftest import NO_VTNSI, REPOSITORY, VTNSI
+from tests.conftest import REPOSITORY, VTNSI, needs_vtnsi
 
 ASKED = "--indicators", "dwt", "--false-alarm-rate", "10%"
 
@@ -183,7 +183,7 @@ def test_results_of_a_sweep_are_evaluated_by_their_labels(tmp_path):
     assert all(score["threshold"] is None for score in done["scores"])
 
 
-@pytest.mark.skipif(not VTNSI.is_dir(), reason=NO_VTNSI)
+@needs_vtnsi
 def test_the_vtnsi_records_carry_no_rate(tmp_path):
     (tmp_path / "vtnsi").symlink_to(VTNSI)
     shutil.copy(REPOSITORY / "configs" / "measured" / "vtnsi.yaml", tmp_path)

@@ -61,22 +61,18 @@ def test_the_command_names_the_fault_of_a_file(healthy, leaking, tmp_path):
     assert json.loads(again.stdout)["records"][0]["name"] == "healthy"
 
 
-@pytest.mark.parametrize(
-    ("name", "renamed", "sign"),
-    [
-        ("swapped_pressures", {"P1": "P2", "P2": "P1"}, ""),
-        ("wrong_sign_u", {}, "u"),
-        ("wrong_sign_x", {}, "x"),
-    ],
-)
-def test_wrong_wiring_is_named(name, renamed, sign, healthy, days):
-    data = in_memory(days([{}], first=800), **renamed)
-    if sign:
-        data[Channel(sign)] = -data[Channel(sign)]
+def test_wrong_wiring_is_named(healthy, days):
+    day = days([{}], first=800)
+    wired = {
+        "swapped_pressures": in_memory(day, P1="P2", P2="P1"),
+        "wrong_sign_u": in_memory(day) | {Channel("u"): -day[Channel("u")]},
+        "wrong_sign_x": in_memory(day) | {Channel("x"): -day[Channel("x")]},
+    }
+    data = {Channel(name): np.vstack([each[Channel(name)] for each in wired.values()]) for name in SYMBOLS}
     found = hydrofdi.diagnose(
         data, in_memory(healthy), options=OPTIONS, sampling_frequency=healthy.sampling_frequency
     )
-    assert found.records[0].name == name
+    assert [each.name for each in found.records] == [*wired]
 
 
 def test_labelled_records_bring_their_history(healthy, leaking):

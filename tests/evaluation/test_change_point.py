@@ -18,7 +18,13 @@ def model():
     return ChangePointModel(DAYS)
 
 
-@pytest.mark.parametrize("noise", ["independent", "AR(1) 0.5", "AR(1) 0.8 and 30 % white", "AR(1) 0.95"])
+@pytest.mark.parametrize(
+    "noise",
+    [
+        "independent", "AR(1) 0.95", *(pytest.param(noise, marks=pytest.mark.long)
+        for noise in ("AR(1) 0.5", "AR(1) 0.8 and 30 % white")),
+    ],
+)  # fmt: skip
 def test_a_healthy_machine_rarely_has_a_trend(model, noise):
     scores = (wear.spread(np.random.default_rng(seed), N_DAY, *wear.NOISES[noise]) for seed in range(50))
     found = sum(model.p_value(each, 199) <= 0.05 for each in scores)

@@ -6,7 +6,10 @@ import pytest
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import Channel
 from hydrofdi.records.measured.source import measured_source
+from tests.conftest import needs_vtnsi
 from tests.records.test_vtnsi import description
+
+pytestmark = needs_vtnsi
 
 MISSING_SPOOL = (
     "has no spool_position; 'spool: command' under flow_balance computes it from the input_voltage"

@@ -25,6 +25,7 @@ from hydrofdi.simulation.calibration import solve_leakage_coefficients
 from hydrofdi.simulation.kernels.lanes import ModelOptions
 from tests.machines import GAP, LOOP, machine
 from tests.second_solver import simulate_with_solver
+from tests.simulation.reference import integrate, printed_rates
 
 SIGNALS = (
     "piston_position", "piston_velocity", "chamber_1_pressure", "chamber_2_pressure",
@@ -261,69 +262,12 @@ def test_radau_agrees_on_random_machines(n_run: int) -> None:
         assert np.all(difference < limit * getattr(kernel, signal).std(axis=1)), signal
 
 
-def independent_record(p: RunParameters, leak: float, step: float) -> np.ndarray:
-    """x, v, P_1, P_2 and leakage at the samples: textbook equations and Runge-Kutta, without hydrofdi."""
-    a1, a2 = p.actuator.piston_area, p.actuator.piston_area_2
-    v1, v2 = p.actuator.chamber_volume, p.actuator.chamber_volume_2
-    mass, beta, ps, pr = p.actuator.mass, p.fluid.bulk_modulus, p.supply.pressure, p.supply.return_pressure
-    constant = p.load.constant_force + mass * 9.80665 * math.sin(p.actuator.inclination)
-    kv, wn, zeta = 0.0292 * 20.75e-3, 2.0 * math.pi * 175.0, 0.7
-    f = p.friction
-
-    def flow(opening: float, drop: float) -> float:
-        return kv * opening * math.copysign(math.sqrt(abs(drop)), drop)
-
-    def rubbing(v: float) -> float:
-        speed = max(abs(v), f.velocity_threshold)
-        dry = f.coulomb + (f.breakaway - f.coulomb) * math.exp(-f.transition * speed)
-        if abs(v) < f.velocity_threshold:
-            return (dry + f.viscous * speed) * v / speed
-        return math.copysign(dry, v) + f.viscous * v
-
-    def leakage(p1: float, p2: float) -> float:
-        return leak * math.copysign(math.sqrt(abs(p1 - p2)), p1 - p2)
-
-    def rates(y: list[float], u: float) -> list[float]:
-        x, v, p1, p2, xv, vv = y
-        if xv >= 0.0:
-            q1, q2 = flow(xv, ps - p1), flow(xv, p2 - pr)
-        else:
-            q1, q2 = flow(xv, p1 - pr), flow(xv, ps - p2)
-        through = leakage(p1, p2)
-        return [
-            v,
-            (a1 * p1 - a2 * p2 - rubbing(v) - constant) / mass,
-            beta * (q1 - through - a1 * v) / (v1 + a1 * x),
-            beta * (a2 * v + through - q2) / (v2 - a2 * x),
-            vv,
-            wn * wn * (22e-6 * u - xv) - 2.0 * zeta * wn * vv,
-        ]
-
-    def moved(y: list[float], time: float, slope: list[float]) -> list[float]:
-        return [value + time * rate for value, rate in zip(y, slope, strict=True)]
-
-    total = ps + pr
-    y = [0.0, 0.0, (a2 * total + constant) / (a1 + a2), (a1 * total - constant) / (a1 + a2), 0.0, 0.0]
-    every, half = round(1.0 / p.record.sampling_frequency / step), round(0.5 * p.input.period / step)
-    rows = []
-    for k in range(round(p.record.duration / step)):
-        if k % every == 0:
-            rows.append([*y[:4], leakage(y[2], y[3])])
-        u = p.input.amplitude if k // half % 2 == 0 else -p.input.amplitude
-        one = rates(y, u)
-        two = rates(moved(y, step / 2.0, one), u)
-        three = rates(moved(y, step / 2.0, two), u)
-        four = rates(moved(y, step, three), u)
-        mean = [(a + 2.0 * b + 2.0 * c + d) / 6.0 for a, b, c, d in zip(one, two, three, four, strict=True)]
-        y = moved(y, step, mean)
-    return np.array(rows).T
-
-
-def test_an_independent_simulation_at_a_tenth_of_the_step_agrees() -> None:
+def test_the_printed_equations_with_two_areas_agree() -> None:
     runs, coefficients = ([*each][:2] for each in random_machines())
     batch = simulate_batch(runs, coefficients)
     for row, (run, leak) in enumerate(zip(runs, coefficients, strict=True)):
-        other = independent_record(run, leak, 0.1 * run.record.step)
-        for signal, expected in zip(SIGNALS, other, strict=True):
+        x, v, _, _, p1, p2 = integrate(printed_rates, run, leak, 1e-7)
+        flow = leak * np.sign(p1 - p2) * np.sqrt(np.abs(p1 - p2))
+        for signal, expected in zip(SIGNALS, (x, v, p1, p2, flow), strict=True):
             difference = np.abs(getattr(batch, signal)[row] - expected).max()
             assert difference < 1e-3 * expected.std(), signal

@@ -7,10 +7,10 @@ import pytest
 
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records.measured.source import measured_source
-from tests.conftest import NO_VTNSI, REPOSITORY, VTNSI
+from tests.conftest import REPOSITORY, VTNSI, needs_vtnsi
 from tests.records.measuring import P1, P2, POSITION, SUPPLY, kinds
 
-pytestmark = pytest.mark.skipif(not VTNSI.is_dir(), reason=NO_VTNSI)
+pytestmark = needs_vtnsi
 
 
 def description(folder, *changes):

@@ -145,9 +145,9 @@ def long(tmp_path_factory):
     [
         ([signal.SIGINT], {130}),
         # a second Ctrl-C may meet an interpreter that is closing down; to a shell both are 130
-        ([signal.SIGINT, signal.SIGINT], {130, -signal.SIGINT}),
+        pytest.param([signal.SIGINT, signal.SIGINT], {130, -signal.SIGINT}, marks=pytest.mark.long),
         ([signal.SIGTERM], {130}),
-        ([signal.SIGKILL], {-signal.SIGKILL}),
+        pytest.param([signal.SIGKILL], {-signal.SIGKILL}, marks=pytest.mark.long),
         ([], {0}),
     ],
     ids=["Ctrl-C", "Ctrl-C twice", "SIGTERM", "SIGKILL", "a worker is killed"],

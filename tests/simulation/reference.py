@@ -10,8 +10,10 @@ SCALES = np.array([1e-3, 1e-2, 1e-6, 1e-3, 1e4, 1e4])
 
 
 def printed_rates(p, K_i, u):
-    """The right-hand side as the paper prints it, cases and all."""
+    """The right-hand side as the paper prints it, cases and all, with two areas, weight and constant load."""
     a, v, s, f = p.actuator, p.valve, p.supply, p.friction
+    A_1, A_2, V_1, V_2 = *a.areas, *a.volumes_at(0.0)
+    F_L = p.load.constant_force + a.mass * 9.80665 * math.sin(a.inclination)
     omega = 2.0 * math.pi * v.natural_frequency
     beta, K_e = p.fluid.bulk_modulus, p.leakage.external_coefficient
 
@@ -36,11 +38,11 @@ def printed_rates(p, K_i, u):
         q_il = K_i * sign(P_1 - P_2) * math.sqrt(abs(P_1 - P_2))
         return [
             v_p,
-            (a.piston_area * P_1 - a.piston_area * P_2 - F_f - a.load_stiffness * x_p) / a.mass,
+            (A_1 * P_1 - A_2 * P_2 - F_f - F_L - a.load_stiffness * x_p) / a.mass,
             v_v,
             -(omega**2) * x_v - 2 * v.damping_ratio * omega * v_v + v.spool_gain * omega**2 * u,
-            beta / (a.chamber_volume + a.piston_area * x_p) * (q_1 - q_il - K_e * P_1 - a.piston_area * v_p),
-            beta / (a.chamber_volume - a.piston_area * x_p) * (-q_2 + q_il - K_e * P_2 + a.piston_area * v_p),
+            beta / (V_1 + A_1 * x_p) * (q_1 - q_il - K_e * P_1 - A_1 * v_p),
+            beta / (V_2 - A_2 * x_p) * (-q_2 + q_il - K_e * P_2 + A_2 * v_p),
         ]
 
     return rates
@@ -51,8 +53,9 @@ def integrate(rates_of, parameters, K_i, tolerance):
     record, drive, supply = parameters.record, parameters.input, parameters.supply
     time = np.arange(record.n_sample) / record.sampling_frequency
     half = drive.period / 2
-    rest = (supply.pressure + supply.return_pressure) / 2
-    y = np.array([0.0, 0.0, 0.0, 0.0, rest, rest])
+    (A_1, A_2), total = parameters.actuator.areas, supply.pressure + supply.return_pressure
+    F_L = parameters.load.constant_force + parameters.actuator.weight
+    y = np.array([0.0, 0.0, 0.0, 0.0, (A_2 * total + F_L) / (A_1 + A_2), (A_1 * total - F_L) / (A_1 + A_2)])
     states = []
     for number in range(math.ceil(record.duration / half - 1e-9)):
         first, last = number * half, min((number + 1) * half, record.duration)

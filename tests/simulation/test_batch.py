@@ -103,7 +103,10 @@ ALL = ModelOptions(*[True] * len(ModelOptions._fields))._replace(friction_law="l
 OTHER_LAWS = ALL._replace(laminar_leakage=False, bristles=False, lapped_valve=False, friction_law="smooth")
 
 
-@pytest.mark.parametrize("options", [ALL, OTHER_LAWS], ids=["all", "other laws"])
+@pytest.mark.parametrize(
+    "options",
+    [pytest.param(ALL, id="all"), pytest.param(OTHER_LAWS, id="other laws", marks=pytest.mark.long)],
+)
 def test_no_equation_of_the_lanes_calls_the_c_library(options):
     def rates(lanes, out):
         p = lane_parameters(lanes[0].left, 0, 1.0, 1.0, options)

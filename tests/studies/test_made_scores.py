@@ -18,7 +18,7 @@ from hydrofdi.studies.reading import made_scores, read_study
 from hydrofdi.studies.records import Scored
 from tests.studies.populations import FIT, TEST, usual
 
-KINDS = ("mahalanobis", "one_class", "lda", "logistic", "compensated")
+KINDS = ("mahalanobis", "one_class", "lda", pytest.param("logistic", marks=pytest.mark.long), "compensated")
 
 
 @pytest.fixture(scope="module")

@@ -168,14 +168,14 @@ def weights_of(model, n_feature):
     return model.score(np.eye(n_feature)) - model.score(np.zeros((1, n_feature)))
 
 
-@pytest.mark.parametrize("name", ["lda", "logistic"])
+@pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
 def test_weights_are_those_of_the_true_log_odds(name):
     draw = np.random.default_rng(1)
     found = weights_of(make_score(name).fit(*gaussians(draw, 50_000, COVARIANCE, DISTANCE)), 3)
     np.testing.assert_allclose(found, WEIGHTS, atol=0.05)
 
 
-@pytest.mark.parametrize("name", ["lda", "logistic"])
+@pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
 def test_a_fault_that_only_shows_across_a_nuisance_is_found_whatever_the_nuisance(name):
     draw = np.random.default_rng(3)
 
@@ -190,7 +190,7 @@ def test_a_fault_that_only_shows_across_a_nuisance_is_found_whatever_the_nuisanc
     assert np.mean(shifted > np.quantile(healthy, 0.99)) < 0.3
 
 
-@pytest.mark.parametrize("name", ["lda", "logistic"])
+@pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
 def test_records_that_lie_wholly_apart_and_features_given_twice_are_no_obstacle(name):
     draw = np.random.default_rng(6)
     is_faulty = np.arange(40) >= 20
@@ -211,7 +211,7 @@ def test_lda_weighs_both_kinds_alike_however_many_records_they_have():
     assert model.score([apart / 2.0])[0] == pytest.approx(0.0, abs=0.05)
 
 
-@pytest.mark.parametrize("name", ["lda", "logistic"])
+@pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
 def test_the_area_on_fresh_records_is_that_of_the_distance(name):
     draw = np.random.default_rng(2)
     model = make_score(name).fit(*gaussians(draw, 20_000, COVARIANCE, DISTANCE))
@@ -223,7 +223,7 @@ def test_the_area_on_fresh_records_is_that_of_the_distance(name):
 
 
 every_score = pytest.mark.parametrize("name", score_names())
-learners = pytest.mark.parametrize("name", ["lda", "logistic"])
+learners = pytest.mark.parametrize("name", ["lda", pytest.param("logistic", marks=pytest.mark.long)])
 
 
 def area(scores, is_faulty):

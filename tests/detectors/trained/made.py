@@ -42,7 +42,7 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=No
     """A detector that nobody trained; `ranges` are learned from these windows."""
     config = DetectorConfig.model_validate({"indicator": indicator, **more})
     feature = feature_of(config)
-    config = config.model_copy(update={"output": feature.described.name})
+    config = config.model_copy(update={"output": config.output or feature.described.name})
     channels = tuple(sorted(feature.indicator.channels))
     learned = {
         channel: learned_range(

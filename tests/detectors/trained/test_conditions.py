@@ -191,9 +191,9 @@ def test_the_effect_of_the_temperature_is_taken_out_by_default():
 
 
 def test_a_compensated_score_keeps_its_false_alarm_rate():
-    detectors = [hydrofdi.train(warming(200, 10 + n), sampling_frequency=100, **MEAN) for n in range(6)]
+    detectors = [hydrofdi.train(warming(200, 10 + n), sampling_frequency=100, **MEAN) for n in range(3)]
     shares = [alarm_share(each, warming(500, 100 + n)) for n, each in enumerate(detectors)]
-    deviation = np.sqrt(0.05 * 0.95 * (1.0 / 200.0 + 1.0 / 500.0) / 6.0)
+    deviation = np.sqrt(0.05 * 0.95 * (1.0 / 200.0 + 1.0 / 500.0) / 3.0)
     assert np.mean(shares) == pytest.approx(10 / 201, abs=3.0 * deviation)
 
 

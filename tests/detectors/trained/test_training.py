@@ -31,7 +31,7 @@ MEAN = {
     "false_alarm_rate": 0.05,
     "window": {"duration": 1.0},
 }
-REPEATS = 200
+REPEATS = 100
 
 
 def trained(means, groups=(), labels=None, more=(), **config):

@@ -35,8 +35,8 @@ Command = Callable[..., Completed]
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    if config.option.markexpr == "not long" and not hasattr(config, "workerinput"):
-        config.pluginmanager.register(Session())
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Session(config))
 
 
 @pytest.fixture

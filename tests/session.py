@@ -1,4 +1,4 @@
-"""What ``make test`` says at its end: what was skipped and how to get it, and whether kernels have few variants."""
+"""What a session of tests says at its end: what was skipped, how to get it, and whether kernels are few."""
 
 import os
 import tempfile
@@ -13,11 +13,13 @@ KERNELS = ("advance_lanes", "integrate_balances")
 
 
 class Session:
-    """A session of the tests that are not long begins with an empty cache of kernels, so that they can be counted."""
+    """``make test`` begins with an empty cache of kernels, so that it tests compiling and they can be counted."""
 
-    def __init__(self) -> None:
+    def __init__(self, config: pytest.Config) -> None:
+        self._is_short = config.option.markexpr == "not long"
         self._cache = tempfile.TemporaryDirectory(prefix="hydrofdi-tests-")
-        os.environ["NUMBA_CACHE_DIR"] = self._cache.name
+        if self._is_short:
+            os.environ["NUMBA_CACHE_DIR"] = self._cache.name
 
     def _surplus(self) -> dict[str, int]:
         files = Counter(file.name.partition("-")[0] for file in Path(self._cache.name).rglob("*.o"))
@@ -38,4 +40,5 @@ class Session:
         reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in reports)
         for reason, number in reasons.most_common():
             write(f"skipped, {number} test{'s' * (number > 1)}: {reason}")
-        write("left out, the long tests: make test-long")
+        if self._is_short:
+            write("left out, the long tests: make test-long")

@@ -13,7 +13,7 @@ KERNELS = ("advance_lanes", "integrate_balances")
 
 
 class Session:
-    """``make test`` begins with an empty cache of kernels, so that it tests compiling and they can be counted."""
+    """``make test`` begins with an empty cache, so that kernels are compiled and can be counted."""
 
     def __init__(self, config: pytest.Config) -> None:
         self._is_short = config.option.markexpr == "not long"

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrofdi.physics.cylinder import chamber_pressure_rates, piston_acceleration
-from hydrofdi.physics.equation import equation, settled
+from hydrofdi.physics.equation import NEGLIGIBLE, equation
 from hydrofdi.physics.friction import threshold_friction
 from hydrofdi.physics.hydraulic_mode import second_order_eigenvalues
 from hydrofdi.physics.leakage import internal_leakage_flow
@@ -213,8 +213,10 @@ def follow_command(spool: Array, target: float, transition: Array, path: Array) 
     path[0] = spool[0]
     for i in range(1, path.size):
         ahead = transition[0, 0] * distance + transition[0, 1] * velocity
-        velocity = settled(transition[1, 0] * distance + transition[1, 1] * velocity)
-        distance = settled(ahead)
+        speed = transition[1, 0] * distance + transition[1, 1] * velocity
+        # `settled` is for arrays and symbols: numba makes its scalar an array
+        velocity = 0.0 if abs(speed) < NEGLIGIBLE else speed
+        distance = 0.0 if abs(ahead) < NEGLIGIBLE else ahead
         path[i] = target + distance
     spool[0], spool[1] = target + distance, velocity
 

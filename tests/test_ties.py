@@ -12,10 +12,12 @@ from hydrofdi.indicators.single_channel import half_periods, jumps
 from hydrofdi.monitor.opcua import Joiner, NodeValue
 from hydrofdi.records.measured.cutting import Stroke, edges, find_stroke, reversals, short_stroke
 from hydrofdi.records.measured.recording import Recording, _resampled
+from hydrofdi.records.measured.source import _distances
 from hydrofdi.records.streams import Chunk, EvenStream
 from hydrofdi.settings.readable import shown_quantity
 
 LEVELS = range(1, 60)
+TIMES = np.arange(20)
 STREAM = EvenStream(500.0, (P1,))
 
 
@@ -27,8 +29,8 @@ def converted(levels, lowest=-10.0, resolution=0.01):
 @pytest.mark.parametrize("answer", [
     # a change of half the largest
     lambda n: jumps(converted(n * np.repeat([[-1, 1, 0, 1]], 50, axis=1)), 5, 20).sample,
-    # ten steps of a converter in the time of the largest speed at rest
-    lambda n: decay(X, converted(np.arange(500) // 5 + n, 0.0, 1e-5), rest="position"),
+    # ten levels of a converter within the time of the largest speed at rest, and a command at its limit
+    lambda n: decay(X, converted(n + 10 * (np.arange(500) // 250), 0.0, 1e-5), rest="position"),
     lambda n: decay(U, converted(np.full(500, 2), -n), rest="command"),
     # bounds of a band on lines of the spectrum
     lambda n: _lines((50.0, 50.0), 500.0 / (10 * n), 1000 * n)[1] / n,
@@ -37,10 +39,12 @@ def converted(levels, lowest=-10.0, resolution=0.01):
     lambda n: Joiner(2, 2e-3, 1.0).add([NodeValue((n + k) / 1e3, k, 0.0, 0.0) for k in (0, 1)], 0.0)[0].size,
     # 2 %, 20 % and 98 % of a stroke, and its length
     lambda n: find_stroke(n / 100 + RISE / 1e3).start,
-    lambda n: find_stroke(n / 100 + RISE / 1e3).arrival,
+    lambda n: find_stroke(n / 100 + n * RISE / 1e4).arrival,
     lambda n: reversals(n / 100 + np.array([0, 100, 80, 100]) / 1e3),
-    lambda n: edges(n / 100 + np.array([0, 60, 100, 0, 60]) / 1e3, "rising"),
+    lambda n: edges(n / 7 + n * np.array([0, 60, 100, 0, 60]) / 1e4, "rising"),
     lambda n: short_stroke(Recording({}, 500.0), Stroke((n + 10) / 100 - n / 100, 0, 1), 0.1),
+    # equal strokes have no outliers
+    lambda n: _distances(np.append((n + 10 + TIMES) / 100 - (n + TIMES) / 100, 0.2)),
     # the ends of half periods and of a record, on clocks that began long before
     lambda n: half_periods(1, 500, 1000.0, 0.2, 1.7e9 * (n % 2)).sample,
     lambda n: _resampled({P1: RISE}, 3600.0 * n + np.arange(RISE.size) / 1e3, 1e3)[P1].size,

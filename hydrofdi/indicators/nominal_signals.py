@@ -15,7 +15,6 @@ from hydrofdi.physics.equation import Quantity, equation
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, control_flow
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
-from hydrofdi.units import BELOW
 
 P1, P2, POSITION, SPOOL, SUPPLY = range(5)
 """Signals of an observer: pressures [Pa], positions of piston and spool [m], and supply pressure [Pa]."""
@@ -90,8 +89,7 @@ def follow_signals(
     signals[P1], signals[P2] = chunk[Channel.CHAMBER_1_PRESSURE], chunk[Channel.CHAMBER_2_PRESSURE]
     signals[POSITION] = options.position(chunk)
     signals[SPOOL] = options.spool_of_stream(chunk, n_before == 0, state["spool"])
-    least = BELOW * options.least_opening
-    mark_unclear(signals[SPOOL], n_before, 0, least, math.inf, 0, state["gate"], unclear)
+    mark_unclear(signals[SPOOL], n_before, 0, options.least_opening, math.inf, 0, state["gate"], unclear)
     match options.supply_known_by(chunk):
         case "measured":
             signals[SUPPLY] = chunk[Channel.SUPPLY_PRESSURE]

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from hydrofdi.indicators.contract import Indicator, Output
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI, Section
-from hydrofdi.units import BELOW
 
 State = Mapping[str, NDArray[Any]]
 """State of a stream between chunks: arrays, so that it can be stored."""
@@ -143,7 +142,7 @@ class RecursiveIndicator(Indicator[Chosen]):
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if a record has no estimate after the transient, or is shorter than its trace."""
         options = self.options
-        if records.duration < BELOW * (options.transient + options.interval):
+        if records.duration < options.transient + options.interval - 1e-9:
             needed = f"a transient of {options.transient:g} s and an interval of {options.interval:g} s"
             return f"{records.duration:g} s are too few for {needed}"
         traced = self.trace_instants(records.sampling_frequency)[-1:]

@@ -238,9 +238,10 @@ def test_pressures_that_are_divided_by_the_supply_have_no_unit(tmp_path):
 
 def test_outliers_are_found_within_their_group(tmp_path):
     size = {n: 1.0 + 0.01 * n for n in range(20)} | {7: 3.0, 11: 0.3}
+    rng = np.random.default_rng(5)
     for n, factor in size.items():
         group = "odd" if n % 2 else "even"
-        text = csv_of(("P1", 100 * (1 + n % 2) + factor * RNG.normal(0, 1, 200)))
+        text = csv_of(("P1", 100 * (1 + n % 2) + factor * rng.normal(0, 1, 200)))
         (tmp_path / f"{group} {n}.csv").write_text(text)
     file = described(tmp_path, USUAL + 'path: "{parity} {n}.csv"\ngroup: "{parity}"\nlimits: {outliers: 6}\n')
     (batch,) = measured_source(file).batches()

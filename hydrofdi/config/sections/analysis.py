@@ -19,7 +19,6 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.units import ABOVE
 
 _PERIODS = re.compile(r"\s*((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*periods?\s*")
 
@@ -94,7 +93,7 @@ def require_input_fits(drive: InputConfig, control: ControlConfig, record: Recor
         "multisine": (drive.harmonics / drive.period, "input.harmonics of input.period"),
     }
     frequency, name = fastest.get(drive.shape, (0.0, ""))
-    if frequency > ABOVE * MOST_OF_STEP_RATE / record.step:
+    if frequency > MOST_OF_STEP_RATE / record.step + 1e-6:
         raise ValueError(f"{name} = {frequency:g} Hz is too fast for record.step = {record.step:g} s")
 
 
@@ -160,7 +159,7 @@ def require_record_fits(
 @lru_cache(maxsize=1024)
 def require_jitter_fits(measurement: MeasurementConfig, record: RecordConfig) -> None:
     """Sampling instants do not overtake each other."""
-    if measurement.jitter * record.sampling_frequency > ABOVE * MOST_JITTER:
+    if measurement.jitter * record.sampling_frequency > MOST_JITTER + 1e-9:
         raise ValueError(
             f"measurement.jitter = {measurement.jitter:g} s is more than a quarter"
             f" of the sampling interval of {1 / record.sampling_frequency:g} s"

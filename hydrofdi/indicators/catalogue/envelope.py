@@ -20,7 +20,6 @@ from hydrofdi.indicators.single_channel import (
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 from hydrofdi.transforms.wavelet import root_mean_square
-from hydrofdi.units import BELOW
 
 _EDGE = 0.375
 """Width of each transition of the gain, as a fraction of the band; a sharper edge would ring longer."""
@@ -100,7 +99,7 @@ class Envelope(SingleChannelIndicator[EnvelopeOptions]):
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if a band or window does not fit the records, or the steps cannot be found."""
         band = middle_band(self.options.band, records.sampling_frequency)
-        if band[1] - band[0] < BELOW * 4.0 / records.duration:
+        if band[1] - band[0] < 4.0 / records.duration - 1e-9:
             return f"a band of {band[1] - band[0]:g} Hz needs records of {4.0 / (band[1] - band[0]):.3g} s"
         return band_obstacle(records, band) or self.options.obstacle(records, _FEWEST_SAMPLES)
 

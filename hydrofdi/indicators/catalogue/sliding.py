@@ -18,7 +18,6 @@ from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI
-from hydrofdi.units import BELOW
 
 
 class SlidingOptions(RecursiveOptions):
@@ -107,7 +106,7 @@ class Sliding(RecursiveIndicator[SlidingOptions]):
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message if the record is shorter than a window, or if windows cannot be measured."""
-        if records.duration < BELOW * self.options.window:
+        if records.duration < self.options.window - 1e-9:
             return f"{records.duration:g} s are too few for a window of {self.options.window:g} s"
         first = records.window(0, self._n_window(records.sampling_frequency))
         return super().obstacle(records) or self.options.made.obstacle(first)

@@ -18,7 +18,6 @@ from hydrofdi.indicators.single_channel import (
 )
 from hydrofdi.records import Array, RecordBatch
 from hydrofdi.transforms.spectrum import short_time_spectra
-from hydrofdi.units import ABOVE, BELOW
 
 _ROUNDING = 1e-12
 """Amplitude relative to the largest sample below which a segment counts as constant (rounding)."""
@@ -51,7 +50,7 @@ def spectral_ridge(
 
 def _lines(band: tuple[float, float], spacing: float, n_line: int) -> tuple[int, int]:
     """First and last spectral line that lie in a band and have a neighbour on either side."""
-    first, last = np.ceil(BELOW * band[0] / spacing), np.floor(ABOVE * band[1] / spacing)
+    first, last = np.ceil(band[0] / spacing - 1e-9), np.floor(band[1] / spacing + 1e-9)
     return max(1, int(first)), min(n_line - 1, int(last))
 
 
@@ -94,7 +93,7 @@ class Stft(SingleChannelIndicator[StftOptions]):
         frequency, segment = records.sampling_frequency, self.options.segment
         band = middle_band(self.options.band, frequency)
         reason = band_obstacle(records, band) or segment_obstacle(records, segment)
-        if reason is None and band[1] - band[0] < BELOW * 2.0 / segment:
+        if reason is None and band[1] - band[0] < 2.0 / segment - 1e-9:
             return f"a band of {band[1] - band[0]:g} Hz needs segments of {2.0 / (band[1] - band[0]):.3g} s"
         return reason
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.compilation.object_code import kernel
 from hydrofdi.records import Array
+from hydrofdi.units import ABOVE, BELOW
 
 Flags = NDArray[np.bool_]
 
@@ -44,8 +45,8 @@ def mark_unclear(
             x, last = spool[r, i], state[r, 0]
             is_first = n_before + i == 0
             state[r, 0] = x
-            state[r, 1] = 0.0 if not is_first and abs(x - last) > least_jump else state[r, 1] + 1.0
-            is_closed = abs(x) < least_opening or (not is_first and (x > 0.0) != (last > 0.0))
+            state[r, 1] = 0.0 if not is_first and abs(x - last) > ABOVE * least_jump else state[r, 1] + 1.0
+            is_closed = abs(x) < BELOW * least_opening or (not is_first and (x > 0.0) != (last > 0.0))
             is_unclear = n_before + i < n_start or state[r, 1] < n_after
             unclear[r, i] = is_unclear or (least_opening > 0.0 and is_closed)
 

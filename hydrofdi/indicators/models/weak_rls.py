@@ -31,7 +31,6 @@ from hydrofdi.indicators.estimation.chamber_balance import (
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.settings.quantities import SI
-from hydrofdi.units import ABOVE, BELOW
 
 
 class WeakRlsOptions(WindowOptions, RecursiveOptions):
@@ -150,8 +149,8 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         options, frequency = self.options, chunk.sampling_frequency
         unclear = np.zeros(spool.shape, dtype=np.bool_)
         valve_use.mark_unclear(
-            spool, n_before, round(options.start_up * frequency), BELOW * options.least_opening,
-            ABOVE * options.least_jump, round(options.settling * frequency), gate, unclear,
+            spool, n_before, round(options.start_up * frequency), options.least_opening, options.least_jump,
+            round(options.settling * frequency), gate, unclear,
         )  # fmt: skip
         return unclear
 

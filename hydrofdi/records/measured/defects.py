@@ -35,8 +35,7 @@ def hum_share(samples: Array, sampling_frequency: float, mains: float) -> float:
 
     A line is steady if its amplitude lasts through the record, also while the machine rests.
     """
-    n_least = BELOW * _PERIODS * sampling_frequency / mains
-    if samples.size < n_least or mains >= sampling_frequency / 2.0:
+    if samples.size < _PERIODS * sampling_frequency / mains - 1e-6 or mains >= sampling_frequency / 2.0:
         return 0.0
     harmonics = mains * np.arange(1, int(ABOVE * sampling_frequency / 2.0 / mains) + 1, dtype=np.float64)
     steady = harmonics[_are_steady(samples, sampling_frequency, mains, harmonics)]

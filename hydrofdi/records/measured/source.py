@@ -355,8 +355,8 @@ def _distances(values: Array) -> Array:
         return np.zeros(values.size)
     middle = np.median(finite)
     spread = _TO_DEVIATION * float(np.median(np.abs(finite - middle)))
-    away = np.nan_to_num(np.abs(values - middle))
-    return np.asarray(np.divide(away, spread, out=np.zeros(values.size), where=spread > 0.0))
+    away, least = np.nan_to_num(np.abs(values - middle)), 1e-9 * np.abs(finite).max()
+    return np.asarray(np.divide(away, spread, out=np.zeros(values.size), where=spread > least))
 
 
 def _remark(channel: Channel, distance: float) -> Issue:

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
+from hydrofdi.api.stored import rows_named
 from hydrofdi.config import RunSpec, expand_runs, load_experiment
 from hydrofdi.config.experiment import Analysis, IndicatorChoice
 from hydrofdi.config.request import RECORD_SECTIONS, RunParameters, RunRequest, parameter_names
@@ -16,6 +17,7 @@ from hydrofdi.config.run_table.runs import (
     run_identities,
     run_identity,
 )
+from hydrofdi.errors import StoreError
 from hydrofdi.transforms.configuration import WaveletConfig
 
 
@@ -95,3 +97,11 @@ def test_table_3_keeps_its_numbers(table3):
             np.testing.assert_array_equal(
                 file[f"dwt.d{level}_phases"], file["phase_detail_rms"][..., level - 1]
             )
+
+
+def test_digits_are_a_row_if_there_is_one_and_else_begin_an_identity():
+    ids = ["8541784512345678", "1aaaaaaaaaaaaaaa"]
+    assert rows_named("1", ids, ids, "here") == [1]
+    assert rows_named("85417845", ids, ids, "here") == [0]
+    with pytest.raises(StoreError, match="has no row 7, but rows 0 to 1"):
+        rows_named("7", ids, ids, "here")

@@ -74,18 +74,6 @@ def test_the_fit_is_the_maximum_that_a_general_search_finds(floor):
         assert (curve.intercept, curve.slope) == pytest.approx(tuple(best.x), rel=1e-3)
 
 
-def test_the_curve_is_that_of_statsmodels():
-    models = pytest.importorskip(
-        "statsmodels.api", reason="no statsmodels: .venv/bin/pip install statsmodels"
-    )
-    outcomes = hits(np.random.default_rng(4), SEVERITY, floor=0.0)
-    design = models.add_constant(np.log10(SEVERITY))
-    expected = models.Probit(outcomes, design).fit(disp=0)
-    curve = probability_of_detection(SEVERITY, outcomes)
-    np.testing.assert_allclose([curve.intercept, curve.slope], expected.params, rtol=1e-5)
-    assert curve.log_likelihood == pytest.approx(expected.llf)
-
-
 def covered(repeats, n, floor, spread, probability, seed):
     """How often the bound lies at or above the truth."""
     draw, severity, count = np.random.default_rng(seed), np.repeat(LEVELS, n), 0

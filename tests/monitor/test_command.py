@@ -254,7 +254,7 @@ class Terminal:
 def test_on_a_terminal_a_leak_is_seen_when_it_sets_in(machine):
     terminal = Terminal()
     environment = {key: value for key, value in os.environ.items() if key not in ("NO_COLOR", "COLUMNS")}
-    lines = machine.lines
+    lines, summary = machine.lines, f"{machine.n_window} windows judged"
     with start(
         machine.detector, "-", stdout=terminal.descriptor, stderr=terminal.descriptor,
         env=environment | {"TERM": "xterm-256color", "LC_ALL": "C.UTF-8"},
@@ -266,12 +266,11 @@ def test_on_a_terminal_a_leak_is_seen_when_it_sets_in(machine):
         assert " ALARM " not in terminal.text
         process.stdin.writelines(lines[9000:])
         process.stdin.flush()
-        wait_until(lambda: " ALARM " in terminal.text, process)
+        wait_until(lambda: " ALARM " in terminal.text and summary in terminal.text, process)
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE) == 130
     assert '"line"' not in terminal.text
     assert "MPa" in terminal.text
-    summary = f"{machine.n_window} windows judged"
     wait_until(lambda: summary in terminal.text.rpartition("standard input, watched for")[2])
 
 

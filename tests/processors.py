@@ -32,7 +32,7 @@ def oldest() -> dict[str, str]:
     return os.environ | {
         "NUMBA_CPU_NAME": "x86-64-v2",
         "NUMBA_CPU_FEATURES": "",
-        "NPY_DISABLE_CPU_FEATURES": " ".join(newer),
+        "NPY_DISABLE_CPU_FEATURES": " ".join(newer) or os.environ.get("NPY_DISABLE_CPU_FEATURES", ""),
         "OPENBLAS_CORETYPE": "Nehalem",
         "GLIBC_TUNABLES": "glibc.cpu.hwcaps=" + ",".join(f"-{name}" for name in missing),
     }

@@ -164,7 +164,7 @@ CHOICES: dict[str, Values] = {
     "worn": {"valve.edge_rounding": 1e-6, "valve.gain_slope": 1e3},
     "null": {"valve.null_offset": 1e-6, "valve.null_drift": -5e-7},
     "stops": {
-        "actuator.end_stops": "elastic", "actuator.end_stop_position": 0.02,
+        "actuator.end_stops": "elastic", "actuator.end_stop_position": 0.008,
         "actuator.end_stop_stiffness": 20e6,
     },
     "load": {"load.constant_force": 500.0, "load.random_force": 1000.0, "load.random_period": 0.1},

@@ -26,6 +26,7 @@ from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
 from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
+from hydrofdi.evaluation.scores import comparable
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.indicators.contract import Information, Informative
 from hydrofdi.indicators.measuring import seen_by
@@ -339,7 +340,8 @@ def _learnt(found: Information) -> dict[str, Any]:
         return {"weakest": "", "weakest_left": math.nan, "unknowns": [], "collinear": []}
     unknowns, deviations = found.unknowns, np.sqrt(np.diag(found.covariance))
     values, directions = np.linalg.eigh(found.covariance[found.n_motion :, found.n_motion :])
-    least_known = directions[:, -1] * np.sign(directions[np.abs(directions[:, -1]).argmax(), -1])
+    least_known = comparable(directions[:, -1])  # of two unknowns, both shares have the same size
+    least_known *= np.sign(least_known[np.abs(least_known).argmax()])
     names = (each.name for each in unknowns[found.n_motion :])
     weakest = sorted(zip(names, least_known.tolist(), strict=True), key=lambda part: -abs(part[1]))
     correlated = found.covariance / np.outer(deviations, deviations)
@@ -417,7 +419,7 @@ def unknowns_table(found: Mapping[str, Any]) -> Table:
 
     if not unknowns:
         note = "nothing: the estimate diverges; do its options fit the actuator?"
-    elif all(each["after"] >= each["before"] for each in unknowns):
+    elif all(comparable(each["after"]) >= comparable(each["before"]) for each in unknowns):
         note = "the record contains no information on them; does the valve open?"
     else:
         pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found["collinear"])

@@ -26,7 +26,7 @@ from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.rates import HealthyPair, Rate, healthy_against_healthy
 from hydrofdi.evaluation.roc import Area
-from hydrofdi.evaluation.scores import Kind, Population
+from hydrofdi.evaluation.scores import Kind, Population, comparable
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource
@@ -186,7 +186,8 @@ class Evaluation:
         under the ROC curve, ``auc``, with ``auc_low`` and ``auc_high``. If no alarms are counted, both groups
         are listed once, and the second reads higher.
         """
-        pairs = sorted(self.healthy_pairs.get(self.best, ()), key=lambda pair: -abs(pair.area.value - 0.5))
+        pairs = list(self.healthy_pairs.get(self.best, ()))
+        pairs.sort(key=lambda pair: -abs(comparable(pair.area.value - 0.5)))
         has_alarms = any(pair.rate is not None for pair in pairs)
         if not has_alarms:
             pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]
@@ -495,7 +496,7 @@ def stands_clear(judgement: Judgement, pairs: Sequence[HealthyPair]) -> bool | N
     if math.isnan(spread := healthy_spread(pairs)):
         return None
     areas = [level.area.value - 0.5 for level in judgement.levels if level.area is not None]
-    return max(areas, default=0.0) > spread
+    return bool(comparable(max(areas, default=0.0)) > comparable(spread))
 
 
 def ranked_by_control(judgements: Sequence[Judgement], pairs: Pairs) -> tuple[Judgement, ...]:
@@ -510,9 +511,9 @@ def ranked_by_control(judgements: Sequence[Judgement], pairs: Pairs) -> tuple[Ju
         return (
             stands_clear(judgement, own) is False,
             judgement.keeps_its_rate is False,
-            found_from(judgement),
+            comparable(found_from(judgement)),
             -round(area, 2),
-            max(0.0, healthy_spread(own)),  # NaN counts as 0
+            max(0.0, comparable(healthy_spread(own))),  # NaN counts as 0
             judgement.scored.name,
         )
 

@@ -18,6 +18,7 @@ from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained.conditions import TEMPERATURE
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.errors import ConfigError, DataError
+from hydrofdi.evaluation.scores import comparable
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.selection import make_indicators
@@ -209,11 +210,11 @@ class Points:
 def points_of(history: History, span: float) -> tuple[Points, float, list[str]]:
     """Points of a history, their span [s], which may be longer than asked for, and remarks."""
     remarks = list[str]()
-    n_most = np.unique(np.floor(history.time / span)).size
+    n_most = np.unique(np.floor(comparable(history.time / span))).size
     if n_most > _MOST_POINTS:
         span *= math.ceil(n_most / _MOST_POINTS)
         remarks.append(f"points of {time_or_days(span)}, because there would be more than {_MOST_POINTS}")
-    starts = np.flatnonzero(np.diff(np.floor(history.time / span), prepend=-np.inf))
+    starts = np.flatnonzero(np.diff(np.floor(comparable(history.time / span)), prepend=-np.inf))
     parts = [slice(*ends) for ends in pairwise([*starts.tolist(), history.time.size])]
     counts = np.array([part.stop - part.start for part in parts])
     parts = [part for part, n in zip(parts, counts, strict=True) if n >= _FEW * np.median(counts)]

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from hydrofdi.detectors.charts import Chart
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
-from hydrofdi.evaluation.scores import Array, share_between_0_and_1
+from hydrofdi.evaluation.scores import Array, comparable, share_between_0_and_1
 
 HOUR = 3600.0
 
@@ -133,7 +133,7 @@ class FalseAlarms:
             raise NotStatedError(
                 f"a mean time of {hours} between false alarms needs {hours} of healthy scores, not"
                 f" {have:.3g} h",
-                math.ceil(mean_time / self.duration * self.streams.shape[0]),
+                math.ceil(mean_time / self.duration * self.streams.shape[0] - 1e-9),
             )
         return self.at(self._search(wanted), confidence=confidence)
 
@@ -269,19 +269,19 @@ def delays(
     """
     scores, times = np.asarray(streams, dtype=float), np.asarray(instants, dtype=float)
     sets_in = np.broadcast_to(np.asarray(onset, dtype=float), scores.shape[:1])[:, None]
-    is_alarm, is_later = chart.follow(scores, limit) >= limit, times >= sets_in
+    is_alarm, is_later = chart.follow(scores, limit) >= limit, comparable(times) >= comparable(sets_in)
     first = np.where(is_alarm & is_later, times, math.inf).min(axis=1, initial=math.inf)
     unscored = int((~(is_later & ~np.isnan(scores)).any(axis=1)).sum())
     early = np.sum(is_alarm & ~is_later, axis=1)
-    return Delays(first - sets_in[:, 0], early, unscored)
+    return Delays(np.maximum(first - sets_in[:, 0], 0.0), early, unscored)
 
 
 def _order_statistics(ordered: Array, share: float, confidence: float) -> tuple[float, float]:
     from scipy.special import bdtr
 
     ranks, each = np.arange(ordered.size + 1), (1.0 - confidence) / 2.0
-    below = bdtr(ranks, ordered.size, share)
-    lower = int(np.sum(below <= each))
-    upper = int(np.sum(below < 1.0 - each)) + 1
+    below = comparable(bdtr(ranks, ordered.size, share))
+    lower = int(np.sum(below <= comparable(each)))
+    upper = int(np.sum(below < comparable(1.0 - each))) + 1
     low = float(ordered[lower - 1]) if lower else 0.0
     return low, float(ordered[upper - 1]) if upper <= ordered.size else math.inf

@@ -16,6 +16,7 @@ import numpy as np
 from hydrofdi.diagnosis.balance import NAMES
 from hydrofdi.diagnosis.history import History
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, SENSORS, Hypothesis, hypotheses
+from hydrofdi.evaluation.scores import comparable
 from hydrofdi.records import Array
 
 PRIOR_HEALTHY, PRIOR_NONE = 0.9, 0.05
@@ -122,7 +123,7 @@ class Judge:
         }
         chances = [self._probabilities(shifts, healthy, others, factor) for factor in self._factors()]
         best = chances[0]
-        order = sorted(best, key=lambda name: -best[name])
+        order = sorted(best, key=lambda name: -comparable(best[name]))
         return [self._finding(name, chances, shifts, scatter, gain) for name in order]
 
     def _factors(self) -> tuple[float, float, float]:
@@ -264,7 +265,7 @@ class Judge:
                 if name in self.history.names:
                     place = self.history.names.index(name)
                     square += float(change[place] * scales[place] / error) ** 2
-            if square > max(best, _TOLD_APART):
+            if comparable(square) > comparable(max(best, _TOLD_APART)):
                 best, found = square, sensor
         return found
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.scores import Array, share_between_0_and_1
+from hydrofdi.evaluation.scores import Array, comparable, share_between_0_and_1
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,8 @@ class Tally:
         """
         if self.severity.size <= n_level:
             return self
-        total = self.total.astype(int)
-        places = np.minimum((2 * np.cumsum(total) - total) * n_level // (2 * total.sum()), n_level - 1)
+        twice = 2.0 * np.cumsum(self.total) - self.total  # of counts, so that the division is exact
+        places = np.minimum(twice * n_level // (2.0 * self.total.sum()), n_level - 1)
         first = np.flatnonzero(np.diff(places, prepend=-1))
         last = np.append(first[1:], places.size) - 1
         hits, total = (np.add.reduceat(counts, first).astype(float) for counts in (self.hits, self.total))
@@ -107,11 +107,11 @@ def tally(severity: ArrayLike, outcomes: ArrayLike) -> Tally:
     is_known = ~np.isnan(values)
     if not is_known.any():
         raise NotStatedError("no faulty record has a score")
-    distinct, places = np.unique(levels[is_known], return_inverse=True)
+    _, first, places = np.unique(comparable(levels[is_known]), return_index=True, return_inverse=True)
     hits, total = (
         np.bincount(places, counts).astype(float) for counts in (values[is_known], is_known[is_known])
     )
-    return Tally(distinct, hits, total).pooled(MOST_SEVERITIES)
+    return Tally(levels[is_known][first], hits, total).pooled(MOST_SEVERITIES)
 
 
 MOST_LEVELS = 10
@@ -158,13 +158,13 @@ def interpolated_level(counted: Tally, *, probability: float = 0.9) -> Detectabl
     (2002) 171.
     """
     levels = counted.pooled(MOST_LEVELS) if counted.severity.size > 3 * MOST_LEVELS else counted
-    level, estimate = levels.severity, isotonic(levels)
-    if estimate[-1] < probability:
+    level, estimate, asked = levels.severity, comparable(isotonic(levels)), comparable(probability)
+    if estimate[-1] < asked:
         return DetectableSeverity("above", float(level[-1]), probability, source="levels")
-    after = int(np.argmax(estimate >= probability))
+    after = int(np.argmax(estimate >= asked))
     if not after:
         return DetectableSeverity("below", float(level[0]), probability, source="levels")
-    share = (probability - estimate[after - 1]) / (estimate[after] - estimate[after - 1])
+    share = (asked - estimate[after - 1]) / (estimate[after] - estimate[after - 1])
     severity = level[after - 1] * (level[after] / level[after - 1]) ** share
     return DetectableSeverity("within", float(severity), probability, source="levels")
 
@@ -309,7 +309,7 @@ class PodCurve:
         """
         if self.slope == 0.0 and self.tally.severity.size > 1:
             return not self.tally.hits.any() or not self.tally.misses.any()
-        rise = np.exp(log_cumulative(self.predictor(self.tally.severity)))
+        rise = np.round(np.exp(log_cumulative(self.predictor(self.tally.severity))), 6)
         return int(np.sum((rise > 0.01) & (rise < 0.99))) < 2
 
     def predictor(self, severity: ArrayLike) -> Array:
@@ -368,7 +368,7 @@ def _coefficients(places: Array, counted: Tally, floor: float) -> tuple[float, f
     if places.size > 1:
         centre = float(np.average(places, weights=counted.total))
         level, slope = maximise(np.stack((ones, places - centre), axis=1), nothing, counted, floor)
-        if slope > 0.0:
+        if slope > 1e-6:  # not 0, as the fit of a flat curve ends
             return float(level - slope * centre), float(slope)
     (level,) = maximise(ones[:, None], nothing, counted, floor)
     return float(level), 0.0
@@ -402,14 +402,14 @@ def lack_of_fit(curve: PodCurve) -> float:
 
 def _cells(expected: Array, total: Array) -> np.ndarray:
     """Cell of each level, shape (n_level,), formed from below; the remainder joins the last cell."""
-    smallest = total.sum() if total.size > MOST_CELLS else 0.0
-    cells, cell, hits, records = np.empty(total.size, dtype=int), 0, 0.0, 0.0
+    size = total.sum() if total.size > MOST_CELLS else 0.0
+    cells, cell, hits, count = np.empty(total.size, dtype=int), 0, 0.0, 0.0
     for place in range(total.size):
         cells[place] = cell
-        hits, records = hits + expected[place], records + total[place]
-        # Counts are integers, so that their comparison does not depend on rounding.
-        if min(hits, records - hits) >= SMALLEST_EXPECTED and records * MOST_CELLS >= smallest:
-            cell, hits, records = cell + 1, 0.0, 0.0
+        hits, count = hits + expected[place], count + total[place]
+        # A flat curve expects whole numbers, up to the accuracy of its fit.
+        if round(min(hits, count - hits), 6) >= SMALLEST_EXPECTED and count * MOST_CELLS >= size:
+            cell, hits, count = cell + 1, 0.0, 0.0
     return np.minimum(cells, max(cell - 1, 0))
 
 
@@ -511,7 +511,7 @@ def _where(curve: PodCurve, rise: float) -> float:
     """Place at which the fitted predictor is `rise`; infinite if the curve is flat."""
     if curve.slope:
         return (rise - curve.intercept) / curve.slope
-    return -np.inf if curve.intercept >= rise else np.inf
+    return -np.inf if curve.intercept >= rise - 1e-6 else np.inf
 
 
 def _upper(curve: PodCurve, rise: float, start: float, last: float, drop: float) -> float:

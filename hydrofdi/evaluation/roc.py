@@ -127,7 +127,8 @@ def area_under_curve(healthy: ArrayLike, faulty: ArrayLike, *, confidence: float
     """
     below, above = _of_both_kinds(healthy, faulty)
     of_healthy, of_faulty = placements(below, above)
-    value = float(of_faulty.mean())
+    pairs = 2.0 * below.size * above.size  # halves of pairs are whole numbers, whose sum is exact
+    value = float(np.rint(2.0 * below.size * of_faulty).sum() / pairs)
     variance = _variance(of_healthy) + _variance(of_faulty)
     low, high = _interval(value, variance, below.size, above.size, confidence)
     return Area(value, low, high, below.size, above.size)
@@ -208,7 +209,7 @@ def clustered_area(
     departures = np.concatenate([(own - area.value) / own.size for own in components])
     sums = np.bincount(places, departures)
     deviation = math.sqrt(n_group / (n_group - 1) * float(np.sum(sums**2)))
-    if not deviation:
+    if deviation < 1e-12:
         return area
     spread = stdtrit(n_group - 1, (1.0 + confidence) / 2.0) * deviation / (area.value * (1.0 - area.value))
     low, high = expit(logit(area.value) + np.array([-spread, spread]))
@@ -251,7 +252,7 @@ def grouped_area(
     counts = np.random.default_rng(seed).multinomial(n_group, np.full(n_group, 1.0 / n_group), size=n_draw)
     pairs = (counts @ sizes) * (counts @ others)
     drawn = np.einsum("bi,ij,bj->b", counts, wins, counts, optimize=True)[pairs > 0] / pairs[pairs > 0]
-    if drawn.size and np.ptp(drawn) == 0.0:  # perfect separation: groups count as one record each
+    if drawn.size and np.ptp(drawn) < 1e-12:  # perfect separation: groups count as one record each
         low, high = _interval(
             area.value, math.nan, int(np.sum(sizes > 0)), int(np.sum(others > 0)), confidence
         )

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+
+
+def comparable(values: ArrayLike) -> Any:
+    """Round to twelve digits before a comparison, as processors differ in the last bits; same shape."""
+    mantissa, exponent = np.frexp(values)
+    return np.ldexp(np.round(np.ldexp(mantissa, 40)), exponent - 40)
 
 
 def measurable(scores: ArrayLike) -> tuple[Array, int]:

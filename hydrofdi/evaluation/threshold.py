@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hydrofdi.errors import NotStatedError
-from hydrofdi.evaluation.scores import Array, Direction, measurable, share_between_0_and_1
+from hydrofdi.evaluation.scores import Array, Direction, comparable, measurable, share_between_0_and_1
 
 
 def records_needed(false_alarm_rate: float, confidence: float, rank: int = 1) -> int:
@@ -24,7 +24,7 @@ def records_needed(false_alarm_rate: float, confidence: float, rank: int = 1) ->
         Rank, at least 1.
     """
     return bisect_left(
-        range(2**50), confidence, rank, key=lambda n: _confidence_at(rank, n, false_alarm_rate)
+        range(2**50), comparable(confidence), rank, key=lambda n: _confidence_at(rank, n, false_alarm_rate)
     )
 
 
@@ -56,10 +56,10 @@ def tolerance_threshold(
     share_between_0_and_1("the false-alarm rate", false_alarm_rate)
     share_between_0_and_1("the confidence", confidence)
     known, missing = measurable(healthy)
-    sides = direction.n_side
+    sides, asked = direction.n_side, comparable(confidence)
     ranks = range(known.size + 1)
     fails = bisect_left(
-        ranks, True, 1, key=lambda rank: _confidence_at(rank, known.size, false_alarm_rate) < confidence
+        ranks, True, 1, key=lambda rank: _confidence_at(rank, known.size, false_alarm_rate) < asked
     )
     rank = (fails - 1) // sides * sides
     if not rank:
@@ -77,7 +77,7 @@ def tolerance_threshold(
 def _confidence_at(rank: int, n: int, false_alarm_rate: float) -> float:
     from scipy.special import betainc
 
-    return float(betainc(rank, n + 1 - rank, false_alarm_rate))
+    return float(comparable(betainc(rank, n + 1 - rank, false_alarm_rate)))
 
 
 @dataclass(frozen=True)

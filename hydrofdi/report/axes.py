@@ -32,7 +32,8 @@ _FIFTHS = 5
 def fifths(values: NDArray[np.float64]) -> list[tuple[float, float, NDArray[np.bool_]]]:
     """Values by size, in fifths of equal number: the ends of each, and which values belong to it."""
     edges = np.quantile(values, np.linspace(0.0, 1.0, _FIFTHS + 1))
-    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _FIFTHS - 1)
+    rank = np.searchsorted(np.sort(values), values, side="right") - 1
+    place = np.minimum(_FIFTHS * rank // max(values.size - 1, 1), _FIFTHS - 1)
     return [(float(edges[k]), float(edges[k + 1]), place == k) for k in range(_FIFTHS)]
 
 

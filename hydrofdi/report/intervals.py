@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.evaluation.rates import Rate
+from hydrofdi.evaluation.scores import comparable
 
 Z_95 = 1.959963984540054
 """Quantile of the normal distribution for a two-sided confidence of 95 %."""
@@ -49,7 +50,7 @@ def _effective_number(outcomes: NDArray[np.bool_], clusters: Sequence[int] | NDA
     if n_cluster == 1:
         return 1.0
     variance = n_cluster / (n_cluster - 1) * float(np.sum((hits - share * sizes) ** 2)) / total**2
-    if variance == 0.0:
+    if variance < 1e-24:
         return float(n_cluster)
     return min(float(total), share * (1.0 - share) / variance)
 
@@ -96,6 +97,7 @@ def rank_correlation(parameter: Array, feature: Array) -> RankCorrelation:
     interval is taken on Fisher's scale, artanh ρ. Without dependence ρ has the variance 1/(n − 1).
     Kendall and Gibbons, Rank Correlation Methods, 5th edition, 1990.
     """
+    parameter, feature = comparable(parameter), comparable(feature)
     known = np.isfinite(parameter) & np.isfinite(feature)
     n_run = int(known.sum())
     if n_run < LEAST_RUNS or np.ptp(parameter[known]) == 0.0 or np.ptp(feature[known]) == 0.0:

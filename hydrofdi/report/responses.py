@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import DWT
 from hydrofdi.config.request import parameter_names, parameter_unit
+from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.axes import Axis, Group, swept_runs, varied_axes
 from hydrofdi.report.indicators import MeasuredIndicator
 from hydrofdi.report.intervals import RankCorrelation, rank_correlation
@@ -97,7 +98,8 @@ class Response:
         medians = np.array([spread.median for spread in self.over])
         known, values = medians[np.isfinite(medians)], self.feature.values
         whole = values[np.isfinite(values)]
-        return float(np.ptp(known) / (np.ptp(whole) or 1.0)) if known.size else 0.0
+        is_varied = known.size and np.ptp(comparable(whole))
+        return float(comparable(np.ptp(known) / np.ptp(whole))) if is_varied else 0.0
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,7 @@ def _indicator_features(indicators: tuple[MeasuredIndicator, ...]) -> Iterator[F
     """Outputs of the further indicators, except standard errors, that differ between any two runs."""
     for output in (output for measured in indicators for output in measured.outputs):
         known = output.means[np.isfinite(output.means)]
-        if not output.output.name.endswith("_error") and known.size and np.ptp(known) > 0.0:
+        if not output.output.name.endswith("_error") and known.size and np.ptp(comparable(known)) > 0.0:
             yield Feature(output.title, output.unit, output.shown(output.means), output.output.unit)
 
 

@@ -179,7 +179,8 @@ def watched_instants(indicator: RecursiveIndicator[Any], request: RunRequest) ->
     """Instants of a stored trace after its transient [s], on the clock of the whole record."""
     frequency = request.record.sampling_frequency
     instants = indicator.trace_instants(frequency)
-    return np.asarray(instants[instants >= indicator.options.transient] + request.n_discarded / frequency)
+    settled = instants[instants >= indicator.options.transient - 1e-9]
+    return np.asarray(settled + request.n_discarded / frequency)
 
 
 def _onsets(data: ExperimentData) -> Array:

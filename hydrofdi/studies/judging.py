@@ -281,13 +281,13 @@ def detectability(
 
 
 def _curves(tested: TestedLevels, outcomes: Array, floor: float) -> list[PodCurve]:
-    """Curves on both axes, the more likely first."""
+    """Curves on both axes, the more likely first; two levels have the same likelihood on both."""
     axes: tuple[AxisName, ...] = ("log", "linear")
     curves = [
         probability_of_detection(tested.severity, outcomes, false_alarm_rate=floor, axis=axis)
         for axis in axes
     ]
-    return sorted(curves, key=lambda curve: -curve.log_likelihood)
+    return curves if curves[0].log_likelihood >= curves[1].log_likelihood - 1e-6 else curves[::-1]
 
 
 def _with_severity(level: Part) -> Part:

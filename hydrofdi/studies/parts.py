@@ -12,7 +12,7 @@ import numpy as np
 from hydrofdi.errors import NotStatedError
 from hydrofdi.evaluation.pod import DetectableSeverity, PodCurve, Tally, last_shown
 from hydrofdi.evaluation.rates import Rate, alarm_rate, confidence_text
-from hydrofdi.evaluation.scores import NOTHING, Array, Kind, Population
+from hydrofdi.evaluation.scores import NOTHING, Array, Kind, Population, comparable
 from hydrofdi.evaluation.sensitivity import EquivalentFault, Response, Spread, relative_spread
 from hydrofdi.evaluation.threshold import Threshold, records_needed
 from hydrofdi.studies.records import Scored, StudyRecords
@@ -110,7 +110,7 @@ class TestedLevels:
         for level in self.levels:
             rise = (float(curve.probability(level.severity).mean()) - floor) / (1.0 - floor)
             span = level.severity.max() / level.severity.min()
-            count += (1 + (span >= 2.0)) * (0.01 < rise < 0.99)
+            count += (1 + bool(comparable(span) >= 2.0)) * (0.01 < round(rise, 6) < 0.99)
         return count >= 2
 
     def with_one_miss_more(self) -> Array | None:
@@ -129,7 +129,7 @@ class TestedLevels:
     def bound(self, probability: float, confidence: float) -> DetectableSeverity:
         """Last level whose one-sided limit of the detection rate meets a probability."""
         rates = [level.detected(self.threshold, 2.0 * confidence - 1.0) for level in self.levels]
-        shown = np.array([rate.low >= probability for rate in rates])
+        shown = np.array([comparable(rate.low) >= comparable(probability) for rate in rates])
         n_group, needed = rates[-1].n_group, records_needed(1.0 - probability, confidence)
         if n_group is not None and n_group < needed and not shown[-1]:
             raise NotStatedError(

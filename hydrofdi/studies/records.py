@@ -14,7 +14,7 @@ from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.pod import DetectableSeverity, PodCurve
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.evaluation.roc import Area
-from hydrofdi.evaluation.scores import Array, Direction, Kind, Population
+from hydrofdi.evaluation.scores import Array, Direction, Kind, Population, comparable
 from hydrofdi.evaluation.threshold import Threshold
 
 
@@ -247,8 +247,8 @@ def ranked(judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
 
 
 def _place(judgement: Judgement) -> tuple[int, float, float, float, str]:
-    area, found = judgement.middle_area, found_from(judgement)
-    suspicion = 0.0 if math.isnan(area) else area
+    area, found = judgement.middle_area, comparable(found_from(judgement))
+    suspicion = 0.0 if math.isnan(area) else comparable(area)
     second = float(len(judgement.scored.channels)) if math.isfinite(found) else -_largest_rate(judgement)
     kept = _RANK_BY_RATE[judgement.keeps_its_rate]
     return kept, found, second, -suspicion, judgement.scored.name
@@ -275,7 +275,7 @@ def pareto_set(judgements: Sequence[Judgement]) -> frozenset[str]:
     are included.
     """
     able = [
-        (judgement.scored.name, frozenset(judgement.scored.channels), found_from(judgement))
+        (judgement.scored.name, frozenset(judgement.scored.channels), comparable(found_from(judgement)))
         for judgement in judgements
         if judgement.keeps_its_rate and judgement.scored.channels and math.isfinite(found_from(judgement))
     ]

@@ -30,7 +30,7 @@ from hydrofdi.detectors.trained.file import DetectorFile, Made, load_detector
 from hydrofdi.detectors.trained.training import train as train_on
 from hydrofdi.errors import ConfigError, NotStatedError, ReportError
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
-from hydrofdi.evaluation.scores import Direction
+from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.records import Channel, RecordSource
@@ -254,7 +254,7 @@ def _winner(stored: ExperimentData, sensors: Sequence[str]) -> dict[str, Any]:
         each.scored.name
         for each in detection.judgements
         if each.keeps_its_rate is None
-        and found_from(each) < found_from(best)
+        and comparable(found_from(each)) < comparable(found_from(best))
         and within(each.scored, channels)
     ]
     if better:

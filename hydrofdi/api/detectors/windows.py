@@ -21,6 +21,7 @@ from hydrofdi.detectors.trained.measuring import without_scale
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.evaluation.scores import comparable
 from hydrofdi.monitor.lines import Condition, Line, WindowLine, line_record
 from hydrofdi.monitor.watch import Watch, judging_of
 from hydrofdi.records import Channel, RecordBatch, RecordSource
@@ -223,7 +224,7 @@ class Tally:
             if window.alarm and window.line.verdict.score is not None:
                 self._alarming.append(window.line.verdict.score)
             self._groups.append(window.group or " ".join(record))
-            self._blocks.append(" ".join((*record, str(int(window.line.start / self._duration)))))
+            self._blocks.append(" ".join((*record, str(int(comparable(window.line.start / self._duration))))))
             self._has_groups |= bool(window.group)
 
     @property

@@ -154,7 +154,7 @@ class Estimator:
             has_score = math.isfinite(score)
             n_lost, had_score = 0 if has_score else n_lost + 1, had_score or has_score
             patience = indicator.options.transient if had_score else _LOST_AT_FIRST
-            is_given_up = n_lost == max(_LOST, math.ceil(patience / self.interval))
+            is_given_up = n_lost == max(_LOST, math.ceil(patience / self.interval - 1e-9))
             if not has_score:
                 lost = f"{self._score} has had no value for {n_lost * self.interval:.4g} s"
                 fault = Issue(f"{lost}; {self._anew}" if is_given_up else lost, kind="no_number")

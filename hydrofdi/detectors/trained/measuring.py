@@ -13,6 +13,7 @@ from hydrofdi.detectors.trained.conditions import TEMPERATURE, conditions_of, ou
 from hydrofdi.detectors.trained.configuration import Feature
 from hydrofdi.detectors.trained.file import ChannelRange, DetectorFile
 from hydrofdi.errors import Issue
+from hydrofdi.evaluation.scores import comparable
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.faults import doubts_of
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -332,7 +333,7 @@ def _finding(
         healthy = ranges[channel]
         if own["lowest"] == own["highest"] and healthy.at_end < 1.0:
             kinds["stuck"].append(f"{channel} is constant, but varies in healthy windows")
-        if own["at_end"] > healthy.at_end:
+        if comparable(own["at_end"]) > comparable(healthy.at_end):
             end = "highest" if own["is_at_high"] else "lowest"
             shown = shown_quantity(float(own[end]), channel.unit)
             kinds["clipped"].append(

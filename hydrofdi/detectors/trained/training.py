@@ -31,7 +31,7 @@ from hydrofdi.detectors.trained.scoring import HealthyScores
 from hydrofdi.errors import ConfigError, DataError, NotStatedError
 from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
-from hydrofdi.evaluation.scores import Direction
+from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.evaluation.threshold import Threshold
 from hydrofdi.indicators.faults import CAUSES
 from hydrofdi.indicators.measuring import output_unit, spool_remedy
@@ -317,7 +317,7 @@ def _chart(config: DetectorConfig, found: HealthyScores, direction: Direction) -
     Its direction refers to scores that rise with leakage.
     """
     chart, usual = config.chart, TimedChart()
-    if "chart" not in config.model_fields_set and found.hours * 3600.0 >= usual.false_alarm_every:
+    if "chart" not in config.model_fields_set and comparable(found.hours * 3600.0) >= usual.false_alarm_every:
         chart = usual
     if chart is None:
         return None

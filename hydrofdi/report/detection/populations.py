@@ -11,7 +11,7 @@ import numpy as np
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.shown_values import shown_value, shown_values
 from hydrofdi.config.study.study import StudyConfig
-from hydrofdi.evaluation.scores import NOTHING, Kind
+from hydrofdi.evaluation.scores import NOTHING, Kind, comparable
 from hydrofdi.evaluation.sensitivity import EquivalentFault, Spread
 from hydrofdi.records import Channel
 from hydrofdi.report.detection.wording import (
@@ -139,7 +139,7 @@ def why_block(detection: Detection) -> Block | None:
         return None
 
     def size(nuisance: Nuisance) -> float:
-        return nuisance.alone.value if nuisance.alone else -math.inf
+        return float(comparable(nuisance.alone.value)) if nuisance.alone else -math.inf
 
     def reach_text(fault: EquivalentFault | None) -> str:
         sign = {"below": "<", "above": ">"}.get(fault.place, "") if fault else ""

@@ -130,7 +130,7 @@ class DataSheet(Section):
         """x_p from the centre [m], shape (n_record, n_time); NaN where a chamber would have no volume."""
         position = self._from_centre(records)
         first, second = self._volumes_at(position)
-        is_impossible = (first <= 0.0) | (second <= 0.0)
+        is_impossible = (first <= self._no_volume) | (second <= self._no_volume)
         return np.where(is_impossible, np.nan, position) if is_impossible.any() else position
 
     def unfit_positions(self, records: RecordBatch) -> list[str | None]:
@@ -140,15 +140,20 @@ class DataSheet(Section):
         reasons: list[str | None] = [None] * records.n_record
         if self.stroke is not None:
             travel = np.ptp(records[Channel.PISTON_POSITION], axis=1)
-            for row in np.flatnonzero(travel > self.stroke).tolist():
+            for row in np.flatnonzero(travel > (1.0 + 1e-9) * self.stroke).tolist():
                 reasons[row] = f"the piston travels {travel[row]:.3g} m, but its stroke is {self.stroke:g} m"
         for chamber, volume in enumerate(self._volumes_at(self._from_centre(records)), start=1):
-            for row in np.flatnonzero(np.any(volume <= 0.0, axis=1)).tolist():
+            for row in np.flatnonzero(np.any(volume <= self._no_volume, axis=1)).tolist():
                 reasons[row] = (
                     f"the volume of chamber {chamber} would be {1e6 * np.nanmin(volume[row]):.4g} cm^3:"
                     " state 'position_zero' and 'stroke', or the chamber volumes at position zero"
                 )
         return reasons
+
+    @property
+    def _no_volume(self) -> float:
+        """Volume that may be the rounding of zero, at the end of a stroke without dead volume [m³]."""
+        return 1e-9 * self.chamber_volume
 
     @property
     def _zero(self) -> float:

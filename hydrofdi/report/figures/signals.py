@@ -89,7 +89,8 @@ def draw_record(record: RecordBatch) -> Figure:
     whole = [channel for channel, samples in record.channels.items() if np.isfinite(samples[0]).all()]
     if not whole or record.n_time < 2:
         raise ReportError("the record has no channel that can be drawn")
-    panels, levels = _panels(record), max(0, min(_MOST_LEVELS, int(np.log2(record.n_time / (_TAPS - 1)))))
+    panels, most = _panels(record), (record.n_time // (_TAPS - 1)).bit_length() - 1
+    levels = max(0, min(_MOST_LEVELS, most))
     figure = Figure(figsize=(10.0, 3.4 + 1.25 * max(len(panels), levels)), layout="constrained")
     figure.suptitle(_title(record), x=0.01, ha="left", fontsize=10)
     halves: Any = figure.subfigures(2, 1, height_ratios=[1.25 * max(len(panels), levels), 2.8])

@@ -178,7 +178,7 @@ def judge_options(rounds: int) -> tuple[dict[str, dict[str, float]], list[Target
     slowest = max(row["compilation_seconds"] for row in rows.values())
     return rows, [
         Target("free air: times all options off", rows["free air"]["times_all_off"], "<=", 3.0, "×"),
-        Target("slowest combination of options to compile", slowest, "<=", 1.0, "s"),
+        Target("slowest combination of options to compile", slowest, "<=", 2.0, "s"),
     ]
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import linecache
 import os
 import tempfile
 from collections.abc import Callable, Iterator
@@ -63,7 +64,7 @@ def recorded_kernel(function: _Kernel) -> _Kernel:
     @wraps(function)
     def call(*arguments: Any) -> None:
         dynamic = tuple(filter(is_dynamic, arguments))
-        key = (*map(_type_of, dynamic), *(each for each in arguments if not is_dynamic(each)))
+        key = tuple(_type_of(each) if is_dynamic(each) else each for each in arguments)
         if key not in calls:
             made = _prepared(function, key, dynamic, lambda *_: _recorded_code(function, arguments))
             if made is None:
@@ -88,7 +89,10 @@ def _prepared(
     if not _can_link():
         return None
     folder = cache_directory(room_of(function))
-    name = f"{function.__name__}-{_digest(repr((key, *_machine())).encode()).hex()}.o"
+    # the name of the folder covers the sources of hydrofdi alone
+    is_own = function.__module__.startswith("hydrofdi.")
+    source = "" if is_own else "".join(linecache.getlines(function.__code__.co_filename))
+    name = f"{function.__name__}-{_digest(repr((source, key, *_machine())).encode()).hex()}.o"
     code = _read(folder / name) if folder else None
     if code is None:
         code = compile_(function, arguments)

@@ -29,6 +29,7 @@ _INTRINSICS = {
     "sqrt": "llvm.sqrt", "floor": "llvm.floor", "copysign": "llvm.copysign", "rint": "llvm.rint",
     "absolute": "llvm.fabs",
 }  # fmt: skip
+# Division and remainder truncate: operands are not negative.
 _INTEGER_OPERATIONS = {
     "add": "add", "subtract": "sub", "multiply": "mul", "floor_divide": "sdiv", "remainder": "srem",
     "left_shift": "shl", "right_shift": "ashr", "bitwise_and": "and_",
@@ -135,6 +136,8 @@ class Memory:
     def _part(self, index: Any) -> Memory:
         pointer, places = self._pointer, index if isinstance(index, tuple) else (index,)
         for place, stride in zip(places, self._strides, strict=False):
+            if isinstance(place, int) and place < 0:
+                raise IndexError("an index from the end needs the size of a symbol")
             pointer = _moved(pointer, place * stride)
         return Memory(pointer, self._dtype, self.shape[len(places) :], self._strides[len(places) :])
 

@@ -1,4 +1,4 @@
-"""Decorator for functions that run as plain Python and are inlined into compiled kernels."""
+"""Decorator for functions that run as plain Python and inside compiled code."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
-from hydrofdi.physics.fluid import effective_bulk_modulus, stiffening_bulk_modulus
+from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus, stiffening_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import mode_frequency
 from hydrofdi.physics.oil import OILS
 from hydrofdi.physics.valve import control_flow
@@ -25,6 +25,13 @@ from tests.machines import GAP, machine
 LIQUID, AIR, EXPONENT, ATMOSPHERE = 1.4e9, 0.01, 1.4, 101325.0
 pressures = st.floats(min_value=-0.9e5, max_value=40e6)
 NOMINAL = RunParameters()
+
+
+def test_modulus_tends_to_that_of_the_gas_as_the_pressure_vanishes() -> None:
+    absolute = np.array([1e5, 1e4, LEAST_ABSOLUTE_PRESSURE])
+    modulus = effective_bulk_modulus(absolute - ATMOSPHERE, LIQUID, AIR, EXPONENT, ATMOSPHERE)
+    share_of_liquid = 1.0 / (1.0 + AIR * (ATMOSPHERE / absolute) ** (1.0 / EXPONENT))
+    np.testing.assert_allclose(modulus * (1.0 - share_of_liquid), EXPONENT * absolute, rtol=0.02)
 
 
 @given(pressures, st.floats(min_value=1e-4, max_value=0.1), st.floats(min_value=1.0, max_value=1.4))

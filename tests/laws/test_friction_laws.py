@@ -10,12 +10,16 @@ from hypothesis import strategies as st
 
 from hydrofdi.config.sections.machine import FrictionConfig
 from hydrofdi.physics.friction import (
+    LAWS,
+    FrictionLaw,
     bristle_friction,
     decaying_exponential,
     smooth_friction,
     threshold_friction,
 )
 from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.simulation.kernels.hydraulics import State, friction_of
+from hydrofdi.simulation.kernels.lanes import ModelOptions
 from tests.machines import HOSES, machine
 
 PARAMETERS = FrictionConfig()
@@ -73,11 +77,26 @@ def test_smooth_friction_follows_the_hyperbolic_tangent_through_zero() -> None:
         assert smooth_friction_force(velocity) == pytest.approx(dry + 50.0 * velocity, rel=1e-8)
 
 
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
+def test_a_run_has_the_law_that_was_chosen(law: FrictionLaw) -> None:
+    p = FrictionConfig(bristle_stiffness=3e5).applied
+    state = State(*[0.0] * len(State._fields))._replace(velocity=1e-4, bristle=1e-5)
+    found = friction_of(state, p, ModelOptions(friction_law=law.name))
+    assert found == law.friction(1e-4, 1e-5, p)
+    assert sum(found == other.friction(1e-4, 1e-5, p) for other in LAWS) == 1
+
+
 def test_scale_zero_is_the_actuator_without_dry_friction_also_on_bristles() -> None:
     bare, scaled = {"friction.coulomb": 0.0, "friction.breakaway": 0.0}, {"friction.scale": 0.0}
     for base in ({}, HOSES):
         runs = [machine(values, base) for values in (bare, scaled)]
         np.testing.assert_array_equal(*simulate_batch(runs, [1e-9] * 2).chamber_1_pressure)
+
+
+@pytest.mark.long
+def test_without_dry_friction_bristles_are_a_threshold() -> None:
+    runs = [machine({"friction.scale": 0.0, "friction.law": law}, {}) for law in ("threshold", "lugre")]
+    np.testing.assert_allclose(*simulate_batch(runs, [1e-9] * 2).chamber_1_pressure, rtol=1e-9)
 
 
 @pytest.mark.parametrize("velocity", [-0.2, 2e-3, 0.05])

@@ -229,6 +229,22 @@ def test_balances_close_under_every_option(name: str) -> None:
     assert (residuals.energy < 2e-6).all(), dict(zip(values, residuals.energy, strict=True))
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("name", CHOICES)
+def test_balances_close_under_an_option_alone(name: str) -> None:
+    run = machine(FINE | {"record.sampling_frequency": 50e3} | CHOICES[name], {})
+    residuals = balance_residuals([run], simulate_batch([run], [3e-9]))
+    assert residuals.volume[0] < (4e-6 if run.actuator.has_unequal_chambers else 2e-6)  # of both chambers
+    assert residuals.energy[0] < 2e-6
+
+
+@pytest.mark.long
+def test_every_option_alone_changes_the_record() -> None:
+    runs = [machine(values, {}) for values in ({}, *CHOICES.values())]
+    pressure = simulate_batch(runs, [3e-9] * len(runs)).chamber_1_pressure
+    assert min(np.abs(other - pressure[0]).max() for other in pressure[1:]) > 1.0
+
+
 def test_every_option_changes_the_record_and_no_run_depends_on_those_of_its_neighbours() -> None:
     runs, origins = [machine({}), *(machine({}, base) for base in MACHINES.values())], [0] * 6
     for number, name in enumerate(MACHINES, 1):

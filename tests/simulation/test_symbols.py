@@ -36,6 +36,7 @@ def test_each_operation_gives_what_numpy_gives(name: str) -> None:
 
     x, y = np.abs(np.random.default_rng(1).normal(0.0, 2.0, (2, 500)))
     x[::7] = y[::7]
+    x[3] = np.nan if name == "limits" else 1.0  # of both operands of a limit, the first remains NaN
     signs = np.ones(500) if name == "bits" else np.where(np.arange(500) % 3, 1.0, -1.0)
     results = np.empty(500)
     recorded_kernel(fill)(x * signs, y, results)
@@ -82,6 +83,18 @@ def test_each_value_of_an_option_has_its_own_machine_code_and_numbers_share_it(f
         kernel(values, factor, option)
     assert values.tolist() == [5.0] * 3
     assert len(list(folder.glob("scaled-*.o"))) == 2
+
+
+def test_options_are_told_apart_by_their_places(folder: Path) -> None:
+    def filled(values, first, second):
+        values[0] = 1.0 if first is None else 2.0
+
+    kernel, values = recorded_kernel(filled), np.zeros(1)
+    kernel(values, 2.0, None)
+    kernel(values, None, 2.0)
+    assert values[0] == 1.0
+    with pytest.raises(IndexError):
+        recorded_kernel(lambda values: values.__setitem__(-1, 1.0))(values)
 
 
 @pytest.mark.parametrize("branching", [lambda x: 1.0 if x > 0.0 else 0.0, lambda x: min(x, 1.0)])

@@ -1,4 +1,4 @@
-"""Compiled kernel: classic Runge-Kutta integration of many runs in parallel lanes.
+"""Kernel: classic Runge-Kutta integration of many runs in parallel lanes.
 
 The spool does not depend on the hydraulics. In open loop it is integrated once for all runs with the same
 drive, and its positions at the four stages of every step are passed to the lanes; the result equals a joint

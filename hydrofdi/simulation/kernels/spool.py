@@ -20,6 +20,7 @@ SPOOL_STAGES = ("spool_1", "spool_2", "spool_3", "spool_4")
 """Lane fields of the spool position at the four stages of a step."""
 
 
+# `physics.equation.settled` for symbols, which have no branches; numba would make an array of this one.
 def settled(value: Quantity) -> Quantity:
     """The state, or zero if it is negligible; NaN stays NaN."""
     return np.where(np.abs(value) < NEGLIGIBLE, 0.0, value)

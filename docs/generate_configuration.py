@@ -16,12 +16,14 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from generators.writing import table
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.loading import PARAMETER_MAPPINGS
+from hydrofdi.config.names import SYMBOLS, full_names
 from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.study.study import WatchedChart
 from hydrofdi.detectors.charts import ChartOptions
@@ -47,8 +49,9 @@ quantity is a number in SI or a string with a unit, such as `551 MPa`, `0.12 L/m
 ([units](how-to/units.md)). Wrong units, unknown keys, duplicate keys and numbers out of range are
 refused, all at once, with `file:line` and dotted key. `extends: other.yaml` starts from another file.
 
-`--set fluid.bulk_modulus='689 MPa'`, `baseline` and the axes of `sweep` use the same keys with dots
-(`--set` without the section, if no other has the key).
+A parameter is named alike everywhere, here, in `sweep`, `baseline`, `--set`, `--grid` and Python: by its
+key with a dot (`fluid.bulk_modulus`), by the key alone if no other section has it (`bulk_modulus`), or by
+its [symbol](glossary.md#symbols) (`EBM`). The full name is what is stored.
 [configs/table3.yaml](../configs/table3.yaml) is a complete example. `hydrofdi init` writes a file for
 your own actuator.
 
@@ -283,7 +286,10 @@ _CHOICE: dict[str, Any] = {
 def _experiment_schema() -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of an experiment file, field texts and units included."""
     schema = _described_schema(ExperimentConfig, "hydrofdi experiment")
-    names = {"enum": list(parameter_names())}
+    aliases = {name: full for name, full in full_names().items() if "." not in name and "__" not in name}
+    names = {"enum": [*parameter_names(), *aliases]}
+    stated = {name: {"description": f"`{full}`"} for name, full in aliases.items()}
+    schema["properties"] = stated | {"grid": {}, "zip": {}, "sample": {}, "where": {}} | schema["properties"]
     for section in (schema, *schema["$defs"].values()):
         for mapping in (section.get("properties", {}).get(name) for name in PARAMETER_MAPPINGS):
             if mapping is not None:
@@ -320,8 +326,20 @@ def _allow_short_options(definitions: dict[str, Any], section: str, kinds: Itera
         definitions |= options.get("$defs", {})
 
 
+def _glossary() -> str:
+    """The glossary with its table of symbols, which is its end."""
+    rows = [
+        (f"`{name}`", ", ".join(f"`{symbol}`" for symbol in symbols), typeset(parameter_unit(name) or ""))
+        for name, symbols in SYMBOLS.items()
+    ]
+    own = (DOCS / "glossary.md").read_text(encoding="utf-8").partition("<!-- symbols")[0]
+    note = "<!-- symbols: written by docs/generate_configuration.py from hydrofdi/config/names.py -->"
+    return f"{own}{note}\n\n{table(('parameter', 'symbols', 'SI unit'), rows)}\n"
+
+
 if __name__ == "__main__":
     texts = {
+        DOCS / "glossary.md": _glossary(),
         DOCS / "configuration.md": page(ExperimentConfig, INTRODUCTION),
         DOCS / "measured-configuration.md": page(MeasuredConfig, MEASURED_INTRODUCTION),
         DOCS / "monitoring-configuration.md": page(MonitorConfig, MONITOR_INTRODUCTION) + fleet_section(),

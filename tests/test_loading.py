@@ -21,9 +21,10 @@ from tests.commands import run
 @pytest.mark.parametrize(
     ("key", "meant"),
     [
-        ("fluid.EBM", "'bulk_modulus'"), ("beta", "'bulk_modulus'"), ("bore", "'piston_area'"),
-        ("load.mass", "'actuator.mass'"), ("supplly", "'supply'"),
-        ("sweep.grid.fluid.EBM", "'fluid.bulk_modulus'"),
+        ("fluid.bulk", "'bulk_modulus'"), ("bulk", "'fluid.bulk_modulus'"), ("bore", ".piston_area'"),
+        ("load.mass", "'actuator.mass'"), ("supplly", "'supply'"), ("ki", "'K_i'"), ("K_I", "'K_i'"),
+        ("sweep.grid.fluid.bulk", "'fluid.bulk_modulus'"), ("sweep.grid.K_I", "'K_i'"),
+        ("sweep.grid.leakage.coef", "'leakage.internal_coefficient'"),
         ("supply.watt", ""), ("a", ""), ("sweep.grid.fluid.a", ""),
     ],
 )  # fmt: skip
@@ -138,9 +139,11 @@ LINES = [
     ("short record", "record: {duration: 0.2 s}\n", "1: record.duration"),
     ("continuous wavelet", "wavelet: {name: morl}\n", "1: wavelet.name"),
     ("both leakages", "leakage: {internal_flow: 1, internal_coefficient: 1}\n", "1: leakage"),
-    ("axis without section", "sweep: {grid: {bulk_modulus: [1]}}\n", "1: sweep.grid.bulk_modulus"),
+    ("axis of no parameter", "sweep: {grid: {bulk: {linspace: [0, 1, 3]}}}\n", "1: sweep.grid.bulk"),
+    ("axis with one end", "sweep: {grid: {EBM: {from: 1 GPa, num: 3}}}\n", "1: sweep.grid.fluid.bulk_modulus"),
+    ("two names", "sweep:\n  grid:\n    EBM: [1 GPa]\n    beta: [2 GPa]\n", "4: sweep.grid.beta"),
     ("unequal units", "sweep:\n grid:\n  fluid.bulk_modulus:\n   - 551 MPa\n   - 2 s\n", "5: sweep.grid.fluid.bulk_modulus[1]"),
-    ("baseline name", "baseline: {name: x}\n", "1: baseline.name"),
+    ("baseline name", "baseline: {title: x}\n", "1: baseline.title"),
     ("name leaves the folder", "name: ../x\n", "1: name"),
     ("list for a section", "record: [1]\n", "1: record"),
     ("list for a file", "- 1\n", "1: "),

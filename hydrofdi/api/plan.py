@@ -248,7 +248,7 @@ class Plan(SimpleNamespace):
 
 
 def plan(
-    experiment: Experiment,
+    experiment: Experiment | None = None,
     /,
     *,
     out: str | PathLike[str] | None = None,

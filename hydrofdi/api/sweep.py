@@ -72,7 +72,7 @@ from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
 
 
 def sweep(
-    experiment: Experiment,
+    experiment: Experiment | None = None,
     /,
     *,
     out: str | PathLike[str] | None = None,
@@ -88,8 +88,8 @@ def sweep(
 
     Parameters
     ----------
-    experiment : path, mapping or ExperimentConfig
-        YAML file, or what would stand in one.
+    experiment : path, mapping or ExperimentConfig, optional
+        YAML file, or what would stand in one; without it, the nominal actuator with the settings.
     out : path, optional
         Folder of the results; ``results/<name>`` where it is left out.
     workers : int, optional
@@ -105,7 +105,7 @@ def sweep(
     progress : bool or callable
         True shows warnings and progress on standard error; a function is called with each `Progress`.
     **settings
-        As in `hydrofdi.simulate`.
+        As in `hydrofdi.simulate`; also what varies: ``grid={"EBM": ["551 MPa", "689 MPa"]}``.
 
     Raises
     ------
@@ -119,9 +119,8 @@ def sweep(
     Examples
     --------
     >>> import hydrofdi
-    >>> stiffness = {"fluid.bulk_modulus": ["551 MPa", "689 MPa"]}
-    >>> study = {"name": "stiffness", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
-    >>> results = hydrofdi.sweep(study, engine="in-process")
+    >>> grid = {"EBM": ["551 MPa", "689 MPa"]}
+    >>> results = hydrofdi.sweep(name="stiffness", duration="2 s", grid=grid, engine="in-process")
     >>> results
     2 runs in results/stiffness: 2 ok; 1 warning, see .warnings
     >>> results.dataset.chamber_1_pressure.sizes["run"]

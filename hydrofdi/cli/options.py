@@ -21,7 +21,27 @@ Config = Annotated[
     Path | None, typer.Argument(help="Experiment file, or a ready one; without it, the default actuator.")
 ]
 Sweep = Annotated[
-    Path, typer.Argument(help="Experiment file with what varies, or a ready one ('hydrofdi configs').")
+    Path | None,
+    typer.Argument(
+        help="Experiment file with what varies, or a ready one ('hydrofdi configs'); without it, the default"
+        " actuator with --grid or --zip."
+    ),
+]
+Grid = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--grid",
+        metavar="NAME=AXIS",
+        help="Vary a parameter: EBM=551MPa:827MPa:3 (count), K_i=0,1e-8, P_s=1e6:1e7:5:log. Repeatable.",
+    ),
+]
+Zip = Annotated[
+    list[str] | None,
+    typer.Option("--zip", metavar="NAME=AXIS", help="The same, varied together. Repeatable."),
+]
+Name = Annotated[str | None, typer.Option(metavar="NAME", help="Name, and folder below results/.")]
+Write = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Write what the options say to this experiment file, too.")
 ]
 Sources = Annotated[
     list[Path],

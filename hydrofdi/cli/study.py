@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -9,25 +10,32 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 import hydrofdi
-from hydrofdi.cli.options import Config, Directory, Json, Settings, Sweep
+from hydrofdi.cli.options import Config, Directory, Grid, Json, Name, Settings, Sweep, Write, Zip
 from hydrofdi.cli.terminal import answer, facts, print_json, tell, write_out
-from hydrofdi.errors import ReportError
+from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.folders import Explanation
     from hydrofdi.api.plan import Plan
     from hydrofdi.api.results import SweepSummary
+    from hydrofdi.config import ExperimentConfig
     from hydrofdi.report.table import ComposedReport
 
 
 def sweep(
-    config: Sweep,
+    config: Sweep = None,
     settings: Settings = None,
+    grid: Grid = None,
+    zip: Zip = None,
+    name: Name = None,
+    write: Write = None,
     json: Json = False,
     **more: Any,
 ) -> int:
     """Compute and store the missing runs of an experiment.
+
+    Two parameters without a file: hydrofdi sweep --grid EBM=551MPa:827MPa:3 --grid K_i=0,1e-8 --name mine
 
     Ctrl-C once finishes the runs in progress and stores them, twice stops at once; the same command resumes
     the sweep.
@@ -35,7 +43,7 @@ def sweep(
     from hydrofdi.errors import SweepInterrupted
 
     try:
-        results = hydrofdi.sweep(hydrofdi.load_experiment(config, settings or ()), progress=True, **more)
+        results = hydrofdi.sweep(_asked(config, settings, grid, zip, name, write), progress=True, **more)
     except SweepInterrupted as stop:
         if stop.summary is not None:
             _show(stop.summary, json=json)
@@ -70,14 +78,54 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
     )
 
 
-def plan(config: Sweep, settings: Settings = None, json: Json = False, **more: Any) -> int:
+def _asked(
+    config: Path | None,
+    settings: list[str] | None,
+    grid: list[str] | None,
+    zipped: list[str] | None,
+    name: str | None,
+    write: Path | None,
+) -> ExperimentConfig:
+    """The experiment that a file and options describe."""
+    stated = [f"name={name}"] * bool(name) + (settings or [])
+    for kind, texts in (("grid", grid), ("zip", zipped)):
+        for parameter, equals, axis in (text.partition("=") for text in texts or ()):
+            is_yaml = axis.startswith(("[", "{")) or ":" in axis or not axis
+            stated.append(f"sweep.{kind}.{parameter}{equals}{axis if is_yaml else f'[{axis}]'}")
+    if not config and not stated:
+        raise ConfigError("give an experiment file, or what varies: --grid EBM=551MPa:827MPa:3")
+    if write is not None:
+        from hydrofdi.config.loading import text_of_settings
+
+        is_file = config is not None and config.exists()
+        extends = os.path.relpath(str(config), write.parent) if is_file else str(config or "")
+        text = text_of_settings(stated, extends)
+        try:
+            with write.open("x", encoding="utf-8") as new:
+                new.write(text)
+        except OSError as error:
+            raise ConfigError(f"{write}: {error.strerror}") from None
+        tell(f"wrote {write}")
+        config, stated = write, []
+    return hydrofdi.load_experiment(config, stated)
+
+
+def plan(
+    config: Sweep = None,
+    settings: Settings = None,
+    grid: Grid = None,
+    zip: Zip = None,
+    name: Name = None,
+    json: Json = False,
+    **more: Any,
+) -> int:
     """Show what a sweep would do, why, and how long it takes.
 
     Writes nothing.
     """
     from hydrofdi.config.shown_values import shown_in
 
-    experiment = hydrofdi.load_experiment(config, settings or ())
+    experiment = _asked(config, settings, grid, zip, name, None)
     with shown_in(experiment.units):
         answer(hydrofdi.plan(experiment, **more), _plan, json=json)
     return 0

@@ -11,9 +11,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, ExperimentConfig, IndicatorChoice
+from hydrofdi.config.names import full_name, meant
 from hydrofdi.config.normalizing import normalize
 from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
 from hydrofdi.config.study.study import WatchedChart
+from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.detectors.scores.configuration import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
@@ -36,7 +38,7 @@ def note_written_units(source: Source) -> None:
     for name, container, key in _written(source.data):
         own = parameter_unit(name)
         if own is not None and name not in INTERNAL_LEAKAGE_FORMS:
-            unit = stated_unit(container[key], own)
+            unit = stated_unit(container[key].partition(":")[0], own)  # also of an axis first:last:count
             if unit and parse_unit(unit) != parse_unit(own):
                 units.setdefault(name, unit)
     if units or stated:
@@ -65,6 +67,48 @@ def _written(data: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
 
 PARAMETER_MAPPINGS = ("baseline", "grid", "zip", "over", "per_record")
 """Mappings whose keys are dotted parameters; others are those of faults, shifts and confusions."""
+
+
+def use_full_names(source: Source) -> None:
+    """Replace what names a parameter by its full name: at the top, in its section, and in mappings.
+
+    Keys of ``sweep``, such as ``grid``, may stand at the top as well.
+    """
+    if isinstance(data := source.data, dict):
+        for key in [key for key in data if key not in ExperimentConfig.model_fields]:
+            full = f"sweep.{key}" if key in SweepConfig.model_fields else full_name(key)
+            section, _, field = full.partition(".")
+            is_known = full in parameter_names() or section == "sweep"
+            if is_known and isinstance(data.setdefault(section, {}), dict):
+                _move(source, (key,), data, (section, field), data[section])
+        _use_full_names(source, data, ())
+
+
+def _use_full_names(source: Source, data: Any, path: Path) -> None:
+    is_mapping = path and path[-1] in (*PARAMETER_MAPPINGS, "faults", "units")
+    is_section = len(path) == 1 and path[0] in RunRequest.model_fields
+    is_changed = len(path) == 3 and path[1] in ("shifts", "confusions")
+    if isinstance(data, dict) and (is_mapping or is_section or is_changed):
+        for key in list(data):
+            within = f"{path[0]}." if is_section else ""
+            full = full_name(f"{within}{key}").removeprefix(within)
+            _move(source, (*path, key), data, (*path, full), data)
+    if path[-2:] == ("correlation", "parameters") and isinstance(data, list):
+        data[:] = map(full_name, data)
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+        if isinstance(value, dict | list):
+            _use_full_names(source, value, (*path, key))
+
+
+def _move(source: Source, old: Path, data: dict[Any, Any], new: Path, target: dict[Any, Any]) -> None:
+    """Move a value to another key, behind those that are there."""
+    value = data.pop(old[-1])
+    if new[-1] in target:
+        source.report(old, f"is another name of {'.'.join(map(str, new))}, which is given as well")
+    target[new[-1]] = value
+    if new != old:
+        source.move(old, new)
+
 
 _EXCLUSIVE = (("internal_coefficient", "internal_flow"), INTERNAL_LEAKAGE_FORMS)
 """Pairs of keys of which a later one replaces an earlier other."""
@@ -103,6 +147,8 @@ def load_experiment(
         if settings:
             raise ConfigError("the experiment is already loaded; pass the settings to load_experiment")
         return file
+    if isinstance(file, Mapping) and not file and settings:
+        file = None
     source = _read(file)
     settings = [settings] if isinstance(settings, str) else settings
     if not isinstance(settings, Iterable) or not all(isinstance(each, str) for each in settings):
@@ -118,12 +164,28 @@ def load_experiment(
             _apply_setting(source, text)
         keys = {text.partition("=")[0].strip() for text in settings}
     for section in ("", "baseline."):
-        if {f"{section}{form}" for form in INTERNAL_LEAKAGE_FORMS} <= set(map(_full_key, keys)):
+        named = {full_name(key.removeprefix(section)) for key in keys if key.startswith(section)}
+        if named >= set(INTERNAL_LEAKAGE_FORMS):
             message = "give internal_coefficient or internal_flow, not both"
             source.mistakes.append(Issue(message, f"{section}leakage"))
     _normalize_detection(source)
     normalize(source)
     return validated(ExperimentConfig, source)
+
+
+def text_of_settings(settings: Sequence[str], extends: str) -> str:
+    """The text of an experiment file with what settings say, on top of another one."""
+    import yaml
+
+    source = Source({})
+    for text in settings:
+        _apply_setting(source, text)
+    if source.mistakes:
+        raise ConfigError(source.mistakes)
+    data = ({"extends": extends} if extends else {}) | source.data
+    data.pop("units", None)  # written with the values
+    first = {key: data.pop(key) for key in ("extends", "name") if key in data}
+    return yaml.safe_dump(first | data, sort_keys=False, allow_unicode=True)
 
 
 def _read(file: str | PathLike[str] | Mapping[str, Any] | None) -> Source:
@@ -141,6 +203,7 @@ def _prepare(own: Source, file: FilePath) -> None:
     """Prepare each file of an experiment before it extends others."""
     if not own.data:
         raise ConfigError([Issue(_NOTHING, origin=str(file))])
+    use_full_names(own)
     anchor_input_files(own.data, file.parent)
     note_written_units(own)
 
@@ -176,30 +239,25 @@ def _lay(source: Source, path: Path, value: Any, origins: dict[Path, str] | None
     for part in reversed(path):
         value = {part: value}
     laid = Source(value, {path: ""} if origins is None else origins)
+    use_full_names(laid)
     note_written_units(laid)
     overlay(source, laid, _merged)
 
 
-def _full_key(key: str) -> str:
-    """The dotted key: ``bulk_modulus`` and ``fluid__bulk_modulus`` are ``fluid.bulk_modulus``."""
-    known = [] if "." in key or key in ExperimentConfig.model_fields else parameter_names()
-    named = [dotted for dotted in known if dotted.rpartition(".")[2] == key]
-    return named[0] if len(named) == 1 else key.replace("__", ".") if known else key
-
-
 def _setting_path(source: Source, key: str, origin: str = "") -> Path:
     """Where a setting stands in the file; empty, with a mistake, if its key is unknown or ambiguous."""
-    full = _full_key(key)
+    full = key if key in ExperimentConfig.model_fields else full_name(key)
     if "." not in full and full not in ExperimentConfig.model_fields:
-        names = [dotted.replace(".", "__") for dotted in parameter_names()]
-        several = [name for name in names if key in (name.partition("__")[2], name.replace("__", "_"))]
-        fields = [*(name.partition("__")[2] for name in names), *ExperimentConfig.model_fields]
-        hint = f"; write {' or '.join(several)}" if several else nearest(key, fields) if len(key) > 1 else ""
-        source.mistakes.append(Issue(f"unknown key{hint}", key, origin))
+        source.mistakes.append(
+            Issue(f"unknown key{meant(key, list(ExperimentConfig.model_fields))}", key, origin)
+        )
         return ()
     parts = tuple(full.split("."))
     is_below = parts[0] in ("baseline", "sweep", "ensemble", "replicates", "study") and len(parts) > 2
-    if is_below and (parts[-3] in (*PARAMETER_MAPPINGS, "faults") or parts[-2] in RunRequest.model_fields):
+    is_within = (
+        is_below and parts[-3] in (*PARAMETER_MAPPINGS, "faults") and parts[-2] not in PARAMETER_MAPPINGS
+    )
+    if is_within or (is_below and parts[-2] in RunRequest.model_fields):
         return (*parts[:-2], ".".join(parts[-2:]))
     return parts
 

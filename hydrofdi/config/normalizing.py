@@ -12,20 +12,26 @@ import numpy as np
 from pydantic import ValidationError
 
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.names import meant
 from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.sweeps.sweep import LAWS, argument_values
-from hydrofdi.settings.messages import describe_error, nearest
+from hydrofdi.settings.messages import brief, describe_error, nearest
 from hydrofdi.settings.quantities import SI
-from hydrofdi.settings.yaml_source import Path, Source
+from hydrofdi.settings.yaml_source import Path, Source, scalar
 from hydrofdi.units import parse_quantity
 
 _MOST_VALUES = 1_000_000
 _GENERATORS = {
-    "linspace": ("first", "last", "count"),
-    "logspace": ("first", "last", "count"),
-    "arange": ("first", "last", "step"),
+    **dict.fromkeys(("linspace", "logspace", "geomspace"), ("first", "last", "count")),
+    **dict.fromkeys(("arange", "steps"), ("first", "last", "step")),
 }
+_ENDS = {"from": "first", "start": "first", "to": "last", "stop": "last", "num": "count", "step": "step"}
+"""Key of an axis that is a mapping → its role."""
+_AXIS = (
+    "an axis is a list of values, {from, to, num}, {from, to, step}, {linspace: [first, last, count]} (or"
+    " logspace, geomspace), {arange: [first, last, step]}, or a text such as '551 MPa:827 MPa:3'"
+)
 _DISTRIBUTIONS: dict[str, tuple[str, ...]] = {kind: law.arguments for kind, law in LAWS.items()}
 _DISTRIBUTIONS["choice"] = ()
 """Kind → its arguments; any number of values where there are none."""
@@ -81,7 +87,7 @@ def parameter_value(source: Source, path: Path, name: str, value: Any) -> Any:
     known = parameter_names()
     if name not in known:
         place = path[: path.index(name) + 1]
-        unknown = source.mistake(place, f"no parameter {name!r}{nearest(name, known)}")
+        unknown = source.mistake(place, f"no parameter {name!r}{meant(name)}")
         if not any(mistake.message == unknown.message for mistake in source.mistakes):
             source.mistakes.append(unknown)
         return value
@@ -245,10 +251,15 @@ def _require_kind(name: str, kind: str, values: list[Any]) -> None:
 
 def axis_in_si(source: Source, path: Path, name: str, stated: Any) -> list[Any]:
     """An axis as a list of values in SI."""
+    if name not in parameter_names():
+        parameter_value(source, path, name, stated)
+        return []
+    if isinstance(stated, str) and (ends := _ends_of_text(stated)):
+        stated = ends
     if isinstance(stated, dict):
         return _generated(source, path, name, stated)
     if not isinstance(stated, list) or not stated:
-        source.report(path, f"an axis is a list of at least one value, or one of {', '.join(_GENERATORS)}")
+        source.report(path, f"{_AXIS}; found {brief(stated)}")
         return []
     values = [parameter_value(source, (*path, index), name, value) for index, value in enumerate(stated)]
     first: dict[str, int] = {}
@@ -258,10 +269,27 @@ def axis_in_si(source: Source, path: Path, name: str, stated: Any) -> list[Any]:
     return values
 
 
+def _ends_of_text(text: str) -> dict[str, Any]:
+    """``first:last:count``, ``first:last:count:log`` or ``first:last:step``, whose step has a unit."""
+    first, last, third, *law = [scalar(part.strip()) for part in text.split(":")] + [None] * (
+        2 - text.count(":")
+    )
+    if third is None or law not in ([], ["log"]):
+        return {}
+    return {("logspace" if law else "linspace" if isinstance(third, int) else "steps"): [first, last, third]}
+
+
 def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) -> list[Any]:
-    kind = _kind(source, path, stated, _GENERATORS)
+    roles = {_ENDS[key]: value for key, value in stated.items() if key in _ENDS}
+    if len(roles) == len(stated) == 3 and roles.keys() >= {"first", "last"}:
+        kind = "linspace" if "count" in roles else "steps"
+        stated = {kind: [roles.pop("first"), roles.pop("last"), *roles.values()]}
+    if len(stated) != 1 or not stated.keys() <= _GENERATORS.keys():
+        source.report(path, f"{_AXIS}; found {brief(stated)}")
+        return []
+    ((kind, arguments),) = stated.items()
     path = (*path, kind)
-    ends = _arguments(source, path, name, _GENERATORS[kind], stated[kind]) if kind else []
+    ends = _arguments(source, path, name, _GENERATORS[kind], arguments)
     with _reported(source, path):
         values = _range(kind, *ends) if ends else []
         are_whole = bool(ends) and isinstance(ends[0], int)
@@ -275,13 +303,14 @@ def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) ->
 def _range(kind: str, first: float, last: float, third: float) -> list[float]:
     if kind == "linspace":
         return [float(value) for value in np.linspace(first, last, int(third))]
-    if kind == "logspace":
+    if kind in ("logspace", "geomspace"):
         if first <= 0.0 or last <= 0.0:
-            raise ValueError("logspace needs ends above zero")
+            raise ValueError(f"{kind} needs ends above zero")
         return [float(value) for value in np.geomspace(first, last, int(third))]
-    count = math.ceil((last - first) / third - 1e-9) if third else 0
-    if not 1 <= count <= _MOST_VALUES:
-        raise ValueError(f"arange from {first:g} to below {last:g} by {third:g} gives no values, or too many")
+    steps = (last - first) / third if third else 0.0
+    count = math.ceil(steps - 1e-9) if kind == "arange" else math.floor(steps + 1e-9) + 1
+    if not third or not 1 <= count <= _MOST_VALUES:
+        raise ValueError(f"from {first:g} to {last:g} by {third:g} gives no values, or too many")
     return [float(first + index * third) for index in range(count)]
 
 

@@ -11,11 +11,8 @@ from typing import Any
 from hydrofdi.settings.readable import shown_quantity, typeset
 
 _SYNONYMS = {
-    "ebm": "bulk_modulus", "beta": "bulk_modulus", "ki": "internal_coefficient", "leak": "internal_flow",
-    "fs": "sampling_frequency", "dt": "step", "ps": "pressure", "pt": "return_pressure",
-    "kp": "proportional_gain", "oil": "fluid", "bore": "piston_area", "rod": "piston_area_2",
-    "mounting": "inclination", "angle": "inclination", "tilt": "inclination",
-    "jobs": "workers",
+    "leak": "internal_flow", "oil": "fluid", "bore": "piston_area", "rod": "piston_area_2",
+    "mounting": "inclination", "angle": "inclination", "tilt": "inclination", "jobs": "workers",
 }  # fmt: skip
 _MOST_LISTED, _MOST_CHOICES = 12, 6
 
@@ -53,12 +50,22 @@ def similar(name: object, known: Sequence[str]) -> str:
     asked = _plain(word)
     if len(asked) < 2:
         return ""
-    longer = [key for key in by_word if len(asked) > 2 and asked in key]
     same_letter = [key for key in by_word if key[:1] == asked[0]]
     alike = get_close_matches(asked, by_word, 1, 0.8) or get_close_matches(asked, same_letter, 1, 0.6)
-    meant = [_plain(_SYNONYMS.get(asked, "")), asked, *alike, *longer]
+    sharing = sorted(own or known, key=lambda key: (-_shared_parts(word, key), len(_last(key).split("_"))))
+    meant = [_plain(_SYNONYMS.get(asked, "")), asked, *alike]
     found = next((by_word[key] for key in meant if key in by_word), None)
+    if not found and sharing and _shared_parts(word, sharing[0]):
+        found = sharing[0]
     return f"; did you mean {found!r}?" if found else ""
+
+
+def _shared_parts(word: str, key: str) -> int:
+    """How many parts of a word begin a part of a key."""
+    parts = _last(key).lower().split("_")
+    return sum(
+        any(len(each) > 2 and part.startswith(each) for part in parts) for each in word.lower().split("_")
+    )
 
 
 def listed(known: Sequence[str]) -> str:

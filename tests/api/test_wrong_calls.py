@@ -146,13 +146,14 @@ WORK = [
     "run.chamber_1_pressure", "run['dwt.d2']", "run.x", "run.save('again.h5')",
     "hydrofdi.measure('run.h5')", "hydrofdi.load_experiment(settings='bulk_modulus=689 MPa')",
     "hydrofdi.load_experiment(None, {'pressure_1_sensor__noise': 2.0})",
+    "hydrofdi.load_experiment({'EBM': '689 MPa', 'fluid': {'law': 'free_air'}}, {'m': '250 kg'})",
 ]  # fmt: skip
 ANSWERED = {
     "run.p1": "p1", "run['p1']": "'P1'", "hydrofdi.simulat": "simulat",
     "hydrofdi.Detector('detector.json')": "Detector.load",
     "hydrofdi.simulate(leakage='0.5 L/min')": "internal_flow",
-    "hydrofdi.simulate(beta=1e9)": "'bulk_modulus'",
-    "hydrofdi.simulate(leak='0.5 L/min')": "'internal_flow'",
+    "hydrofdi.simulate(ki=1e-9)": "'K_i'", "hydrofdi.simulate(bulk=1e9)": "bulk_modulus'",
+    "hydrofdi.simulate(leak='0.5 L/min')": "internal_flow'", "hydrofdi.simulate(noise=1)": "_sensor.noise",
 }  # fmt: skip
 
 

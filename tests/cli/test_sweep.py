@@ -31,6 +31,20 @@ def test_results_go_where_out_says(hydrofdi, experiment_file, tmp_path):
     assert not (tmp_path / "results").exists()
 
 
+def test_options_are_a_sweep_and_the_file_that_they_write_is_the_same(hydrofdi, tmp_path):
+    short = ("--set", "duration=2 s", "--set", "store.signals=none", "--engine", "in-process")
+    axes = ("--grid", "EBM=551MPa:827MPa:3", "--grid", "K_i=0,1e-8", "--name", "mine")
+    assert hydrofdi("sweep", *axes, *short, "--write", "mine.yaml").returncode == 0
+    with h5py.File(tmp_path / "results/mine/mine.h5") as file:
+        written = file["parameters/leakage/internal_coefficient"][:]
+        assert len(set(zip(file["parameters/fluid/bulk_modulus"][:], written, strict=True))) == 6
+    again = hydrofdi("sweep", "mine.yaml", "--engine", "in-process", "--json")
+    assert json.loads(again.stdout)["skipped"] == 6
+    paired = json.loads(hydrofdi("plan", "--zip", "EBM=8e8,9e8", "--zip", "K_i=[0, 1e-8]", "--json").stdout)
+    assert paired["swept"] == 2
+    assert hydrofdi("sweep", *axes, *short, "--write", "mine.yaml").returncode == 2
+
+
 def test_a_run_that_diverges_is_a_stored_row_and_the_others_go_on(hydrofdi, failing_sweep, tmp_path):
     assert failing_sweep.result.returncode == 1
     assert failing_sweep.summary["failed"] == 1

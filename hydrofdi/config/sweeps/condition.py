@@ -15,6 +15,7 @@ from itertools import pairwise
 from types import CodeType
 from typing import Any
 
+from hydrofdi.config.names import full_name
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_si
 
@@ -59,11 +60,16 @@ def parse_condition(text: str) -> Condition:
 
 
 class _Named(ast.NodeTransformer):
-    """Dotted names as names."""
+    """Names, symbols and dotted names as full names."""
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return ast.Name(full_name(node.id), ast.Load())
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         owner = self.visit(node.value)
-        return ast.Name(f"{owner.id}.{node.attr}", ast.Load()) if isinstance(owner, ast.Name) else node
+        if isinstance(owner, ast.Name):
+            return ast.Name(full_name(f"{owner.id}.{node.attr}"), ast.Load())
+        return node
 
 
 class _InSi(ast.NodeTransformer):

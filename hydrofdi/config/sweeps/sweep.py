@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from hydrofdi.config.names import meant
 from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.sweeps.condition import parse_condition
 from hydrofdi.settings.messages import nearest
@@ -233,12 +234,22 @@ def _generator(name: str, third: str) -> dict[str, Any]:
     }
 
 
+def _between(first: str, last: str, third: str) -> dict[str, Any]:
+    properties = dict.fromkeys((first, last, third), _VALUE)
+    return {"type": "object", "properties": properties, "minProperties": 3, "additionalProperties": False}
+
+
 _AXIS = {
     "anyOf": [
         {"type": "array", "items": _VALUE, "minItems": 1},
-        _generator("linspace", "count"),
-        _generator("logspace", "count"),
+        {"type": "string", "description": "first:last:count, or first:last:step with a unit"},
+        *(_generator(kind, "count") for kind in ("linspace", "logspace", "geomspace")),
         _generator("arange", "step"),
+        *(
+            _between(*ends, third)
+            for ends in (("from", "to"), ("start", "stop"))
+            for third in ("num", "step")
+        ),
     ]
 }
 _AXES = {"type": "object", "additionalProperties": _AXIS}
@@ -252,7 +263,7 @@ def _sound_condition(text: Any) -> Any:
     if isinstance(text, str):
         condition, known = parse_condition(text), parameter_names()
         for name in sorted(condition.names.difference(known)):
-            raise ValueError(f"no parameter {name!r}{nearest(name, known)}")
+            raise ValueError(f"no parameter {name!r}{meant(name)}")
         for name, quantity in condition.compared:
             if unit := parameter_unit(name):
                 parse_quantity(quantity, unit)

@@ -1,0 +1,90 @@
+"""Names of parameters and axes: what a user may write, and the one full name that is stored."""
+
+import pytest
+
+from hydrofdi.config import RunParameters, expand_runs
+from hydrofdi.config.loading import load_experiment
+from hydrofdi.config.names import SYMBOLS, full_name
+from hydrofdi.config.request import parameter_names
+
+EBM, K_I = "fluid.bulk_modulus", "leakage.internal_coefficient"
+
+
+def test_a_symbol_stands_for_one_parameter_and_is_not_the_last_part_of_another():
+    symbols = [symbol for own in SYMBOLS.values() for symbol in own]
+    assert len(set(symbols)) == len(symbols)
+    assert not {name.partition(".")[2] for name in parameter_names()}.intersection(symbols)
+    assert set(map(full_name, parameter_names())) == set(parameter_names())
+
+
+@pytest.mark.parametrize(
+    "study",
+    [
+        {"EBM": "689 MPa", "P_s": "10 MPa", "baseline": {"beta": "1 GPa"}, "units": {"EBM": "bar"}},
+        {"bulk_modulus": "689 MPa", "supply": {"P_s": 10e6}, "baseline": {EBM: 1e9}, "units": {EBM: "bar"}},
+        {EBM: "689 MPa", "supply.P_s": 10e6, "baseline": {"fluid.EBM": 1e9}, "units": {"beta": "bar"}},
+    ],
+)
+def test_a_symbol_a_last_part_and_a_full_name_are_the_same(study):
+    loaded = load_experiment(study)
+    stated = load_experiment({"fluid": {"bulk_modulus": 689e6}, "supply": {"pressure": 10e6}})
+    assert loaded.nominal_parameters == stated.nominal_parameters
+    assert loaded.baseline[EBM] == 1e9
+    assert loaded.units[EBM] == "bar"
+    assert load_experiment(None, study).nominal_parameters == stated.nominal_parameters
+
+
+def test_symbols_name_what_is_drawn_compared_and_faulty():
+    loaded = load_experiment(
+        {
+            "sweep": {
+                "sample": {
+                    "count": 8,
+                    "over": {"EBM": {"uniform": [5e8, 9e8]}, "m": {"uniform": "±10 %"}},
+                    "correlation": {"parameters": ["EBM", "m"], "matrix": [[1.0, 0.5], [0.5, 1.0]]},
+                },
+                "where": "EBM > '600 MPa' and fluid.EBM <= '890 MPa' and m > 0",
+            }
+        }
+    )
+    values = expand_runs(loaded).axes[EBM]
+    assert 0 < len(values) < 8
+    assert min(values) > 6e8
+    assert loaded.sweep.sample.correlation.parameters == [EBM, "actuator.mass"]
+    study = {"faults": {"q_il": ["1 L/min"], "each": 2}, "shifts": {"stiff": {"EBM": "1 GPa"}}}
+    loaded = load_experiment({"study": {"healthy": {"fit": 2, "test": 2}, **study}})
+    assert loaded.study.faults.over == {"leakage.internal_flow": [pytest.approx(1 / 60e3)]}
+    assert loaded.study.shifts == {"stiff": {EBM: 1e9}}
+
+
+THREE = [5e8, 6e8, 7e8]
+
+
+@pytest.mark.parametrize(
+    ("axis", "values"),
+    [
+        (["500 MPa", 6e8, "0.7 GPa"], THREE),
+        ({"linspace": ["500 MPa", "700 MPa", 3]}, THREE),
+        ({"from": 5e8, "to": 7e8, "num": 3}, THREE),
+        ({"start": "500 MPa", "stop": "700 MPa", "step": "100 MPa"}, THREE),
+        ({"from": "500 MPa", "to": "750 MPa", "step": "100 MPa"}, THREE),
+        ({"arange": ["500 MPa", "700 MPa", "100 MPa"]}, THREE[:2]),
+        ("500 MPa:700MPa:3", THREE),
+        ("5e8:700 MPa:100 MPa", THREE),
+        ("100 MPa:10 GPa:3:log", [1e8, 1e9, 1e10]),
+        ({"geomspace": [1e8, 1e10, 3]}, [1e8, 1e9, 1e10]),
+        ({"logspace": [1e8, 1e10, 3]}, [1e8, 1e9, 1e10]),
+    ],
+    ids=str,
+)
+def test_an_axis_may_be_written_in_each_usual_form(axis, values):
+    loaded = load_experiment({"sweep": {"grid": {"EBM": axis}}})
+    assert loaded.sweep.grid == {EBM: pytest.approx(values, rel=1e-12)}
+    assert expand_runs(loaded).n_swept == len(values)
+
+
+def test_a_symbol_on_the_command_line_is_the_full_name_in_the_file():
+    loaded = load_experiment({"sweep": {"grid": {EBM: [1e9]}}}, ["sweep.grid.EBM=1 GPa:2 GPa:2", "K_i=1e-9"])
+    assert loaded.sweep.grid == {EBM: [1e9, 2e9]}
+    assert loaded.leakage.internal_coefficient == 1e-9
+    assert set(RunParameters.model_fields) >= {name.partition(".")[0] for name in SYMBOLS}

@@ -34,9 +34,6 @@ from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
 if TYPE_CHECKING:
     from hydrofdi.report.composition import Report
 
-MOST_DRAWN = 60
-"""Most runs of a heat map of δ."""
-
 
 def varied_block(report: Report) -> Block:
     """Parameters with their values, or quantiles of them; runs; and the baseline in words."""
@@ -50,7 +47,7 @@ def summary_block(report: Report) -> Block:
     n_added = len(report.table) - n_swept
     added = f", and {counted(n_added, 'healthy run')} for comparison" if n_added > 0 else ""
     said = (f"{counted(n_swept, 'run')}{added}.", report.no_changes)
-    table = strongest_table(report.responses)
+    table = strongest_table(report.responses, 3 if report.plane else 6)
     return Block("strongest", "What moves most", tuple(filter(None, said)), (table,), is_answer=True)
 
 
@@ -172,8 +169,7 @@ def changes_block(report: Report, title: str, key: str) -> Block:
         sealed = "have no internal leakage" if table.varies_external else "are controls"
         legend += f" Rows marked sealed {sealed}."
     tables = tuple(_delta_table(report, key, "", names.DETAIL_RMS, baseline) for baseline in report.baselines)
-    figures = ("sensitivity",) if len(table) <= MOST_DRAWN else ()
-    return Block(key, title, (legend, band_sentence(table)), tables, figures)
+    return Block(key, title, (legend, band_sentence(table)), tables)
 
 
 def rms_table(table: RunTable) -> Table:

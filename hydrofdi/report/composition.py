@@ -13,6 +13,7 @@ import numpy as np
 from hydrofdi.config.experiment import DWT
 from hydrofdi.report import changes
 from hydrofdi.report.indicators import MeasuredIndicator, indicators_block, measured_indicators
+from hydrofdi.report.plane import Plane, matrix_block, plane_of
 from hydrofdi.report.provenance import machine_block, provenance_block
 from hydrofdi.report.record import general_record, tidy_columns
 from hydrofdi.report.responses import ResponseStudy, responses_block, responses_record, study_responses
@@ -54,6 +55,11 @@ class Report:
     def responses(self) -> ResponseStudy:
         """What each feature does over each parameter that varies."""
         return study_responses(self.data, self.indicators)
+
+    @cached_property
+    def plane(self) -> Plane | None:
+        """The runs over the two parameters that matter most, if they are a grid of them."""
+        return plane_of(self)
 
     @property
     def has_details(self) -> bool:
@@ -107,7 +113,7 @@ class Report:
     @property
     def usual_figure(self) -> str:
         """The figure that is drawn by default."""
-        return "responses" if any(each.responses for each in self.responses.axes) else "sensitivity"
+        return "sensitivity" if self.plane else "responses"
 
     def document(self) -> Document:
         """The sections of the report; of an experiment without results what is missing, and the remedy."""
@@ -134,6 +140,7 @@ class Report:
             responses_block(self.responses),
             *(own if self.responses.axes else answers(*own)),
             indicators_block(self.indicators, has_replicates=self.data.has_replicates),
+            matrix_block(self.plane) if self.plane else None,
             changes.summary_block(self),
             provenance_block(self.data),
         )

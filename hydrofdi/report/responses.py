@@ -47,7 +47,6 @@ _RANKS = (
     " others."
 )
 _GAP = "\N{NO-BREAK SPACE}"
-_STRONGEST = 6
 
 
 @dataclass(frozen=True)
@@ -113,10 +112,16 @@ class AxisResponses:
 
 @dataclass(frozen=True)
 class ResponseStudy:
-    """Responses over the runs that an experiment asks for, shape (n_run,), without added baselines."""
+    """Responses over the runs that an experiment asks for, shape (n_run,), without added baselines.
+
+    `details`: δ of the details against each baseline, and with the key ``""`` their RMS; `measured`: outputs
+    of the other indicators.
+    """
 
     axes: tuple[AxisResponses, ...]
     runs: NDArray[np.bool_]
+    details: dict[str, tuple[Feature, ...]]
+    measured: tuple[Feature, ...]
 
 
 def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, ...] = ()) -> ResponseStudy:
@@ -141,7 +146,7 @@ def study_responses(data: ExperimentData, indicators: tuple[MeasuredIndicator, .
             for feature in (*details[against], *measured)
         )
         axes.append(AxisResponses(axis, against, tuple(responses)))
-    return ResponseStudy(tuple(axes), runs)
+    return ResponseStudy(tuple(axes), runs, details, measured)
 
 
 def _details(data: ExperimentData) -> dict[str, tuple[Feature, ...]]:
@@ -176,12 +181,12 @@ def spread(values: Array) -> Spread:
     return Spread(median, low, high, known.size)
 
 
-def strongest_table(study: ResponseStudy) -> Table:
+def strongest_table(study: ResponseStudy, most: int) -> Table:
     """The features that move most, at least one for each parameter."""
     ranked = [sorted(found.responses, key=lambda each: -each.reach) for found in study.axes]
     pairs = [[(found.axis, each) for each in own] for found, own in zip(study.axes, ranked, strict=True)]
     first, rest = [own[0] for own in pairs if own], [pair for own in pairs for pair in own[1:]]
-    shown = [*first, *sorted(rest, key=lambda pair: -pair[1].reach)][:_STRONGEST]
+    shown = [*first, *sorted(rest, key=lambda pair: -pair[1].reach)][:most]
     shown = [(axis, each) for axis, each in shown if each.reach > 0.0]
     texts = [
         (axis.groups[0].text.partition(" … ")[0], axis.groups[-1].text.rpartition(" … ")[2])

@@ -11,7 +11,6 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import HydrofdiError, ReportError, StoreError
-from hydrofdi.report.changes import MOST_DRAWN
 from hydrofdi.report.figures.responses import draw_responses
 from hydrofdi.report.figures.sensitivity import draw_sensitivity
 from hydrofdi.report.figures.style import SETTINGS, figure_bytes, shown
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from hydrofdi.report.composition import Report
     from hydrofdi.report.table import ComposedReport
 
-_SENSITIVITY = "δ of each run and level against each baseline"
+_SENSITIVITY = "Heat maps over the two parameters that matter most"
 _RESPONSES = "Each feature over each parameter that varies: median and range of the runs with each value"
 KINDS = ("png", "svg", "pdf")
 """File types of figures."""
@@ -32,8 +31,8 @@ KINDS = ("png", "svg", "pdf")
 def general_figures(report: Report) -> dict[str, FigureKind]:
     """The figures of any experiment."""
     figures = {}
-    if len(report.table) <= MOST_DRAWN:
-        figures["sensitivity"] = FigureKind(_SENSITIVITY, partial(draw_sensitivity, report))
+    if report.plane is not None:
+        figures["sensitivity"] = FigureKind(_SENSITIVITY, partial(draw_sensitivity, report.plane))
     if any(each.responses for each in report.responses.axes):
         figures["responses"] = FigureKind(_RESPONSES, partial(draw_responses, report))
     return figures

@@ -1,129 +1,93 @@
-"""Heat map of δ over varied parameters and levels, against each baseline."""
+"""Heat maps of features over two parameters, one panel each."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from hydrofdi.errors import ReportError
-from hydrofdi.report.changes import baseline_title
 from hydrofdi.report.figures.style import INK
-from hydrofdi.report.runs import Array, RunTable
-from hydrofdi.report.table import Column, group_breaks
-from hydrofdi.report.wording import delta_columns, lead_columns
+from hydrofdi.report.plane import Plane, spread_places
+from hydrofdi.report.responses import Array, Feature
+from hydrofdi.report.wording import signed
+from hydrofdi.settings.readable import number_text
 
-if TYPE_CHECKING:
-    from hydrofdi.report.composition import Report
-
-_COLORS, _MISSING = "PuOr_r", "#e4e4e8"
-"""Scale of δ, and a run without numbers."""
+_CHANGES, _VALUES, _MISSING = "PuOr_r", "viridis", "#e4e4e8"
+"""Scales of changes and of other features, and a cell without numbers."""
 
 _WHITE, _BLACK = "#ffffff", "#000000"
-
-_LIMITS = (10.0, 30.0, 60.0)
-"""Ends that the colour scale may have [%]."""
-
-_CELL, _LETTER, _FONT = 0.62, 0.066, 8
-"""Widths of a cell and of a letter beside it [in], and its size [pt]."""
-
-_FRAMED = "Framed: largest positive δ of the row"
+_LIMITS = (10.0, 30.0, 60.0, 100.0)
+"""Ends that the colour scale of changes may have [%]."""
+_MOST_PANELS, _PANELS_BESIDE, _MOST_TICKS, _MOST_NUMBERS = 6, 3, 5, 8
 
 
-def draw_sensitivity(report: Report) -> Figure:
-    """δ of all levels; the sealed control rows are on top.
-
-    Raises
-    ------
-    ReportError
-        δ is not known, or zero for every run by construction.
-    """
-    table, baselines = report.table, report.baselines
-    if not baselines:
-        raise ReportError(report.no_changes)
-    leakage, *others = lead_columns(table)
-    shown = [leakage, *(each for each in others if len(set(_texts(each))) > 1)]
-    widths = [2 + max(map(len, (*_texts(each), *_broken(each.heading).split("\n")))) for each in shown]
-    breaks = group_breaks(table.leakage_requests.tolist())
-    panel = max(_CELL * table.n_level, 2.9)
-    beside = _LETTER * sum(widths)
-    n_line = len(table)
-    size = (beside + len(baselines) * panel + 1.3, 1.9 + (0.3 if n_line <= 30 else 0.22) * n_line)
-    figure = Figure(figsize=size, layout="constrained")
-    widths_of_all = (beside, *(panel for _ in baselines))
-    left, *axes = figure.subplots(1, len(widths_of_all), sharey=True, width_ratios=widths_of_all)
-    limit = _limit(np.stack([table.changes(baseline) for baseline in baselines]))
-    for axis, baseline in zip(axes, baselines, strict=True):
-        image = _draw_cells(axis, table.changes(baseline), limit)
-        for place in breaks:
-            axis.axhline(place - 0.5, color=_BLACK, linewidth=2.0 if table.is_sealed[place - 1] else 0.6)
-        _head(axis, table, baseline, round(panel / 0.078))
-    _draw_beside(left, shown, widths, breaks)
-    figure.supxlabel(_FRAMED, fontsize=_FONT, x=0.01, ha="left")
-    bar = figure.colorbar(image, ax=axes, extend="both", shrink=0.8, pad=0.02, aspect=max(8, n_line))
-    bar.set_label("δ [%]")
-    bar.outline.set_visible(False)
+def draw_sensitivity(plane: Plane) -> Figure:
+    """A panel for each feature, with one scale of colours for all changes; the baseline is framed."""
+    shown = sorted(plane.features, key=lambda each: not each.is_change)[:_MOST_PANELS]
+    matrices = [plane.matrix(feature) for feature in shown]
+    beside = min(len(shown), _PANELS_BESIDE)
+    above = -(-len(shown) // beside)
+    width, height = (min(max(0.44 * count + 0.9, 2.3), 3.6) for count in reversed(plane.shape))
+    figure = Figure(figsize=(beside * width + 0.9, above * height + 0.5), layout="constrained")
+    panels = figure.subplots(above, beside, sharex=True, sharey=True, squeeze=False)
+    limit = _limit([matrix for each, matrix in zip(shown, matrices, strict=True) if each.is_change])
+    image = None
+    for panel, feature, matrix in zip(panels.flat, shown, matrices, strict=False):
+        drawn = _draw(panel, feature, matrix, limit)
+        image = drawn if feature.is_change else image
+        if not feature.is_change:
+            figure.colorbar(drawn, ax=panel, pad=0.02).outline.set_visible(False)
+        if plane.baseline is not None:
+            _mark(panel, *plane.baseline)
+    for panel in panels.flat[len(shown) :]:
+        panel.set_axis_off()
+    if image is not None:
+        bar = figure.colorbar(image, ax=panels, extend="both", shrink=0.8, pad=0.02)
+        bar.set_label("δ [%]")
+        bar.outline.set_visible(False)
+    for axis, texts, header in zip("yx", plane.texts, plane.headers, strict=True):
+        places = spread_places(len(texts), _MOST_TICKS)
+        panels[0, 0].__getattribute__(f"set_{axis}ticks")(places, [texts[place] for place in places])
+        figure.__getattribute__(f"sup{axis}label")(header, fontsize=9)
+    marked = "framed or starred: the healthy baseline" if plane.baseline is not None else ""
+    figure.suptitle("; ".join(filter(None, (plane.said, marked))), fontsize=8, x=0.01, ha="left")
     return figure
 
 
-def _texts(column: Column) -> list[str]:
-    return [*map(column.text_of, range(len(column.values)))]
-
-
-def _limit(changes: Array) -> float:
+def _limit(changes: list[Array]) -> float:
     """End of the colour scale that contains most changes."""
-    values = np.abs(changes[np.isfinite(changes)])
+    values = np.abs(np.concatenate([each[np.isfinite(each)] for each in changes])) if changes else np.empty(0)
     largest = float(np.quantile(values, 0.95)) if values.size else 0.0
     return next((limit for limit in _LIMITS if largest <= limit), _LIMITS[-1])
 
 
-def _draw_cells(axis: Any, values: Array, limit: float) -> Any:
+def _draw(panel: Any, feature: Feature, matrix: Array, limit: float) -> Any:
     import matplotlib
-    from matplotlib.patches import Rectangle
 
-    colors = matplotlib.colormaps[_COLORS].with_extremes(bad=_MISSING)
-    image = axis.imshow(values, cmap=colors, vmin=-limit, vmax=limit, aspect="auto")
-    columns = delta_columns(values)
-    for y, x in np.ndindex(values.shape):
-        light = np.dot(image.to_rgba(values[y, x : x + 1])[0, :3], (0.299, 0.587, 0.114))
-        color = _BLACK if light > 0.5 or not np.isfinite(values[y, x]) else _WHITE
-        axis.text(x, y, columns[x].text_of(y), ha="center", va="center", fontsize=_FONT, color=color)
-        if y in columns[x].strong:
-            axis.add_patch(Rectangle((x - 0.46, y - 0.42), 0.92, 0.84, fill=False, linewidth=1.3))
+    colors = matplotlib.colormaps[_CHANGES if feature.is_change else _VALUES].with_extremes(bad=_MISSING)
+    ends = {"vmin": -limit, "vmax": limit} if feature.is_change else {}
+    image = panel.imshow(matrix, cmap=colors, aspect="auto", origin="lower", **ends)
+    panel.set_title(feature.header)
+    panel.grid(visible=False)
+    panel.tick_params(length=0)
+    panel.spines[:].set_visible(False)
+    if matrix.shape[1] <= _MOST_NUMBERS and matrix.shape[0] <= 2 * _MOST_NUMBERS:
+        number: Callable[[float], str] = signed if feature.is_change else number_text
+        for y, x in np.ndindex(matrix.shape):
+            light = np.dot(image.to_rgba(matrix[y, x : x + 1])[0, :3], (0.299, 0.587, 0.114))
+            color = _BLACK if light > 0.5 or not np.isfinite(matrix[y, x]) else _WHITE
+            panel.text(x, y, number(float(matrix[y, x])), ha="center", va="center", fontsize=7.5, color=color)
     return image
 
 
-def _head(axis: Any, table: RunTable, baseline: str, n_letter: int) -> None:
-    axis.set_xticks(range(table.n_level), [f"$d_{level}$" for level in range(1, table.n_level + 1)])
-    kind, _, against = baseline_title(table, baseline).partition(" against ")
-    axis.set_title(f"{kind} against\n{fill(against, n_letter)}")
-    _bare(axis)
+def _mark(panel: Any, row: float, column: float) -> None:
+    """A frame about a cell, or a star between the values of the grid."""
+    from matplotlib.patches import Rectangle
 
-
-def _bare(axis: Any) -> None:
-    axis.grid(visible=False)
-    axis.xaxis.tick_top()
-    axis.tick_params(length=0, labelleft=False)
-    axis.spines[:].set_visible(False)
-
-
-def _broken(header: str) -> str:
-    """A header on separate lines: section, parameter, unit."""
-    return header.replace(".", ".\n").replace(" [", "\n[")
-
-
-def _draw_beside(axis: Any, shown: list[Column], widths: list[int], breaks: Sequence[int]) -> None:
-    """What each line is, in columns."""
-    ends = np.cumsum(widths)
-    axis.set_xlim(0.0, ends[-1])
-    axis.set_xticks(ends - 1.0, [_broken(each.heading) for each in shown], fontsize=_FONT, ha="right")
-    for y in range(len(shown[0].values)):
-        for end, column in zip(ends, shown, strict=True):
-            axis.text(end - 1.0, y, column.text_of(y), ha="right", va="center", fontsize=_FONT, color=INK)
-    for place in breaks:
-        axis.axhline(place - 0.5, color=INK, linewidth=0.6)
-    _bare(axis)
-    axis.tick_params(axis="x", labelsize=_FONT)
+    if row.is_integer() and column.is_integer():
+        corner = column - 0.5, row - 0.5
+        panel.add_patch(Rectangle(corner, 1.0, 1.0, fill=False, linewidth=1.4, edgecolor=INK, clip_on=False))
+    else:
+        panel.plot(column, row, "*", color=_WHITE, markeredgecolor=INK, markersize=9, clip_on=False)

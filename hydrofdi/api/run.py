@@ -359,7 +359,7 @@ def simulate(
     True
     >>> hydrofdi.simulate(bulk_modulos="689 MPa")
     Traceback (most recent call last):
-    hydrofdi.errors.ConfigError: bulk_modulos: unknown key; did you mean 'bulk_modulus'?
+    hydrofdi.errors.ConfigError: bulk_modulos: unknown key; did you mean 'fluid.bulk_modulus'?
     """
     loaded = load_experiment(experiment, settings)
     if out is not None:

@@ -246,11 +246,10 @@ def _lay(source: Source, path: Path, value: Any, origins: dict[Path, str] | None
 
 def _setting_path(source: Source, key: str, origin: str = "") -> Path:
     """Where a setting stands in the file; empty, with a mistake, if its key is unknown or ambiguous."""
-    full = key if key in ExperimentConfig.model_fields else full_name(key)
-    if "." not in full and full not in ExperimentConfig.model_fields:
-        source.mistakes.append(
-            Issue(f"unknown key{meant(key, list(ExperimentConfig.model_fields))}", key, origin)
-        )
+    known = [*ExperimentConfig.model_fields, *SweepConfig.model_fields]
+    full = key if key in known else full_name(key)
+    if "." not in full and full not in known:
+        source.mistakes.append(Issue(f"unknown key{meant(key, known)}", key, origin))
         return ()
     parts = tuple(full.split("."))
     is_below = parts[0] in ("baseline", "sweep", "ensemble", "replicates", "study") and len(parts) > 2

@@ -47,6 +47,12 @@ def full_name(name: str) -> str:
     return full_names().get(name, name)
 
 
+def short_name(full: str) -> str:
+    """The first symbol of a parameter, else its last part if it is unique, else the full name."""
+    last = full.partition(".")[2]
+    return SYMBOLS[full][0] if full in SYMBOLS else last if full_name(last) == full else full
+
+
 @cache
 def full_names() -> dict[str, str]:
     """All that stands for a full name."""

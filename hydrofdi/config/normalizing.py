@@ -271,12 +271,11 @@ def axis_in_si(source: Source, path: Path, name: str, stated: Any) -> list[Any]:
 
 def _ends_of_text(text: str) -> dict[str, Any]:
     """``first:last:count``, ``first:last:count:log`` or ``first:last:step``, whose step has a unit."""
-    first, last, third, *law = [scalar(part.strip()) for part in text.split(":")] + [None] * (
-        2 - text.count(":")
-    )
-    if third is None or law not in ([], ["log"]):
+    parts = [scalar(part.strip()) for part in text.split(":")]
+    if len(parts) not in (3, 4) or parts[3:] not in ([], ["log"]):
         return {}
-    return {("logspace" if law else "linspace" if isinstance(third, int) else "steps"): [first, last, third]}
+    kind = "logspace" if parts[3:] else "linspace" if isinstance(parts[2], int) else "steps"
+    return {kind: parts[:3]}
 
 
 def _generated(source: Source, path: Path, name: str, stated: dict[str, Any]) -> list[Any]:

@@ -57,6 +57,10 @@ def write_experiment(
         _write_coordinates(file, time, names.dimensions(table.runs))
         for variable, values in columns_of(results, table).items():
             _write_column(file, variable, values)
+        axes = coordinates_of(table)
+        file.attrs["coordinates"] = " ".join(each.name for each in axes)
+        for variable, values in axes.items():
+            _write_column(file, variable, values)
         # a wavelet that varies is stored as a swept parameter
         for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
             attributes = file[f"{label}{names.ANALYSIS_ID}"].attrs
@@ -184,6 +188,22 @@ def requested_columns(table: RunTable) -> dict[Variable, NDArray[Any]]:
             unit = "" if own.dtype == object else parameter_unit(name) or ""
             columns[Variable(names.axis_variable(name), (names.RUN,), unit, f"swept parameter {name}")] = own
     return columns
+
+
+def coordinates_of(table: RunTable) -> dict[Variable, NDArray[Any]]:
+    """Swept parameters by short names, to index runs by; NaN or empty for runs added for comparison."""
+    coordinates = {}
+    for name in table.axes if table.study is None else ():
+        values = _axis_values(table, name)
+        if name == "leakage.internal_flow":
+            sealed = np.array(table.runs.values("leakage.internal_coefficient"), dtype=float) == 0.0
+            values = np.where(sealed, 0.0, values)
+        is_text = values.dtype == object
+        values = values if is_text else values.astype(float)
+        values[table.n_swept :] = "" if is_text else np.nan
+        unit = "" if is_text else names.cf_unit(parameter_unit(name) or "")
+        coordinates[Variable(names.coordinate(name), (names.RUN,), unit, f"{name} of a point")] = values
+    return coordinates
 
 
 def _axis_values(table: RunTable, parameter: str) -> NDArray[Any]:

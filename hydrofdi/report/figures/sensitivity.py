@@ -24,26 +24,24 @@ _MOST_PANELS, _PANELS_BESIDE, _MOST_TICKS, _MOST_NUMBERS = 6, 3, 5, 8
 
 
 def draw_sensitivity(plane: Plane) -> Figure:
-    """A panel for each feature, with one scale of colours for all changes; the baseline is framed."""
-    shown = sorted(plane.features, key=lambda each: not each.is_change)[:_MOST_PANELS]
+    """A panel for each change, with one scale of colours, else for each other feature."""
+    shown = [each for each in plane.features if each.is_change == plane.features[0].is_change][:_MOST_PANELS]
     matrices = [plane.matrix(feature) for feature in shown]
     beside = min(len(shown), _PANELS_BESIDE)
     above = -(-len(shown) // beside)
     width, height = (min(max(0.44 * count + 0.9, 2.3), 3.6) for count in reversed(plane.shape))
     figure = Figure(figsize=(beside * width + 0.9, above * height + 0.5), layout="constrained")
     panels = figure.subplots(above, beside, sharex=True, sharey=True, squeeze=False)
-    limit = _limit([matrix for each, matrix in zip(shown, matrices, strict=True) if each.is_change])
-    image = None
+    limit = _limit(matrices)
     for panel, feature, matrix in zip(panels.flat, shown, matrices, strict=False):
-        drawn = _draw(panel, feature, matrix, limit)
-        image = drawn if feature.is_change else image
+        image = _draw(panel, feature, matrix, limit)
         if not feature.is_change:
-            figure.colorbar(drawn, ax=panel, pad=0.02).outline.set_visible(False)
+            figure.colorbar(image, ax=panel, pad=0.02).outline.set_visible(False)
         if plane.baseline is not None:
             _mark(panel, *plane.baseline)
     for panel in panels.flat[len(shown) :]:
         panel.set_axis_off()
-    if image is not None:
+    if shown[0].is_change:
         bar = figure.colorbar(image, ax=panels, extend="both", shrink=0.8, pad=0.02)
         bar.set_label("δ [%]")
         bar.outline.set_visible(False)
@@ -58,7 +56,7 @@ def draw_sensitivity(plane: Plane) -> Figure:
 
 def _limit(changes: list[Array]) -> float:
     """End of the colour scale that contains most changes."""
-    values = np.abs(np.concatenate([each[np.isfinite(each)] for each in changes])) if changes else np.empty(0)
+    values = np.abs(np.concatenate([each[np.isfinite(each)] for each in changes]))
     largest = float(np.quantile(values, 0.95)) if values.size else 0.0
     return next((limit for limit in _LIMITS if largest <= limit), _LIMITS[-1])
 

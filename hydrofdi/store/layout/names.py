@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import DWT, NAMED, Indicators
 from hydrofdi.config.experiment import SIGNALS as SIGNALS
+from hydrofdi.config.names import short_name
 from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.transforms.wavelet import n_phase
 
@@ -187,6 +188,13 @@ FEATURES = frozenset(
 def axis_variable(parameter: str) -> str:
     """Name of the variable that contains a swept parameter, e.g. ``friction_viscous``."""
     return BULK_MODULUS if parameter == "fluid.bulk_modulus" else parameter.replace(".", "_")
+
+
+def coordinate(parameter: str) -> str:
+    """Name of the coordinate of a swept parameter, e.g. ``EBM``; the full one if a variable has the short."""
+    short = short_name(parameter)
+    taken = {RUN, TIME, LEVEL, PHASE, *(each.name for each in (*REQUESTED, *COMPUTED))}
+    return axis_variable(parameter) if short in taken or "." in short else short
 
 
 def is_needless(name: str, values: NDArray[Any]) -> bool:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from itertools import combinations, count
+from itertools import count
 from numbers import Real
 from types import SimpleNamespace
 from typing import Any
@@ -26,22 +26,16 @@ from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
 from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
-from hydrofdi.evaluation.scores import comparable
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-from hydrofdi.indicators.contract import Information, Informative
-from hydrofdi.indicators.measuring import seen_by
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import FIGURES, machine_figures
-from hydrofdi.records import RecordBatch
 from hydrofdi.report.table import Column, Table, plain, quantity
 from hydrofdi.report.wording import modulus_column
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import number_text, percent, shown_quantity
-from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.settings.readable import number_text, shown_quantity
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.layout.names import OBSTACLE
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
 
 Mode = dict[str, Any]
@@ -57,9 +51,6 @@ d1, one more than there are below all; ``octaves_to_edge``, distance of f_h from
 _MOST_ROWS = 24
 """Most runs that have a row each; for more, such as a sample, the ranges are shown."""
 
-LONGEST, COLLINEAR, _NOTABLE = 20.0, 0.95, 0.3
-"""What is looked at of a record [s]; correlation of collinear unknowns; parts of a direction with a name."""
-
 
 class Check(SimpleNamespace):
     """Findings on an experiment, as `hydrofdi.check` returns them. True if there are no problems.
@@ -74,18 +65,24 @@ class Check(SimpleNamespace):
         Statics, speeds and hydraulic mode of the nominal machine, as far as its parameters tell [SI].
     modes : list of dict
         The hydraulic mode of each run that is looked at; ``n_left_out`` further ones differ in more than
-        sensors and analysis, of ``n_run`` runs in all. bands : list of (float, float) Band of each level
-        [Hz]. n_period : float Periods of the input in the record; NaN if it has none. boundary_shares : list
-        of float Share of each level's coefficients that depend on the extension of the record [-]. noise :
-        list of dict Of each level of the chamber-1 pressure: RMS of the details of the ``noise`` of the
-        sensor, as the anti-alias filter leaves it, and of quantisation, of the noisiest run [Pa];
-        ``weakest_rms``, least detail RMS of the pressure itself over the runs that ended well [Pa]. Empty
-        without noise. plausibility : list of dict Quantities of the machine and its motion, causes first,
-        with their ``usual`` range and what to ``change`` if they are outside; see `plausibility`.
-        observability : list of dict What the first run, without a leak, tells each indicator
-        that estimates unknowns; see `observability`. problems, warnings : list of str What makes results
-        wrong, and what to keep in mind when reading them. convergence : dict or None Change of the features
-        when the step is halved (see `converge`); None if this was not requested.
+        sensors and analysis, of ``n_run`` runs in all.
+    bands : list of (float, float)
+        Band of each level [Hz].
+    n_period : float
+        Periods of the input in the record; NaN if it has none.
+    boundary_shares : list of float
+        Share of each level's coefficients that depend on the extension of the record [-].
+    noise : list of dict
+        Of each level of the chamber-1 pressure: RMS of the details of the ``noise`` of the sensor, as the
+        anti-alias filter leaves it, and of quantisation, of the noisiest run [Pa]; ``weakest_rms``, least
+        detail RMS of the pressure itself over the runs that ended well [Pa]. Empty without noise.
+    plausibility : list of dict
+        Quantities of the machine and its motion, causes first, with their ``usual`` range and what to
+        ``change`` if they are outside; see `plausibility`.
+    problems, warnings : list of str
+        What makes results wrong, and what to keep in mind when reading them.
+    convergence : dict or None
+        Change of the features when the step is halved (see `converge`); None if this was not requested.
     """
 
     def to_dict(self) -> dict[str, Any]:
@@ -181,7 +178,6 @@ def check(
         n_run=selection.n_run,
         sampling_frequency=record.sampling_frequency,
         plausibility=plausibility(unusual, [job.parameters for job in jobs], rows, modes),
-        observability=observability(jobs[0]),
         problems=problems,
         warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
         convergence=convergence,
@@ -311,52 +307,6 @@ def _unmeasured(jobs: Sequence[Job], rows: Sequence[Mapping[str, Any]]) -> Itera
             yield f"{label} has no numbers in {n_run} of {counted(len(rows), 'run')}: {reason}"
 
 
-def observability(job: Job) -> list[dict[str, Any]]:
-    """What a run without a leak, up to 20 s of it, tells each indicator that has unknowns.
-
-    ``weakest`` is the direction of the parameters that is known least, and ``weakest_left`` its deviation
-    over that beforehand; ``collinear`` lists pairs whose errors behind the record are correlated. All are
-    empty if an estimate diverges.
-    """
-    made, run = job.analysis.indicators, job.parameters
-    estimators = {label: each for label, each in made.items() if isinstance(each, Informative)}
-    if not estimators or not (trajectory := simulate_batch([run], [0.0])).outcomes[0].is_ok:
-        return []
-    frequency, first = run.record.sampling_frequency, job.analysis.n_discarded
-    found = trajectory.signals(SIGNAL_OF_CHANNEL.values())
-    signals = {channel: found[signal] for channel, signal in SIGNAL_OF_CHANNEL.items() if signal in found}
-    period = drive_period(run.input, run.load.random_force)
-    record = RecordBatch(signals, frequency, ("",), drive_period=period)
-    record = record.window(first, first + round(LONGEST * frequency))
-    return [
-        {"indicator": label, "duration": record.duration} | _learnt(each.information(seen_by(each, record)))
-        for label, each in estimators.items()
-        if each.obstacle(record) is None
-    ]
-
-
-def _learnt(found: Information) -> dict[str, Any]:
-    if not np.isfinite(found.covariance).all():
-        return {"weakest": "", "weakest_left": math.nan, "unknowns": [], "collinear": []}
-    unknowns, deviations = found.unknowns, np.sqrt(np.diag(found.covariance))
-    values, directions = np.linalg.eigh(found.covariance[found.n_motion :, found.n_motion :])
-    least_known = comparable(directions[:, -1])  # of two unknowns, both shares have the same size
-    least_known *= np.sign(least_known[np.abs(least_known).argmax()])
-    names = (each.name for each in unknowns[found.n_motion :])
-    weakest = sorted(zip(names, least_known.tolist(), strict=True), key=lambda part: -abs(part[1]))
-    correlated = found.covariance / np.outer(deviations, deviations)
-    return {
-        "weakest": ", ".join(f"{name} {share:.2f}" for name, share in weakest if abs(share) >= _NOTABLE),
-        "weakest_left": math.sqrt(values[-1]),
-        "unknowns": [asdict(each) for each in unknowns],
-        "collinear": [
-            (unknowns[i].name, unknowns[j].name, float(correlated[i, j]))
-            for i, j in combinations(range(len(unknowns)), 2)
-            if abs(correlated[i, j]) > COLLINEAR
-        ],
-    }
-
-
 def machine_table(found: Check) -> Table:
     """Statics, speeds and hydraulic mode of the nominal machine, in readable units."""
     named = {
@@ -405,31 +355,6 @@ def modes_table(found: Check) -> Table:
         ]
         content = [Column("of_runs", ["least", "median", "largest"], title="of runs", is_text=True), *ranges]
     return Table(tuple(content), title="Hydraulic mode", n_lead=3, notes=tuple(notes))
-
-
-def unknowns_table(found: Mapping[str, Any]) -> Table:
-    """Standard deviations of the unknowns of an estimator before and after a record, in readable units."""
-    unknowns = found["unknowns"]
-
-    def texts(name: str) -> list[str]:
-        return [
-            percent(each[name]) if each["unit"] == "1" else shown_quantity(each[name], each["unit"])
-            for each in unknowns
-        ]
-
-    if not unknowns:
-        note = "nothing: the estimate diverges; do its options fit the actuator?"
-    elif all(comparable(each["after"]) >= comparable(each["before"]) for each in unknowns):
-        note = "the record contains no information on them; does the valve open?"
-    else:
-        pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found["collinear"])
-        left = f"{found['weakest_left']:.0%} of the prior deviation remains"
-        note = f"least known: {found['weakest']}: {left}; collinear: {pairs or 'none'}"
-    title = f"Standard deviations before and after {found['duration']:g} s without a leak"
-    columns = {"unknown": [each["name"] for each in unknowns], "before": texts("before")}
-    return Table.of(
-        columns | {"after": texts("after")}, title=f"{title}: {found['indicator']}", notes=(note,)
-    )
 
 
 def noise_table(found: Check) -> Table:

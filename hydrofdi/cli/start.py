@@ -93,8 +93,7 @@ def check(config: Config = None, settings: Settings = None, json: Json = False, 
     """Inspect an experiment before running it.
 
     Shows what is unusual about the machine and what to change; step, statics and speeds, hydraulic mode and
-    bands, record, leakage, stroke and sensor noise; and how well a healthy record determines the unknowns of
-    model-based indicators.
+    bands, record, leakage, stroke and sensor noise.
 
     Simulates up to 60 of the runs that differ in more than their sensors; step limits cover all runs.
     Exit code 1 if results would be wrong.
@@ -109,10 +108,10 @@ def check(config: Config = None, settings: Settings = None, json: Json = False, 
 
 
 def _checked(found: Check) -> Iterator[Any]:
-    """Step, modes, record, noise, what a record tells estimators, and warnings."""
+    """Step, modes, record, noise and warnings."""
     from rich.text import Text
 
-    from hydrofdi.api.check import convergence_table, machine_table, modes_table, noise_table, unknowns_table
+    from hydrofdi.api.check import convergence_table, machine_table, modes_table, noise_table
     from hydrofdi.api.plausible import plausibility_table
 
     yield from (plausibility_table(found.plausibility), "")
@@ -127,7 +126,6 @@ def _checked(found: Check) -> Iterator[Any]:
     periods = f", {counted(found.n_period, 'period')}" if math.isfinite(found.n_period) else ""
     yield f"{counted(found.n_sample, 'sample')}{periods}; coefficients at its ends: {shares}"
     tables = [noise_table(found)] if found.noise else []
-    tables += map(unknowns_table, found.observability)
     if found.convergence is not None:
         tables.append(convergence_table(found.convergence))
     for table in tables:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import count
 from numbers import Real
 from types import SimpleNamespace
 from typing import Any
@@ -20,9 +19,11 @@ from hydrofdi.api.plausible import plausibility
 from hydrofdi.api.step_limits import Distinct, lag_limit, step_limits, too_long_sentence
 from hydrofdi.api.warnings import experiment_warnings, period_count, place_in_bands
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
+from hydrofdi.config.experiment import DEFAULT_CHOICE
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.plausibility import unusual_parameters
 from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
+from hydrofdi.config.run_table.runs import spread
 from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
@@ -33,9 +34,8 @@ from hydrofdi.report.table import Column, Table, plain, quantity
 from hydrofdi.report.wording import modulus_column
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import number_text, shown_quantity
+from hydrofdi.settings.readable import HOLE, number_text, percent, shown_quantity
 from hydrofdi.simulation.kernels.lanes import WIDTH
-from hydrofdi.store.layout.names import OBSTACLE
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
 
 Mode = dict[str, Any]
@@ -48,8 +48,8 @@ d1, one more than there are below all; ``octaves_to_edge``, distance of f_h from
 ``verdict``."""
 
 
-_MOST_ROWS = 24
-"""Most runs that have a row each; for more, such as a sample, the ranges are shown."""
+MOST_ROWS = 24
+"""Most runs that have a row each."""
 
 
 class Check(SimpleNamespace):
@@ -159,7 +159,7 @@ def check(
     if convergence is not None and convergence["good_enough"] is None:
         problems.append("none of the tested steps is short enough")
     with shown_in(loaded.units):
-        warnings = [*experiment_warnings(loaded, distinct), *_unmeasured(jobs, rows)]
+        warnings = experiment_warnings(loaded, distinct)
     unusual = unusual_parameters(loaded)
     tabled = {each.sentence for each in unusual}
     warnings += [text for (status, verdict), text in told.items() if status == "ok" != verdict]
@@ -177,7 +177,7 @@ def check(
         n_left_out=selection.n_left_out,
         n_run=selection.n_run,
         sampling_frequency=record.sampling_frequency,
-        plausibility=plausibility(unusual, [job.parameters for job in jobs], rows, modes),
+        plausibility=plausibility(unusual, distinct, [job.parameters for job in jobs], rows, modes),
         problems=problems,
         warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
         convergence=convergence,
@@ -294,38 +294,25 @@ def _autocovariance(run: RunParameters) -> tuple[float, ...]:
     return variance + quantisation_noise(sensor.resolution) ** 2, *others
 
 
-def _unmeasured(jobs: Sequence[Job], rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """A sentence on each reason for which an indicator has no numbers of runs that are computed."""
-    reasons = Counter(
-        (label, str(row[f"{label}{OBSTACLE}"]))
-        for job, row in zip(jobs, rows, strict=True)
-        if row["status"] == "ok"
-        for label in job.analysis.indicators
-    )
-    for (label, reason), n_run in reasons.items():
-        if reason:
-            yield f"{label} has no numbers in {n_run} of {counted(len(rows), 'run')}: {reason}"
-
-
-def machine_table(found: Check) -> Table:
+def machine_text(found: Check) -> str:
     """Statics, speeds and hydraulic mode of the nominal machine, in readable units."""
-    named = {
-        FIGURES[name][1]: shown_quantity(value, FIGURES[name][0]) for name, value in found.figures.items()
-    }
-    return Table.of({"figure": [*named], "value": [*named.values()]}, title="Machine, nominal", key="machine")
+    return "; ".join(
+        f"{FIGURES[name][1]} {shown_quantity(value, FIGURES[name][0])}"
+        for name, value in found.figures.items()
+    )
 
 
 _percent = partial(number_text, n_digit=3, scale=100.0)
 
 
 def modes_table(found: Check) -> Table:
-    """The hydraulic mode of each run, or the ranges of many runs."""
+    """The hydraulic mode of each run."""
     modes, n_band = found.modes, len(found.bands)
     columns = {name: [mode[name] for mode in modes] for name in modes[0]}
     names = ["above d1", *(f"d{level}" for level in range(1, n_band + 1)), f"below d{n_band}"]
     bands = [names[mode["level"]] if mode["status"] == "ok" else mode["status"] for mode in modes]
     conditions = [*map(shown_values, columns["labels"])]
-    content: list[Column] = [
+    content = (
         modulus_column(columns["bulk_modulus"]),
         Column("leakage_coefficient", columns["leakage_coefficient"], title="K_i [m³/s/√Pa]"),
         quantity("mean_leakage_flow", columns["mean_leakage_flow"], "m^3/s", "leakage"),
@@ -337,39 +324,15 @@ def modes_table(found: Check) -> Table:
         Column("octaves_to_edge", columns["octaves_to_edge"], title="octaves to edge"),
         Column("stroke_share", columns["stroke_share"], title="stroke used [%]", text=_percent),
         Column("conditions", conditions, is_text=True, is_shown=len({*conditions}) > 1),
-    ]
-    n_distinct, notes = len(modes) + found.n_left_out, []
-    if n_distinct < found.n_run:
-        all_runs = counted(found.n_run, "run")
-        notes.append(f"{len(modes)} of the {n_distinct:,} that differ in more than sensors, of {all_runs}")
-    elif found.n_left_out:
-        notes.append(f"{len(modes)} of {counted(n_distinct, 'run')}")
-    if len(modes) > _MOST_ROWS:
-        notes.append("--json lists each")
-        numbers = [each for each in content if not isinstance(each.values[0], str)]
-        finite = [each.array[np.isfinite(each.array)] for each in numbers]
-        ranges = [
-            replace(each, values=np.quantile(own, [0.0, 0.5, 1.0]))
-            for each, own in zip(numbers, finite, strict=True)
-            if own.size
-        ]
-        content = [Column("of_runs", ["least", "median", "largest"], title="of runs", is_text=True), *ranges]
-    return Table(tuple(content), title="Hydraulic mode", n_lead=3, notes=tuple(notes))
+    )
+    return Table(content, title="Hydraulic mode in motion", n_lead=3)
 
 
-def noise_table(found: Check) -> Table:
-    """Noise of the chamber-1 pressure sensor in each level, and its share of the weakest run."""
-    noise, weakest = (np.array([each[name] for each in found.noise]) for name in ("noise", "weakest_rms"))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shares = noise / weakest
-    return Table(
-        (
-            Column("level", [f"d{level}" for level in range(1, len(noise) + 1)], is_text=True),
-            quantity("noise", noise, "Pa"),
-            quantity("weakest_rms", weakest, "Pa", "weakest run"),
-            Column("share", shares, title="share [%]", text=_percent),
-        ),
-        title="Noise of the chamber-1 pressure sensor",
+def noise_text(found: Check) -> str:
+    """Noise of the chamber-1 pressure sensor in each level as a share of the weakest run."""
+    return ", ".join(
+        f"d{level} {percent(each['noise'] / each['weakest_rms']) if each['weakest_rms'] > 0.0 else HOLE}"
+        for level, each in enumerate(found.noise, 1)
     )
 
 
@@ -390,7 +353,7 @@ def convergence_table(found: Mapping[str, Any]) -> Table:
     )
 
 
-MOST_RUNS, MOST_HALVINGS = 60, 6
+MOST_HALVINGS = 6
 
 _USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
 
@@ -410,22 +373,21 @@ class Selection:
     unreached: Sequence[str] = ()
 
 
-def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selection:
-    """The runs of an experiment that differ in more than sensors and analysis, up to a number.
+def select_runs(experiment: ExperimentConfig, most: int = WIDTH) -> Selection:
+    """The runs of an experiment that differ in more than sensors and analysis.
 
-    Where there are more, the first run of every EBM × leakage is chosen, or of every population of a study,
-    then the second, and so on. In an ensemble, a leakage that cannot be reached is a run without K_i.
+    Where there are more than `most`, they are spread evenly over the swept runs, and a quarter at most over
+    the healthy ones that are added. In an ensemble, a leakage that cannot be reached is a run without K_i.
     """
     table = expand_runs(experiment)
     labels = tuple(
         name for name in table.axes if name not in _USUAL and name.partition(".")[0] not in OBSERVATION
     )
     distinct = table.runs.first(*(name for name in RunParameters.model_fields if name not in SENSING))
-    kinds: list[Any] = [*zip(*map(table.runs.values, _USUAL), strict=True)]
-    kinds = kinds if table.study is None else table.study.of_run.tolist()
-    turn = defaultdict[Any, Iterator[int]](count)
-    turns = [next(turn[kinds[position]]) for position in distinct.tolist()]
-    chosen = sorted(distinct[np.argsort(turns, kind="stable")][:most].tolist())
+    n_swept = int(np.searchsorted(distinct, table.n_swept))
+    n_healthy = min(len(distinct) - n_swept, max(most // 4, most - n_swept))
+    healthy = distinct[n_swept:][spread(len(distinct) - n_swept, n_healthy)]
+    chosen = [*distinct[spread(n_swept, most - n_healthy)], *healthy]
     runs, unreached = list(table.runs.at(chosen)), list[str]()
     required = "none" if experiment.has_scenarios else "any"
     try:
@@ -439,7 +401,12 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
         if not any(map(math.isfinite, coefficients)):
             raise
     jobs = [
-        Job(str(position), run.request.with_defaults(SENSING).parameters, coefficient, run.analysis)
+        Job(
+            str(position),
+            run.request.with_defaults(SENSING).parameters,
+            coefficient,
+            replace(run.analysis, choice=DEFAULT_CHOICE),
+        )
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
         if not unreached or math.isfinite(coefficient)
     ]
@@ -451,7 +418,7 @@ def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:
     """All variables of each job, in their order."""
     grids: dict[Any, list[Job]] = {}
     for job in jobs:
-        grids.setdefault((job.parameters.record, job.analysis), []).append(job)
+        grids.setdefault(job.parameters.record, []).append(job)
     rows: dict[str, dict[str, Any]] = {}
     for group in (
         all_[first : first + WIDTH] for all_ in grids.values() for first in range(0, len(all_), WIDTH)

@@ -248,7 +248,7 @@ class Run:
             yield title, f"{low:.3f} … {high:.3f}", unit
         yield "hydraulic mode f_h", f"{number[names.MODE_FREQUENCY]:.2f}", "Hz"
         damping = f"{number[names.MODE_DAMPING_RATIO]:.4f}"
-        yield "damping ratio ζ", damping, "(linearised, median working point)"
+        yield "damping ratio ζ, in motion", damping, "(linearised, median working point)"
         for name in _RESIDUALS:
             yield name.replace("_", " "), "–" if math.isnan(number[name]) else f"{number[name]:.1e}", ""
 

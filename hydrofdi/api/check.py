@@ -34,7 +34,7 @@ from hydrofdi.report.table import Column, Table, plain, quantity
 from hydrofdi.report.wording import modulus_column
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE, number_text, percent, shown_quantity
+from hydrofdi.settings.readable import HOLE, K_I_UNIT, number_text, shown_quantity
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
 
@@ -242,7 +242,7 @@ def calibrate(
     flow, coefficient, laminar, share = zip(*targets, strict=True)
     return Table((
         quantity("flow", flow, "m^3/s", "mean leakage"),
-        Column("coefficient", coefficient, title="K_i (orifice) [m³/s/√Pa]", text="{:.6g}".format),
+        replace(quantity("coefficient", coefficient, K_I_UNIT, "K_i (orifice)"), text="{:.6g}".format),
         Column("laminar_coefficient", laminar, title="laminar [m³/(s·Pa)]"),
         Column("piston_share", share, title="of piston flow [%]", text=_percent),
     ))  # fmt: skip
@@ -314,7 +314,7 @@ def modes_table(found: Check) -> Table:
     conditions = [*map(shown_values, columns["labels"])]
     content = (
         modulus_column(columns["bulk_modulus"]),
-        Column("leakage_coefficient", columns["leakage_coefficient"], title="K_i [m³/s/√Pa]"),
+        quantity("leakage_coefficient", columns["leakage_coefficient"], K_I_UNIT, "K_i"),
         quantity("mean_leakage_flow", columns["mean_leakage_flow"], "m^3/s", "leakage"),
         Column("piston_share", columns["piston_share"], title="of piston flow [%]", text=_percent),
         quantity("at_reference", columns["leakage_flow_at_reference"], "m^3/s", "at 8 MPa"),
@@ -329,11 +329,10 @@ def modes_table(found: Check) -> Table:
 
 
 def noise_text(found: Check) -> str:
-    """Noise of the chamber-1 pressure sensor in each level as a share of the weakest run."""
-    return ", ".join(
-        f"d{level} {percent(each['noise'] / each['weakest_rms']) if each['weakest_rms'] > 0.0 else HOLE}"
-        for level, each in enumerate(found.noise, 1)
-    )
+    """Noise of the chamber-1 pressure sensor in each level over that of the weakest run [%]."""
+    pairs = ((each["noise"], each["weakest_rms"]) for each in found.noise)
+    shares = (f"{100.0 * noise / rms:.2g}" if rms > 0.0 else HOLE for noise, rms in pairs)
+    return ", ".join(f"d{level} {share}" for level, share in enumerate(shares, 1))
 
 
 def convergence_table(found: Mapping[str, Any]) -> Table:

@@ -107,7 +107,7 @@ QUANTITIES = (
         "lower control.amplitude (open loop: input.amplitude or input.period)",
     ),
     Quantity(
-        "damping ratio ζ, in motion", "", 0.02, 1.0, lambda run, row, mode: mode["damping_ratio"],
+        "hydraulic damping ζ, in motion", "", 0.02, 1.0, lambda run, row, mode: mode["damping_ratio"],
         "raise friction.viscous or valve.lap_leakage: real cylinders are damped better",
         "lower friction.viscous, or check the leakage",
     ),
@@ -161,7 +161,7 @@ def _row(
 
 
 def plausibility_table(found: Sequence[Row]) -> Table:
-    """The quantities, with their usual ranges, in readable units."""
+    """The quantities, with their usual ranges, in readable units, and what to change."""
 
     def text(low: float, high: float, own: str) -> str:
         unit = readable_unit(own, high)
@@ -172,6 +172,6 @@ def plausibility_table(found: Sequence[Row]) -> Table:
         "quantity": [each["quantity"] for each in found],
         "here": [text(each["least"], each["largest"], each["unit"]) for each in found],
         "usual": [text(each["usual"][0], each["usual"][1], each["unit"]) for each in found],
-        "change": [each["change"] or "–" for each in found],
     }
-    return Table.of(columns, title="Plausibility")
+    notes = (f"{each['quantity']}: {each['change']}" for each in found if each["change"])
+    return Table.of(columns, title="Plausibility", notes=tuple(notes))

@@ -126,11 +126,11 @@ def _checked(found: Check) -> Iterator[Any]:
         f"step {convert(found.step, 'ms'):g} ms: stable up to"
         f" {convert(found.step_limits[found.binding], 'ms'):.3g} ms, limited by {found.binding}"
     )
-    shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
+    shares = (f"d{level} {100.0 * share:.1f}" for level, share in enumerate(found.boundary_shares, 1))
     periods = f", {counted(found.n_period, 'period')}" if math.isfinite(found.n_period) else ""
-    yield f"{counted(found.n_sample, 'sample')}{periods}; coefficients at the ends: {shares}"
+    yield f"{counted(found.n_sample, 'sample')}{periods}; coefficients at ends [%]: {', '.join(shares)}"
     if found.noise:
-        yield f"noise of the chamber-1 pressure sensor over the weakest run: {noise_text(found)}"
+        yield f"P_1 noise over the weakest run [%]: {noise_text(found)}"
     if found.convergence is not None:
         yield from ("", convergence_table(found.convergence))
     yield ""
@@ -207,6 +207,7 @@ def _described(indicator: Description) -> Iterator[Any]:
     from rich.text import Text
 
     from hydrofdi.report.table import Table
+    from hydrofdi.settings.readable import typeset
 
     yield Text(f"{indicator.name}, version {indicator.version}", "bold")
     yield indicator.summary
@@ -228,7 +229,7 @@ def _described(indicator: Description) -> Iterator[Any]:
     }
     of_outputs = {
         "output": [output.name for output in outputs],
-        "unit": [output.unit for output in outputs],
+        "unit": [typeset(output.unit) for output in outputs],
         "under leakage": [output.departure for output in outputs],
         "meaning": [output.long_name + more for output, more in zip(outputs, dims, strict=True)],
     }

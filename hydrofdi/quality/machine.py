@@ -33,9 +33,9 @@ FIGURES = {
     "frequency_retracted": ("Hz", "f_h retracted"),
     "frequency_extended": ("Hz", "f_h extended"),
     "pressure_gain": ("Pa/V", "pressure gain at the null"),
-    "damping_ratio_null": ("1", "damping ratio ζ at the null"),
-    "damping_ratio_extending": ("1", "damping ratio ζ at full speed out"),
-    "damping_ratio_retracting": ("1", "damping ratio ζ at full speed in"),
+    "damping_ratio_null": ("1", "hydraulic damping ζ at the null"),
+    "damping_ratio_extending": ("1", "hydraulic damping ζ at full speed out"),
+    "damping_ratio_retracting": ("1", "hydraulic damping ζ at full speed in"),
 }
 """Name of a figure → its SI unit and title. Without a stated stroke, none is at an end; without clearance or
 underlap, the pressure gain is infinite and left out."""

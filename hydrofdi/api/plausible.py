@@ -10,7 +10,7 @@ from hydrofdi.api.step_limits import Distinct
 from hydrofdi.config import RunParameters
 from hydrofdi.config.plausibility import Unusual
 from hydrofdi.config.request import EDGES
-from hydrofdi.quality.machine import machine_figures, natural_frequency
+from hydrofdi.quality.machine import at_speed, natural_frequency
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import plain, readable_unit, typeset
@@ -46,8 +46,7 @@ def load_share(run: RunParameters, row: Row) -> float:
 
 def valve_speed(run: RunParameters, *, slower: bool) -> float:
     """Steady speed at the largest opening, in the slower or the faster direction [m/s]."""
-    figures = machine_figures(run)
-    return (min if slower else max)(figures[f"speed_{end}"] for end in ("extending", "retracting"))
+    return (min if slower else max)(at_speed(run, motion)[0] for motion in (1.0, -1.0))
 
 
 def speed_ratio(run: RunParameters) -> float:

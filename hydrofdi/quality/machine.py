@@ -67,7 +67,7 @@ def machine_figures(run: RunParameters) -> dict[str, float]:
         ends = (natural_frequency(run, position) for position in actuator.ends)
         figures |= dict(zip(("frequency_retracted", "frequency_extended"), ends, strict=True))
     for direction, motion in (("extending", 1.0), ("retracting", -1.0)):
-        speed, open_edges = _at_speed(run, motion)
+        speed, open_edges = at_speed(run, motion)
         figures[f"speed_{direction}"] = speed
         figures[f"damping_ratio_{direction}"] = _damping_ratio(run, open_edges)
     return {name: figures[name] for name in FIGURES if math.isfinite(figures.get(name, math.nan))}
@@ -121,7 +121,7 @@ def _opening(run: RunParameters, edge: Edge, travel: float) -> float:
     return float(worn_opening(travel - edge.lap, run.valve.edge_rounding, run.valve.gain_slope))
 
 
-def _at_speed(run: RunParameters, motion: float) -> tuple[float, Pair]:
+def at_speed(run: RunParameters, motion: float) -> tuple[float, Pair]:
     """Speed at the largest opening [m/s], extending or retracting, and K_c of each chamber there."""
     edges, supply, areas, external = run.edges, run.supply, run.actuator.areas, _external(run)
     first, second = (edges.supply_1, edges.return_2) if motion > 0.0 else (edges.return_1, edges.supply_2)

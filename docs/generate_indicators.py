@@ -19,6 +19,7 @@ from pathlib import Path
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.registry import GROUP, Description, Option, describe
+from hydrofdi.settings.readable import typeset
 
 PAGE = Path(__file__).parent / "indicators.md"
 
@@ -71,7 +72,7 @@ class _Shared:
         yield "\n### Shared options\n\nOptions of several indicators, with the usual default:\n"
         yield from (_option(name, self.default(name), text) for name, text in self.options.items())
         yield "\n### Shared outputs\n"
-        units = {out.name: out.unit for each in self._indicators for out in each.outputs}
+        units = {out.name: typeset(out.unit) for each in self._indicators for out in each.outputs}
         yield from (f"- `{name}` [{units[name]}]: {meaning}" for name, meaning in self.outputs.items())
 
 
@@ -107,7 +108,8 @@ def _section(indicator: Description, shared: _Shared) -> Iterator[str]:
     for _, alike in groupby(own_outputs, lambda out: _DIGITS.sub("#", f"{out.name} {_meaning(out)}")):
         first, *rest = alike
         names = f"`{first.name}`{f' … `{rest[-1].name}`' if rest else ''}"
-        yield f"- {names}{_arrow(first)} [{first.unit}]: {_meaning(first)}{', and so on' if rest else ''}"
+        unit = typeset(first.unit)
+        yield f"- {names}{_arrow(first)} [{unit}]: {_meaning(first)}{', and so on' if rest else ''}"
 
 
 _DIGITS = re.compile(r"\d+")

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from itertools import combinations, count
 from numbers import Real
 from types import SimpleNamespace
 from typing import Any
@@ -20,28 +19,23 @@ from hydrofdi.api.plausible import plausibility
 from hydrofdi.api.step_limits import Distinct, lag_limit, step_limits, too_long_sentence
 from hydrofdi.api.warnings import experiment_warnings, period_count, place_in_bands
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
+from hydrofdi.config.experiment import DEFAULT_CHOICE
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.plausibility import unusual_parameters
 from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
+from hydrofdi.config.run_table.runs import spread
 from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
-from hydrofdi.evaluation.scores import comparable
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
-from hydrofdi.indicators.contract import Information, Informative
-from hydrofdi.indicators.measuring import seen_by
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import FIGURES, machine_figures
-from hydrofdi.records import RecordBatch
 from hydrofdi.report.table import Column, Table, plain, quantity
 from hydrofdi.report.wording import modulus_column
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import number_text, percent, shown_quantity
-from hydrofdi.simulation.batch import simulate_batch
+from hydrofdi.settings.readable import HOLE, K_I_UNIT, number_text, shown_quantity
 from hydrofdi.simulation.kernels.lanes import WIDTH
-from hydrofdi.store.layout.names import OBSTACLE
-from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
 
 Mode = dict[str, Any]
@@ -54,11 +48,8 @@ d1, one more than there are below all; ``octaves_to_edge``, distance of f_h from
 ``verdict``."""
 
 
-_MOST_ROWS = 24
-"""Most runs that have a row each; for more, such as a sample, the ranges are shown."""
-
-LONGEST, COLLINEAR, _NOTABLE = 20.0, 0.95, 0.3
-"""What is looked at of a record [s]; correlation of collinear unknowns; parts of a direction with a name."""
+MOST_ROWS = 24
+"""Most runs that have a row each."""
 
 
 class Check(SimpleNamespace):
@@ -74,18 +65,24 @@ class Check(SimpleNamespace):
         Statics, speeds and hydraulic mode of the nominal machine, as far as its parameters tell [SI].
     modes : list of dict
         The hydraulic mode of each run that is looked at; ``n_left_out`` further ones differ in more than
-        sensors and analysis, of ``n_run`` runs in all. bands : list of (float, float) Band of each level
-        [Hz]. n_period : float Periods of the input in the record; NaN if it has none. boundary_shares : list
-        of float Share of each level's coefficients that depend on the extension of the record [-]. noise :
-        list of dict Of each level of the chamber-1 pressure: RMS of the details of the ``noise`` of the
-        sensor, as the anti-alias filter leaves it, and of quantisation, of the noisiest run [Pa];
-        ``weakest_rms``, least detail RMS of the pressure itself over the runs that ended well [Pa]. Empty
-        without noise. plausibility : list of dict Quantities of the machine and its motion, causes first,
-        with their ``usual`` range and what to ``change`` if they are outside; see `plausibility`.
-        observability : list of dict What the first run, without a leak, tells each indicator
-        that estimates unknowns; see `observability`. problems, warnings : list of str What makes results
-        wrong, and what to keep in mind when reading them. convergence : dict or None Change of the features
-        when the step is halved (see `converge`); None if this was not requested.
+        sensors and analysis, of ``n_run`` runs in all.
+    bands : list of (float, float)
+        Band of each level [Hz].
+    n_period : float
+        Periods of the input in the record; NaN if it has none.
+    boundary_shares : list of float
+        Share of each level's coefficients that depend on the extension of the record [-].
+    noise : list of dict
+        Of each level of the chamber-1 pressure: RMS of the details of the ``noise`` of the sensor, as the
+        anti-alias filter leaves it, and of quantisation, of the noisiest run [Pa]; ``weakest_rms``, least
+        detail RMS of the pressure itself over the runs that ended well [Pa]. Empty without noise.
+    plausibility : list of dict
+        Quantities of the machine and its motion, causes first, with their ``usual`` range and what to
+        ``change`` if they are outside; see `plausibility`.
+    problems, warnings : list of str
+        What makes results wrong, and what to keep in mind when reading them.
+    convergence : dict or None
+        Change of the features when the step is halved (see `converge`); None if this was not requested.
     """
 
     def to_dict(self) -> dict[str, Any]:
@@ -162,7 +159,7 @@ def check(
     if convergence is not None and convergence["good_enough"] is None:
         problems.append("none of the tested steps is short enough")
     with shown_in(loaded.units):
-        warnings = [*experiment_warnings(loaded, distinct), *_unmeasured(jobs, rows)]
+        warnings = experiment_warnings(loaded, distinct)
     unusual = unusual_parameters(loaded)
     tabled = {each.sentence for each in unusual}
     warnings += [text for (status, verdict), text in told.items() if status == "ok" != verdict]
@@ -180,8 +177,7 @@ def check(
         n_left_out=selection.n_left_out,
         n_run=selection.n_run,
         sampling_frequency=record.sampling_frequency,
-        plausibility=plausibility(unusual, [job.parameters for job in jobs], rows, modes),
-        observability=observability(jobs[0]),
+        plausibility=plausibility(unusual, distinct, [job.parameters for job in jobs], rows, modes),
         problems=problems,
         warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
         convergence=convergence,
@@ -246,7 +242,7 @@ def calibrate(
     flow, coefficient, laminar, share = zip(*targets, strict=True)
     return Table((
         quantity("flow", flow, "m^3/s", "mean leakage"),
-        Column("coefficient", coefficient, title="K_i (orifice) [m³/s/√Pa]", text="{:.6g}".format),
+        replace(quantity("coefficient", coefficient, K_I_UNIT, "K_i (orifice)"), text="{:.6g}".format),
         Column("laminar_coefficient", laminar, title="laminar [m³/(s·Pa)]"),
         Column("piston_share", share, title="of piston flow [%]", text=_percent),
     ))  # fmt: skip
@@ -298,86 +294,27 @@ def _autocovariance(run: RunParameters) -> tuple[float, ...]:
     return variance + quantisation_noise(sensor.resolution) ** 2, *others
 
 
-def _unmeasured(jobs: Sequence[Job], rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """A sentence on each reason for which an indicator has no numbers of runs that are computed."""
-    reasons = Counter(
-        (label, str(row[f"{label}{OBSTACLE}"]))
-        for job, row in zip(jobs, rows, strict=True)
-        if row["status"] == "ok"
-        for label in job.analysis.indicators
-    )
-    for (label, reason), n_run in reasons.items():
-        if reason:
-            yield f"{label} has no numbers in {n_run} of {counted(len(rows), 'run')}: {reason}"
-
-
-def observability(job: Job) -> list[dict[str, Any]]:
-    """What a run without a leak, up to 20 s of it, tells each indicator that has unknowns.
-
-    ``weakest`` is the direction of the parameters that is known least, and ``weakest_left`` its deviation
-    over that beforehand; ``collinear`` lists pairs whose errors behind the record are correlated. All are
-    empty if an estimate diverges.
-    """
-    made, run = job.analysis.indicators, job.parameters
-    estimators = {label: each for label, each in made.items() if isinstance(each, Informative)}
-    if not estimators or not (trajectory := simulate_batch([run], [0.0])).outcomes[0].is_ok:
-        return []
-    frequency, first = run.record.sampling_frequency, job.analysis.n_discarded
-    found = trajectory.signals(SIGNAL_OF_CHANNEL.values())
-    signals = {channel: found[signal] for channel, signal in SIGNAL_OF_CHANNEL.items() if signal in found}
-    period = drive_period(run.input, run.load.random_force)
-    record = RecordBatch(signals, frequency, ("",), drive_period=period)
-    record = record.window(first, first + round(LONGEST * frequency))
-    return [
-        {"indicator": label, "duration": record.duration} | _learnt(each.information(seen_by(each, record)))
-        for label, each in estimators.items()
-        if each.obstacle(record) is None
-    ]
-
-
-def _learnt(found: Information) -> dict[str, Any]:
-    if not np.isfinite(found.covariance).all():
-        return {"weakest": "", "weakest_left": math.nan, "unknowns": [], "collinear": []}
-    unknowns, deviations = found.unknowns, np.sqrt(np.diag(found.covariance))
-    values, directions = np.linalg.eigh(found.covariance[found.n_motion :, found.n_motion :])
-    least_known = comparable(directions[:, -1])  # of two unknowns, both shares have the same size
-    least_known *= np.sign(least_known[np.abs(least_known).argmax()])
-    names = (each.name for each in unknowns[found.n_motion :])
-    weakest = sorted(zip(names, least_known.tolist(), strict=True), key=lambda part: -abs(part[1]))
-    correlated = found.covariance / np.outer(deviations, deviations)
-    return {
-        "weakest": ", ".join(f"{name} {share:.2f}" for name, share in weakest if abs(share) >= _NOTABLE),
-        "weakest_left": math.sqrt(values[-1]),
-        "unknowns": [asdict(each) for each in unknowns],
-        "collinear": [
-            (unknowns[i].name, unknowns[j].name, float(correlated[i, j]))
-            for i, j in combinations(range(len(unknowns)), 2)
-            if abs(correlated[i, j]) > COLLINEAR
-        ],
-    }
-
-
-def machine_table(found: Check) -> Table:
+def machine_text(found: Check) -> str:
     """Statics, speeds and hydraulic mode of the nominal machine, in readable units."""
-    named = {
-        FIGURES[name][1]: shown_quantity(value, FIGURES[name][0]) for name, value in found.figures.items()
-    }
-    return Table.of({"figure": [*named], "value": [*named.values()]}, title="Machine, nominal", key="machine")
+    return "; ".join(
+        f"{FIGURES[name][1]} {shown_quantity(value, FIGURES[name][0])}"
+        for name, value in found.figures.items()
+    )
 
 
 _percent = partial(number_text, n_digit=3, scale=100.0)
 
 
 def modes_table(found: Check) -> Table:
-    """The hydraulic mode of each run, or the ranges of many runs."""
+    """The hydraulic mode of each run."""
     modes, n_band = found.modes, len(found.bands)
     columns = {name: [mode[name] for mode in modes] for name in modes[0]}
     names = ["above d1", *(f"d{level}" for level in range(1, n_band + 1)), f"below d{n_band}"]
     bands = [names[mode["level"]] if mode["status"] == "ok" else mode["status"] for mode in modes]
     conditions = [*map(shown_values, columns["labels"])]
-    content: list[Column] = [
+    content = (
         modulus_column(columns["bulk_modulus"]),
-        Column("leakage_coefficient", columns["leakage_coefficient"], title="K_i [m³/s/√Pa]"),
+        quantity("leakage_coefficient", columns["leakage_coefficient"], K_I_UNIT, "K_i"),
         quantity("mean_leakage_flow", columns["mean_leakage_flow"], "m^3/s", "leakage"),
         Column("piston_share", columns["piston_share"], title="of piston flow [%]", text=_percent),
         quantity("at_reference", columns["leakage_flow_at_reference"], "m^3/s", "at 8 MPa"),
@@ -387,65 +324,15 @@ def modes_table(found: Check) -> Table:
         Column("octaves_to_edge", columns["octaves_to_edge"], title="octaves to edge"),
         Column("stroke_share", columns["stroke_share"], title="stroke used [%]", text=_percent),
         Column("conditions", conditions, is_text=True, is_shown=len({*conditions}) > 1),
-    ]
-    n_distinct, notes = len(modes) + found.n_left_out, []
-    if n_distinct < found.n_run:
-        all_runs = counted(found.n_run, "run")
-        notes.append(f"{len(modes)} of the {n_distinct:,} that differ in more than sensors, of {all_runs}")
-    elif found.n_left_out:
-        notes.append(f"{len(modes)} of {counted(n_distinct, 'run')}")
-    if len(modes) > _MOST_ROWS:
-        notes.append("--json lists each")
-        numbers = [each for each in content if not isinstance(each.values[0], str)]
-        finite = [each.array[np.isfinite(each.array)] for each in numbers]
-        ranges = [
-            replace(each, values=np.quantile(own, [0.0, 0.5, 1.0]))
-            for each, own in zip(numbers, finite, strict=True)
-            if own.size
-        ]
-        content = [Column("of_runs", ["least", "median", "largest"], title="of runs", is_text=True), *ranges]
-    return Table(tuple(content), title="Hydraulic mode", n_lead=3, notes=tuple(notes))
-
-
-def unknowns_table(found: Mapping[str, Any]) -> Table:
-    """Standard deviations of the unknowns of an estimator before and after a record, in readable units."""
-    unknowns = found["unknowns"]
-
-    def texts(name: str) -> list[str]:
-        return [
-            percent(each[name]) if each["unit"] == "1" else shown_quantity(each[name], each["unit"])
-            for each in unknowns
-        ]
-
-    if not unknowns:
-        note = "nothing: the estimate diverges; do its options fit the actuator?"
-    elif all(comparable(each["after"]) >= comparable(each["before"]) for each in unknowns):
-        note = "the record contains no information on them; does the valve open?"
-    else:
-        pairs = ", ".join(f"{one} and {other} ({value:+.3f})" for one, other, value in found["collinear"])
-        left = f"{found['weakest_left']:.0%} of the prior deviation remains"
-        note = f"least known: {found['weakest']}: {left}; collinear: {pairs or 'none'}"
-    title = f"Standard deviations before and after {found['duration']:g} s without a leak"
-    columns = {"unknown": [each["name"] for each in unknowns], "before": texts("before")}
-    return Table.of(
-        columns | {"after": texts("after")}, title=f"{title}: {found['indicator']}", notes=(note,)
     )
+    return Table(content, title="Hydraulic mode in motion", n_lead=3)
 
 
-def noise_table(found: Check) -> Table:
-    """Noise of the chamber-1 pressure sensor in each level, and its share of the weakest run."""
-    noise, weakest = (np.array([each[name] for each in found.noise]) for name in ("noise", "weakest_rms"))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shares = noise / weakest
-    return Table(
-        (
-            Column("level", [f"d{level}" for level in range(1, len(noise) + 1)], is_text=True),
-            quantity("noise", noise, "Pa"),
-            quantity("weakest_rms", weakest, "Pa", "weakest run"),
-            Column("share", shares, title="share [%]", text=_percent),
-        ),
-        title="Noise of the chamber-1 pressure sensor",
-    )
+def noise_text(found: Check) -> str:
+    """Noise of the chamber-1 pressure sensor in each level over that of the weakest run [%]."""
+    pairs = ((each["noise"], each["weakest_rms"]) for each in found.noise)
+    shares = (f"{100.0 * noise / rms:.2g}" if rms > 0.0 else HOLE for noise, rms in pairs)
+    return ", ".join(f"d{level} {share}" for level, share in enumerate(shares, 1))
 
 
 def convergence_table(found: Mapping[str, Any]) -> Table:
@@ -465,7 +352,7 @@ def convergence_table(found: Mapping[str, Any]) -> Table:
     )
 
 
-MOST_RUNS, MOST_HALVINGS = 60, 6
+MOST_HALVINGS = 6
 
 _USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
 
@@ -485,22 +372,21 @@ class Selection:
     unreached: Sequence[str] = ()
 
 
-def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selection:
-    """The runs of an experiment that differ in more than sensors and analysis, up to a number.
+def select_runs(experiment: ExperimentConfig, most: int = WIDTH) -> Selection:
+    """The runs of an experiment that differ in more than sensors and analysis.
 
-    Where there are more, the first run of every EBM × leakage is chosen, or of every population of a study,
-    then the second, and so on. In an ensemble, a leakage that cannot be reached is a run without K_i.
+    Where there are more than `most`, they are spread evenly over the swept runs, and a quarter at most over
+    the healthy ones that are added. In an ensemble, a leakage that cannot be reached is a run without K_i.
     """
     table = expand_runs(experiment)
     labels = tuple(
         name for name in table.axes if name not in _USUAL and name.partition(".")[0] not in OBSERVATION
     )
     distinct = table.runs.first(*(name for name in RunParameters.model_fields if name not in SENSING))
-    kinds: list[Any] = [*zip(*map(table.runs.values, _USUAL), strict=True)]
-    kinds = kinds if table.study is None else table.study.of_run.tolist()
-    turn = defaultdict[Any, Iterator[int]](count)
-    turns = [next(turn[kinds[position]]) for position in distinct.tolist()]
-    chosen = sorted(distinct[np.argsort(turns, kind="stable")][:most].tolist())
+    n_swept = int(np.searchsorted(distinct, table.n_swept))
+    n_healthy = min(len(distinct) - n_swept, max(most // 4, most - n_swept))
+    healthy = distinct[n_swept:][spread(len(distinct) - n_swept, n_healthy)]
+    chosen = [*distinct[spread(n_swept, most - n_healthy)], *healthy]
     runs, unreached = list(table.runs.at(chosen)), list[str]()
     required = "none" if experiment.has_scenarios else "any"
     try:
@@ -514,7 +400,12 @@ def select_runs(experiment: ExperimentConfig, most: int = MOST_RUNS) -> Selectio
         if not any(map(math.isfinite, coefficients)):
             raise
     jobs = [
-        Job(str(position), run.request.with_defaults(SENSING).parameters, coefficient, run.analysis)
+        Job(
+            str(position),
+            run.request.with_defaults(SENSING).parameters,
+            coefficient,
+            replace(run.analysis, choice=DEFAULT_CHOICE),
+        )
         for position, (run, coefficient) in enumerate(zip(runs, coefficients, strict=True))
         if not unreached or math.isfinite(coefficient)
     ]
@@ -526,7 +417,7 @@ def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:
     """All variables of each job, in their order."""
     grids: dict[Any, list[Job]] = {}
     for job in jobs:
-        grids.setdefault((job.parameters.record, job.analysis), []).append(job)
+        grids.setdefault(job.parameters.record, []).append(job)
     rows: dict[str, dict[str, Any]] = {}
     for group in (
         all_[first : first + WIDTH] for all_ in grids.values() for first in range(0, len(all_), WIDTH)

@@ -6,9 +6,11 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from hydrofdi.api.step_limits import Distinct
 from hydrofdi.config import RunParameters
 from hydrofdi.config.plausibility import Unusual
-from hydrofdi.quality.machine import machine_figures, natural_frequency
+from hydrofdi.config.request import EDGES
+from hydrofdi.quality.machine import at_speed, natural_frequency
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import plain, readable_unit, typeset
@@ -18,8 +20,8 @@ Row = Mapping[str, Any]
 
 
 class Quantity(NamedTuple):
-    """A quantity [in `unit`] of a run, its row of results and its mode; its usual range, and what to change
-    below and above it.
+    """A quantity [in `unit`] of a run, its row of results and its mode; its usual range, what to change
+    below and above it, and the sections that it depends on if it needs no results.
     """
 
     name: str
@@ -29,6 +31,7 @@ class Quantity(NamedTuple):
     of: Callable[[RunParameters, Row, Row], float]
     below: str
     above: str
+    sections: tuple[str, ...] = ()
 
 
 def load_share(run: RunParameters, row: Row) -> float:
@@ -43,8 +46,7 @@ def load_share(run: RunParameters, row: Row) -> float:
 
 def valve_speed(run: RunParameters, *, slower: bool) -> float:
     """Steady speed at the largest opening, in the slower or the faster direction [m/s]."""
-    figures = machine_figures(run)
-    return (min if slower else max)(figures[f"speed_{end}"] for end in ("extending", "retracting"))
+    return (min if slower else max)(at_speed(run, motion)[0] for motion in (1.0, -1.0))
 
 
 def speed_ratio(run: RunParameters) -> float:
@@ -65,16 +67,20 @@ def slenderness(run: RunParameters) -> float:
     return (high - low) / math.sqrt(4.0 / math.pi * run.actuator.piston_area)
 
 
+_OF_SPEED = ("actuator", "supply", "valve", *EDGES, "load", "input", "control", "record")
+
 QUANTITIES = (
     Quantity(
         "stroke over piston diameter", "", 0.1, 40.0, lambda run, row, mode: slenderness(run),
         "check actuator.stroke and actuator.piston_area",
         "check actuator.stroke, without it actuator.chamber_volume: a rod of this length buckles",
+        ("actuator",),
     ),
     Quantity(
         "natural frequency f_h", "Hz", 1.0, 500.0, lambda run, row, mode: natural_frequency(run),
         "check fluid.bulk_modulus and the units of actuator.piston_area; or lower actuator.mass",
         "check actuator.mass; or raise actuator.chamber_volume",
+        ("actuator", "fluid", "supply"),
     ),
     Quantity(
         "load over the force", "%", 5.0, 75.0, lambda run, row, mode: load_share(run, row),
@@ -86,11 +92,13 @@ QUANTITIES = (
         lambda run, row, mode: valve_speed(run, slower=False),
         "raise valve.area_gradient; check the pressure drop of the rated flow",
         "lower valve.area_gradient; check the pressure drop of the rated flow",
+        _OF_SPEED,
     ),
     Quantity(
         "valve speed over motion speed", "", 1.0, 10.0, lambda run, row, mode: speed_ratio(run),
         "raise valve.area_gradient; or lower control.amplitude, or raise input.period",
         "lower valve.area_gradient; or raise control.amplitude, or lower input.period",
+        _OF_SPEED,
     ),
     Quantity(
         "stroke used", "%", 5.0, 95.0, lambda run, row, mode: 100.0 * mode["stroke_share"],
@@ -98,7 +106,7 @@ QUANTITIES = (
         "lower control.amplitude (open loop: input.amplitude or input.period)",
     ),
     Quantity(
-        "damping ratio ζ", "", 0.02, 1.0, lambda run, row, mode: mode["damping_ratio"],
+        "hydraulic damping ζ, in motion", "", 0.02, 1.0, lambda run, row, mode: mode["damping_ratio"],
         "raise friction.viscous or valve.lap_leakage: real cylinders are damped better",
         "lower friction.viscous, or check the leakage",
     ),
@@ -113,23 +121,31 @@ QUANTITIES = (
 
 
 def plausibility(
-    unusual: Iterable[Unusual], runs: Sequence[RunParameters], rows: Sequence[Row], modes: Sequence[Row]
+    unusual: Iterable[Unusual],
+    distinct: Distinct,
+    runs: Sequence[RunParameters],
+    rows: Sequence[Row],
+    modes: Sequence[Row],
 ) -> list[dict[str, Any]]:
-    """Unusual parameters, and the range of each quantity over the runs, with their usual range.
+    """Unusual parameters, and the range of each quantity, with their usual range.
 
-    ``change`` says what to change if some value is outside, and in how many runs that are fewer than all.
+    What needs no results is that of all machines, all else that of the simulated runs. ``change`` says what
+    to change if some value is outside, and in how many of them if not in all.
     """
     found = [
         _row(each.name, each.unit, [*map(abs, each.values)], each.usual, "check its value and its unit")
         for each in unusual
     ]
     for quantity in QUANTITIES:
-        own = [float(quantity.of(*each)) for each in zip(runs, rows, modes, strict=True)]
-        own = [value for value in own if math.isfinite(value)]
+        seen: Iterable[tuple[RunParameters, Row, Row]] = zip(runs, rows, modes, strict=True)
+        if quantity.sections:
+            seen = ((run, {}, {}) for run in distinct(*quantity.sections))
+        own = [value for each in seen if math.isfinite(value := float(quantity.of(*each)))]
         n_low, n_high = sum(each < quantity.least for each in own), sum(each > quantity.most for each in own)
         change = quantity.below if n_low > n_high else quantity.above if n_high else ""
         n_outside = max(n_low, n_high)
-        where = f"in {n_outside} of {counted(len(own), 'run')}: " if 0 < n_outside < len(own) else ""
+        of_all = counted(len(own), "machine" if quantity.sections else "run")
+        where = f"in {n_outside} of {of_all}: " if 0 < n_outside < len(own) else ""
         if own:
             usual = quantity.least, quantity.most
             found.append(_row(quantity.name, quantity.unit, own, usual, where + change))
@@ -144,7 +160,7 @@ def _row(
 
 
 def plausibility_table(found: Sequence[Row]) -> Table:
-    """The quantities, with their usual ranges, in readable units."""
+    """The quantities, with their usual ranges, in readable units, and what to change."""
 
     def text(low: float, high: float, own: str) -> str:
         unit = readable_unit(own, high)
@@ -155,6 +171,6 @@ def plausibility_table(found: Sequence[Row]) -> Table:
         "quantity": [each["quantity"] for each in found],
         "here": [text(each["least"], each["largest"], each["unit"]) for each in found],
         "usual": [text(each["usual"][0], each["usual"][1], each["unit"]) for each in found],
-        "change": [each["change"] or "–" for each in found],
     }
-    return Table.of(columns, title="Plausibility")
+    notes = (f"{each['quantity']}: {each['change']}" for each in found if each["change"])
+    return Table.of(columns, title="Plausibility", notes=tuple(notes))

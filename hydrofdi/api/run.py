@@ -28,6 +28,7 @@ from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_co
 from hydrofdi.records.data_sheet import MachineSheet
 from hydrofdi.report.table import Column, Table, finite, library
 from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.readable import K_I_UNIT, typeset
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
@@ -232,7 +233,7 @@ class Run:
         yield "run", self.run_id, ""
         yield "status", self.status, ""
         yield "verdict", self.verdict, ""
-        yield "leakage coefficient K_i", f"{number[names.LEAKAGE_COEFFICIENT]:.4g}", "m³/s per √Pa"
+        yield "leakage coefficient K_i", f"{number[names.LEAKAGE_COEFFICIENT]:.4g}", typeset(K_I_UNIT)
         yield "mean internal leakage", f"{number[names.MEAN_LEAKAGE_FLOW].to('L/min'):.4g}", "L/min"
         for chamber, name in enumerate(names.EXTERNAL_LEAKAGE_FLOWS, 1):
             if flow := number[name]:
@@ -248,7 +249,7 @@ class Run:
             yield title, f"{low:.3f} … {high:.3f}", unit
         yield "hydraulic mode f_h", f"{number[names.MODE_FREQUENCY]:.2f}", "Hz"
         damping = f"{number[names.MODE_DAMPING_RATIO]:.4f}"
-        yield "damping ratio ζ", damping, "(linearised, median working point)"
+        yield "hydraulic damping ζ, in motion", damping, "(linearised, median working point)"
         for name in _RESIDUALS:
             yield name.replace("_", " "), "–" if math.isnan(number[name]) else f"{number[name]:.1e}", ""
 

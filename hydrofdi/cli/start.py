@@ -92,12 +92,11 @@ def configs(
 def check(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
     """Inspect an experiment before running it.
 
-    Shows what is unusual about the machine and what to change; step, statics and speeds, hydraulic mode and
-    bands, record, leakage, stroke and sensor noise; and how well a healthy record determines the unknowns of
-    model-based indicators.
+    Shows what is unusual about the machine and what to change; statics and speeds, hydraulic mode and
+    bands, step, record, leakage, stroke and sensor noise.
 
-    Simulates up to 60 of the runs that differ in more than their sensors; step limits cover all runs.
-    Exit code 1 if results would be wrong.
+    Simulates up to 32 of the runs that differ in more than their sensors, spread evenly; step limits and what
+    follows from parameters alone cover all runs. Exit code 1 if results would be wrong.
     """
     from hydrofdi.config.shown_values import shown_in
 
@@ -109,29 +108,31 @@ def check(config: Config = None, settings: Settings = None, json: Json = False, 
 
 
 def _checked(found: Check) -> Iterator[Any]:
-    """Step, modes, record, noise, what a record tells estimators, and warnings."""
+    """Machine, modes, step, record, noise and warnings."""
     from rich.text import Text
 
-    from hydrofdi.api.check import convergence_table, machine_table, modes_table, noise_table, unknowns_table
+    from hydrofdi.api.check import MOST_ROWS, convergence_table, machine_text, modes_table, noise_text
     from hydrofdi.api.plausible import plausibility_table
 
-    yield from (plausibility_table(found.plausibility), "")
-    limits = sorted(found.step_limits.items(), key=lambda item: item[1])
-    yield Text("Step", "bold")
+    yield from (plausibility_table(found.plausibility), "", Text("Machine, nominal", "bold"))
+    yield from (machine_text(found), "")
+    if len(found.modes) <= MOST_ROWS:
+        yield from (modes_table(found), "")
+    if found.n_left_out or len(found.modes) > MOST_ROWS:
+        n_distinct = len(found.modes) + found.n_left_out
+        kinds = f"{n_distinct:,} that differ in more than sensors, of " if n_distinct < found.n_run else ""
+        yield f"{len(found.modes)} of {kinds}{counted(found.n_run, 'run')} are simulated; --json lists each"
     yield (
-        f"{convert(found.step, 'ms'):g} ms, limited by {found.binding}; stable up to [ms]: "
-        + ", ".join(f"{part} {convert(limit, 'ms'):.3g}" for part, limit in limits)
+        f"step {convert(found.step, 'ms'):g} ms: stable up to"
+        f" {convert(found.step_limits[found.binding], 'ms'):.3g} ms, limited by {found.binding}"
     )
-    yield from ("", machine_table(found), "", modes_table(found), "", Text("Record", "bold"))
-    shares = ", ".join(f"d{level} {share:.1%}" for level, share in enumerate(found.boundary_shares, 1))
+    shares = (f"d{level} {100.0 * share:.1f}" for level, share in enumerate(found.boundary_shares, 1))
     periods = f", {counted(found.n_period, 'period')}" if math.isfinite(found.n_period) else ""
-    yield f"{counted(found.n_sample, 'sample')}{periods}; coefficients at its ends: {shares}"
-    tables = [noise_table(found)] if found.noise else []
-    tables += map(unknowns_table, found.observability)
+    yield f"{counted(found.n_sample, 'sample')}{periods}; coefficients at ends [%]: {', '.join(shares)}"
+    if found.noise:
+        yield f"P_1 noise over the weakest run [%]: {noise_text(found)}"
     if found.convergence is not None:
-        tables.append(convergence_table(found.convergence))
-    for table in tables:
-        yield from ("", table)
+        yield from ("", convergence_table(found.convergence))
     yield ""
     yield from (Text(f"problem: {problem}", "bold red") for problem in found.problems)
     yield from (Text(f"warning: {warning}") for warning in found.warnings)
@@ -206,6 +207,7 @@ def _described(indicator: Description) -> Iterator[Any]:
     from rich.text import Text
 
     from hydrofdi.report.table import Table
+    from hydrofdi.settings.readable import typeset
 
     yield Text(f"{indicator.name}, version {indicator.version}", "bold")
     yield indicator.summary
@@ -227,7 +229,7 @@ def _described(indicator: Description) -> Iterator[Any]:
     }
     of_outputs = {
         "output": [output.name for output in outputs],
-        "unit": [output.unit for output in outputs],
+        "unit": [typeset(output.unit) for output in outputs],
         "under leakage": [output.departure for output in outputs],
         "meaning": [output.long_name + more for output, more in zip(outputs, dims, strict=True)],
     }

@@ -1,4 +1,4 @@
-"""Base of the Kalman filter indicators: one filter per record of a stream, and its information."""
+"""Base of the Kalman filter indicators: one filter per record of a stream."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.contract import Information
 from hydrofdi.indicators.estimation.ekf_stream import N_SUM, Streams, Tuning, follow, workspace
 from hydrofdi.indicators.estimation.plant import N_STATE, PER_MINUTE, STATES
 from hydrofdi.indicators.nominal_plant import NominalPlant
@@ -159,12 +158,6 @@ _PER_SI = {
 }  # fmt: skip
 """State → factor from SI to estimator units, where it is not 1, but for the leakage."""
 
-_IN_SI = {
-    "pressure_1": 1e6, "pressure_2": 1e6, "position": 1e-3, "velocity": 1e-3, "leakage": LITRE_PER_MINUTE,
-    "offset": 1e-6, "lap": 1e-6, "clearance": 1e-15, "bias_1": 1e6, "bias_2": 1e6,
-}  # fmt: skip
-"""State → factor from estimator units to SI, where it is not 1."""
-
 Chosen = TypeVar("Chosen", bound=KalmanOptions)
 
 
@@ -214,21 +207,6 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
         found = Estimates(means, variances, sums, supply[:, due], every)
         lost = np.isnan(means[:, :, 0])
         return {name: np.where(lost, np.nan, values) for name, values in self.read(found).items()}
-
-    def information(self, records: RecordBatch) -> Information:
-        """Information of the first record."""
-        state, _ = self.step(self.start(records), records)
-        prior = np.sqrt(self.options.prior_variances(records))
-        (open_,) = np.nonzero(prior)
-        names = [STATES[place] for place in open_]
-        deviations = [prior[place] * _IN_SI.get(STATES[place], 1.0) for place in open_]
-        covariance = self.first_covariance(state)[np.ix_(open_, open_)]
-        relative = covariance / np.outer(prior[open_], prior[open_])
-        return Information.of(names, deviations, relative, sum(name in MOTION for name in names))
-
-    def first_covariance(self, state: State) -> Array:
-        """Covariance of the first record, shape (N_STATE, N_STATE)."""
-        return np.asarray(state["covariance"][0])
 
     def follow(
         self, state: dict[str, NDArray[Any]], n_before: int, samples: tuple[Array, Array, Array],

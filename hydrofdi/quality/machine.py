@@ -20,22 +20,22 @@ from hydrofdi.simulation.drive import largest_travel
 
 FIGURES = {
     "area_ratio": ("1", "A_2/A_1"),
-    "held_force": ("N", "weight and constant load along the axis"),
-    "rest_pressure_1": ("Pa", "P_1 at rest under it"),
-    "rest_pressure_2": ("Pa", "P_2 at rest under it"),
-    "largest_force_extending": ("N", "largest force, extending"),
-    "largest_force_retracting": ("N", "largest force, retracting"),
-    "speed_extending": ("m/s", "speed under it at the largest opening, extending"),
-    "speed_retracting": ("m/s", "speed under it at the largest opening, retracting"),
-    "frequency_centred": ("Hz", "f_h, piston centred"),
+    "held_force": ("N", "weight and constant load"),
+    "rest_pressure_1": ("Pa", "P_1 at rest"),
+    "rest_pressure_2": ("Pa", "P_2 at rest"),
+    "largest_force_extending": ("N", "largest force out"),
+    "largest_force_retracting": ("N", "largest force in"),
+    "speed_extending": ("m/s", "full speed out"),
+    "speed_retracting": ("m/s", "full speed in"),
+    "frequency_centred": ("Hz", "f_h centred"),
     "least_frequency": ("Hz", "least f_h over the stroke"),
-    "softest_position": ("m", "position of the least f_h, from the centre"),
-    "frequency_retracted": ("Hz", "f_h, retracted"),
-    "frequency_extended": ("Hz", "f_h, extended"),
+    "softest_position": ("m", "its position from the centre"),
+    "frequency_retracted": ("Hz", "f_h retracted"),
+    "frequency_extended": ("Hz", "f_h extended"),
     "pressure_gain": ("Pa/V", "pressure gain at the null"),
-    "damping_ratio_null": ("1", "ζ at the null, centred, without a leak"),
-    "damping_ratio_extending": ("1", "ζ at that speed, extending"),
-    "damping_ratio_retracting": ("1", "ζ at that speed, retracting"),
+    "damping_ratio_null": ("1", "hydraulic damping ζ at the null"),
+    "damping_ratio_extending": ("1", "hydraulic damping ζ at full speed out"),
+    "damping_ratio_retracting": ("1", "hydraulic damping ζ at full speed in"),
 }
 """Name of a figure → its SI unit and title. Without a stated stroke, none is at an end; without clearance or
 underlap, the pressure gain is infinite and left out."""
@@ -67,7 +67,7 @@ def machine_figures(run: RunParameters) -> dict[str, float]:
         ends = (natural_frequency(run, position) for position in actuator.ends)
         figures |= dict(zip(("frequency_retracted", "frequency_extended"), ends, strict=True))
     for direction, motion in (("extending", 1.0), ("retracting", -1.0)):
-        speed, open_edges = _at_speed(run, motion)
+        speed, open_edges = at_speed(run, motion)
         figures[f"speed_{direction}"] = speed
         figures[f"damping_ratio_{direction}"] = _damping_ratio(run, open_edges)
     return {name: figures[name] for name in FIGURES if math.isfinite(figures.get(name, math.nan))}
@@ -121,7 +121,7 @@ def _opening(run: RunParameters, edge: Edge, travel: float) -> float:
     return float(worn_opening(travel - edge.lap, run.valve.edge_rounding, run.valve.gain_slope))
 
 
-def _at_speed(run: RunParameters, motion: float) -> tuple[float, Pair]:
+def at_speed(run: RunParameters, motion: float) -> tuple[float, Pair]:
     """Speed at the largest opening [m/s], extending or retracting, and K_c of each chamber there."""
     edges, supply, areas, external = run.edges, run.supply, run.actuator.areas, _external(run)
     first, second = (edges.supply_1, edges.return_2) if motion > 0.0 else (edges.return_1, edges.supply_2)

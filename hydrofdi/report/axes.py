@@ -16,7 +16,7 @@ from hydrofdi.config.shown_values import shown_parameter
 from hydrofdi.config.sweeps.points import count_points
 from hydrofdi.report.runs import table_runs
 from hydrofdi.report.wording import litres_per_minute, shown_modulus
-from hydrofdi.settings.readable import HOLE
+from hydrofdi.settings.readable import HOLE, K_I_UNIT, typeset
 from hydrofdi.store.experiment_data import ExperimentData
 
 _FLOW, _COEFFICIENT = "leakage.internal_flow", "leakage.internal_coefficient"
@@ -112,7 +112,7 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
         return _made(name, f"EBM [{shown_modulus().unit}]", values, kept, shown_modulus().text)
     if is_leakage:
         is_flow = name == _FLOW
-        header = "Leakage [L/min]" if is_flow else "Leakage coefficient K_i [m^3.5/kg^0.5]"
+        header = "Leakage [L/min]" if is_flow else f"Leakage coefficient K_i [{typeset(K_I_UNIT)}]"
         number = litres_per_minute if is_flow else "{:g}".format
         return _made(name, header, values, kept, lambda value: number(value) if value else "sealed")
     shown = shown_parameter(name, values)

@@ -19,7 +19,7 @@ from hydrofdi.report.intervals import RankCorrelation, rank_correlation
 from hydrofdi.report.runs import baseline_changes
 from hydrofdi.report.table import Block, Column, Table, finite, numbers
 from hydrofdi.report.wording import signed, with_minus
-from hydrofdi.settings.readable import HOLE
+from hydrofdi.settings.readable import HOLE, typeset
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
@@ -65,7 +65,7 @@ class Feature:
     @property
     def header(self) -> str:
         """Name and unit."""
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
+        return f"{self.name} [{typeset(self.unit)}]" if self.unit else self.name
 
     @property
     def is_change(self) -> bool:

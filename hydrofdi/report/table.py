@@ -87,7 +87,8 @@ class Column:
     @property
     def heading(self) -> str:
         """The title, or name and unit."""
-        return self.title or (f"{self.name} [{self.unit}]" if self.unit not in ("", "1") else self.name)
+        unit = "" if self.unit in ("", "1") else f" [{typeset(self.unit)}]"
+        return self.title or f"{self.name}{unit}"
 
     @property
     def listed(self) -> list[Any]:

@@ -8,6 +8,9 @@ from typing import Any
 
 from hydrofdi.units import ABOVE, convert
 
+K_I_UNIT = "m^3.5/kg^0.5"
+"""Unit of the leakage coefficient in base units."""
+
 HOLE = "–"
 """What people read in place of a value that is missing."""
 
@@ -49,9 +52,9 @@ def written_units(own: str) -> list[str]:
     return [*dict.fromkeys(({"Pa": "bar", "K": "°C"}.get(own, own), *read, own))]
 
 
-def shown_quantity(value: float, own: str) -> str:
-    """A value in SI with a unit that suits it, such as ``8.6 MPa``."""
-    unit = readable_unit(own, abs(value))
+def shown_quantity(value: float, own: str, stated: str = "") -> str:
+    """A value in SI in a unit that is stated, or else in one that suits it, such as ``8.6 MPa``."""
+    unit = stated if stated not in ("", own) else readable_unit(own, abs(value))
     number = number_text(convert(value, unit) if unit != own else value)
     return number if unit == "1" else f"{number} {typeset(unit)}"
 
@@ -68,8 +71,8 @@ def number_text(value: Any, n_digit: int = 4, scale: float = 1.0) -> str:
 
 
 def typeset(unit: str) -> str:
-    """A unit as it is printed: ``N·s/m`` for ``N*s/m``, ``µm`` for ``um``, ``mm²`` for ``mm^2``."""
-    printed = re.sub(r"\bu(?=[A-Za-z])", "µ", unit).replace("*", "·")
+    """A unit as it is printed: ``N·s/m`` for ``N*s/m``, ``µm`` for ``um``, ``m³/s/√Pa`` for that of K_i."""
+    printed = re.sub(r"\bu(?=[A-Za-z])", "µ", unit).replace("*", "·").replace(K_I_UNIT, "m³/s/√Pa")
     return re.sub(r"\^([23])(?![\d.])", lambda power: "²" if power[1] == "2" else "³", printed)
 
 

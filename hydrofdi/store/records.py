@@ -15,6 +15,7 @@ from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.config.sections.drive import InputConfig
 from hydrofdi.errors import Issue, StoreError
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord
+from hydrofdi.settings.readable import K_I_UNIT, shown_quantity
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
@@ -72,7 +73,7 @@ def condition_label(flow: float, coefficient: float, bulk_modulus: float) -> str
     """Label of a simulated run: its leakage and EBM."""
     leakage = f"{convert(flow, 'L/min'):.4g} L/min"
     if np.isnan(flow):
-        leakage = f"K_i {coefficient:.4g} m³/s/√Pa"
+        leakage = f"K_i {shown_quantity(coefficient, K_I_UNIT)}"
     if flow == 0.0 or (np.isnan(flow) and coefficient == 0.0):
         leakage = "sealed"
     return f"{leakage}, {convert(bulk_modulus, 'MPa'):.4g} MPa"

@@ -158,7 +158,7 @@ def test_the_table_names_what_is_unusual_causes_first(tmp_path):
     assert (
         outside(experiment=made, bulk_modulus=made["fluid"]["bulk_modulus"] / 10.0)[0] == "fluid.bulk_modulus"
     )
-    assert outside(experiment=made, viscous=0.0) == ["damping"]
+    assert outside(experiment=made, viscous=0.0) == ["hydraulic"]
     assert outside(experiment=made, mass="400 t", step="0.1 ms")[:2] == ["actuator.mass", "natural"]
     assert outside(experiment=made, constant_force="-60 kN")[0] == "load"
     assert outside(experiment=made, inclination="-90 deg", mass="2 t") == ["time"]

@@ -9,12 +9,12 @@ from hydrofdi.api.check import (
     calibrate,
     computed_rows,
     converge,
-    observability,
     select_runs,
 )
 from hydrofdi.api.warnings import place_in_bands
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.leakage import internal_leakage_flow
+from hydrofdi.quality.machine import natural_frequency
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import boundary_shares
@@ -76,18 +76,45 @@ def test_a_machine_that_cannot_lift_its_load_is_shown_without_the_leaks_that_it_
     assert changed[0].startswith("load")
 
 
-def test_runs_beyond_a_number_are_left_out_but_every_leakage_bulk_modulus_and_population_is_kept(tmp_path):
-    file = tmp_path / "sweep.yaml"
-    file.write_text(SWEEP)
-    selection = select_runs(load_experiment(file), most=7)
-    seen = {(job.parameters.fluid, job.parameters.leakage) for job in selection.jobs}
-    assert (len(seen), len(selection.jobs), selection.n_left_out) == (6, 7, 5)
-    assert {job.parameters.friction.viscous for job in selection.jobs} == {50.0, 60.0}
-    file.write_text(STUDY)
-    jobs = select_runs(load_experiment(file), most=15).jobs
-    flows = {job.parameters.leakage.internal_flow or 0.0 for job in jobs}
-    assert sorted(flows) == pytest.approx([0.0, 0.1e-3 / 60, 1e-3 / 60])
-    assert 827e6 in {job.parameters.fluid.bulk_modulus for job in jobs}
+GRID = """
+record: {duration: 2 s}
+input: {period: 1 s}
+sweep:
+  grid:
+    fluid.bulk_modulus: {linspace: [500 MPa, 900 MPa, 20]}
+    leakage.internal_coefficient: {linspace: [1e-9, 3e-8, 20]}
+"""
+
+
+def test_runs_of_a_large_grid_are_spread_evenly_over_it_with_both_ends(tmp_path):
+    file = tmp_path / "grid.yaml"
+    file.write_text(GRID)
+    selection = select_runs(load_experiment(file), most=16)
+    assert (len(selection.jobs), selection.n_left_out, selection.n_run) == (16, 405, 421)
+    *swept, third, second, first, last = selection.jobs
+    assert all(job.leakage_coefficient == 0.0 for job in (third, second, first, last)), "healthy"
+    corners = [(each.parameters.fluid.bulk_modulus, each.leakage_coefficient) for each in swept]
+    np.testing.assert_allclose([corners[0], corners[-1]], [(500e6, 1e-9), (900e6, 3e-8)])
+    np.testing.assert_allclose(np.diff([modulus for modulus, _ in corners]), 400e6 / 11, rtol=0.6)
+    assert len({coefficient for _, coefficient in corners}) > 6
+
+
+def test_what_follows_from_parameters_alone_covers_runs_that_are_not_simulated():
+    moduli = np.linspace(600e6, 700e6, 100)
+    moduli[[1, 98]] = 900e6, 500e6
+    grid = {"fluid.bulk_modulus": moduli.tolist()}
+    found = hydrofdi.check({"record": {"duration": 2.0}, "sweep": {"grid": grid}})
+    assert not {mode["bulk_modulus"] for mode in found.modes} & {500e6, 900e6}
+    (shown,) = (each for each in found.plausibility if each["quantity"].startswith("natural"))
+    runs = (RunParameters().with_values({"fluid.bulk_modulus": each}) for each in (500e6, 900e6))
+    assert [shown["least"], shown["largest"]] == [*map(natural_frequency, runs)]
+
+
+def test_check_of_a_study_from_a_data_sheet_fits_a_screen(tmp_path):
+    sheet = {"bore": "50 mm", "rod": "28 mm", "stroke": "400 mm", "supply": "210 bar"}
+    sheet |= {"valve": "40 L/min at 70 bar", "mass": "250 kg", "oil": "HLP46"}
+    file = hydrofdi.init("mine", folder=tmp_path, **sheet)
+    assert len(run("check", file).stdout.splitlines()) <= 30
 
 
 def test_check_says_no_where_the_step_is_unstable():
@@ -176,83 +203,3 @@ def test_sensors_do_not_touch_what_is_inspected_or_calibrated():
     assert hydrofdi.check(plain).modes == hydrofdi.check(loud).modes
     first, second = (calibrate(each, flows=[1.5e-5]).to_dict() for each in (plain, loud))
     assert first == second
-
-
-STUDY = """\
-record: {duration: 2 s}
-input: {period: 1 s}
-study:
-  population: {over: {fluid.bulk_modulus: {uniform: ±10 %}}}
-  healthy: {fit: 60, test: 20}
-  faults: {leakage.internal_flow: [0.1 L/min, 1 L/min], each: 10}
-  shifts: {stiffer: {fluid.bulk_modulus: 827 MPa}}
-"""
-
-
-FREE = ("actuator.load_stiffness=0 N/m",)
-SHORT_OBSERVABILITY = ("record.duration=8 s",)
-OTHERS_KNOWN = (
-    "indicators={weak_rls: {spool: command, supply_deviation: 0, lap_deviation: 0 m, clearance_deviation:"
-    " 0 m^3/(s*Pa), offset_deviation: 0 m, pressure_bias: 0 Pa, return_deviation: 0 Pa,"
-    " free_air_deviation: 0, supply_resistance_deviation: 0 Pa*s/m^3, edge_gain_deviation: 0,"
-    " edge_lap_deviation: 0 m}}"
-)
-
-FILTER = "indicators={ekf_joint: {states: [leakage, flow_gain], load_stiffness: 1e-3 N/m}}"
-
-
-def observed(*settings):
-    (found,) = observability(select_runs(load_experiment(None, (*SHORT_OBSERVABILITY, *settings))).jobs[0])
-    return found
-
-
-def correlation(found, *names):
-    return {frozenset(pair[:2]): pair[2] for pair in found["collinear"]}.get(frozenset(names))
-
-
-STEPS = (*FREE, "input.shape=steps", "input.period=1 s", "input.amplitude=1 V")
-
-
-@pytest.mark.parametrize("choice", [OTHERS_KNOWN, FILTER], ids=["weak_rls", "ekf_joint"])
-def test_flow_gain_and_leakage_are_collinear_at_one_amplitude_against_no_spring(choice):
-    found = observed(*FREE, "input.amplitude=0.5 V", choice)
-    assert correlation(found, "leakage", "flow gain") > 0.98
-    assert correlation(observed(*STEPS, choice), "leakage", "flow gain") is None
-    for settings in (STEPS, ()) if choice is OTHERS_KNOWN else ():
-        apart = observed(*settings, choice)
-        assert correlation(apart, "leakage", "flow gain") is None
-        leakage = next(each for each in apart["unknowns"] if each["name"] == "leakage")
-        assert leakage["after"] < 0.01 * leakage["before"]
-
-
-def test_at_one_amplitude_a_lap_is_a_flow_gain():
-    found = observed("indicators={weak_rls: {spool: command}}")
-    assert correlation(found, "lap", "flow gain") > 0.95
-    assert found["weakest"].startswith("lap by feeding")
-    assert "gain by feeding" in found["weakest"]
-    assert found["weakest_left"] > 0.9
-
-
-def test_a_leak_of_the_run_is_left_aside():
-    healthy, leaking = (
-        observed("indicators=[weak_rls]", *more) for more in ((), ("leakage.internal_coefficient=2e-8",))
-    )
-    assert healthy == leaking
-
-
-def test_a_kalman_filter_is_told_of_motion_and_parameters():
-    choice = "indicators={ekf_joint: {states: [leakage, bulk_modulus, flow_gain, lap]}}"
-    found = observed(choice)
-    assert [each["name"] for each in found["unknowns"][5:]] == ["leakage", "bulk modulus", "flow gain", "lap"]
-    assert found["weakest"].startswith("lap")
-    assert "flow gain" in found["weakest"]
-    steps = observed(choice, "input.shape=steps", "input.period=1 s")
-    assert steps["weakest_left"] < 0.6 < 0.9 < found["weakest_left"]
-
-
-def test_an_estimate_that_diverges_has_no_numbers(tmp_path):
-    (tmp_path / "wrong.yaml").write_text(
-        "name: wrong\nrecord: {duration: 4 s}\nindicators: {ekf_joint: {mass: 0.01 kg}}\n"
-    )
-    (record,) = run_json("check", tmp_path / "wrong.yaml")["observability"]
-    assert (record["unknowns"], record["weakest_left"]) == ([], None)

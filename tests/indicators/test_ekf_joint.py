@@ -168,12 +168,6 @@ def test_points_close_together_make_it_the_extended_filter(ukf_runs, states):
     assert (np.abs(unscented["leakage"] - extended["leakage"]) < 0.4 * error).all()
 
 
-def test_it_tells_what_is_left_unknown_behind_a_record(ukf_runs):
-    told, expected = UkfJoint().information(ukf_runs), EkfJoint().information(ukf_runs)
-    assert [each.before for each in told.unknowns] == [each.before for each in expected.unknowns]
-    np.testing.assert_allclose(np.diag(told.covariance), np.diag(expected.covariance), rtol=0.1)
-
-
 DETECTORS = Path(__file__).parents[2] / "configs" / "detectors"
 
 

@@ -214,6 +214,8 @@ def test_defects_of_channels_are_remarked(tmp_path):
         expected = {name} - {"sound", "coarse", "sine"}
         batch = one(tmp_path, USUAL.replace("column: P1", f"column: {name}"), run_csv=text)
         assert kinds(batch) == expected
+        if name == "saturated":
+            assert batch.remarks[0][0].message.endswith("100.5 bar")
         assert any(remark.is_unusable for remark in batch.remarks[0]) == (name == "stuck")
     moves = ("P1", PRESSURE + noise[:400]), ("x", np.full(400, 2.0)), ("u", np.arange(400) // 100 % 2)
     (remark,) = one(tmp_path, DRIVEN, run_csv=csv_of(*moves)).remarks[0]

@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
-from hydrofdi.config.run_table.runs import Runs, record_identities
+from hydrofdi.config.run_table.runs import Runs, record_identities, spread
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord
@@ -97,7 +97,7 @@ class SimulatedRecords:
         The name says how many of them there are.
         """
         record_ids, rows = self.record_ids, self._rows
-        chosen = {rows[position * len(rows) // n_record] for position in range(n_record)}
+        chosen = {rows[place] for place in spread(len(rows), n_record)}
         if record_id is not None:
             chosen |= {row for row in rows if record_ids[row].startswith(record_id)}
         if len(chosen) >= len(rows):

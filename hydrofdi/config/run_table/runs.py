@@ -215,6 +215,12 @@ class Runs(Sequence[RunSpec]):
             yield _analysis_text(sections, self.choice)
 
 
+def spread(n: int, most: int) -> list[int]:
+    """At most so many of the places 0 … n − 1, spread evenly, with the first and the last."""
+    places: list[int] = np.unique(np.linspace(0, n - 1, min(n, most)).round().astype(int)).tolist()
+    return places
+
+
 _MOST_MADE = 8192
 """Calibrations that are kept so that runs share them."""
 

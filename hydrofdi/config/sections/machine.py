@@ -311,7 +311,7 @@ class LeakageConfig(Section):
         Annotated[float, SI("m^3.5/kg^0.5", least=0, usual=("1e-13 m^3.5/kg^0.5", "1e-5 m^3.5/kg^0.5"))]
         | None
     ) = None
-    """Coefficient K_i of the internal leakage [m^3.5/kg^0.5], i.e. m³/s per √Pa."""
+    """Coefficient K_i of the internal leakage [m³/s/√Pa], in base units m^3.5/kg^0.5."""
 
     internal_flow: Annotated[float, SI("m^3/s", least=0, usual=("0.01 mL/min", "1000 L/min"))] | None = None
     """Mean of abs(q_il) over the record [m³/s], from which K_i is solved under the baseline's conditions."""

@@ -14,6 +14,7 @@ from hydrofdi.config.study.study import PopulationConfig, StudyConfig
 from hydrofdi.config.sweeps.points import Column, Points, drawn, one_after_the_other
 from hydrofdi.config.sweeps.sweep import correlated, unit_cube
 from hydrofdi.evaluation.scores import NOTHING, Kind, Population
+from hydrofdi.settings.readable import K_I_UNIT, shown_quantity
 from hydrofdi.units import convert
 
 _PATH = "study.population"
@@ -188,7 +189,7 @@ def _alone(study: StudyConfig) -> list[Drawn]:
 def _leak(parameter: str, level: float) -> str:
     if parameter == "leakage.internal_flow":
         return f"{convert(level, 'L/min'):.4g} L/min"
-    return f"K_i {level:.4g} m³/s/√Pa"
+    return f"K_i {shown_quantity(level, K_I_UNIT)}"
 
 
 def _stream(population: Population) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.indicators.estimation.ekf_stream import Tuning
-from hydrofdi.indicators.estimation.plant import N_STATE, STATES
+from hydrofdi.indicators.estimation.plant import STATES
 from hydrofdi.indicators.estimation.ukf_stream import Estimated, Streams, Workspace, follow_unscented
 from hydrofdi.indicators.models.ekf_joint import EkfJoint, JointOptions
 from hydrofdi.indicators.recursive import State
@@ -58,9 +58,3 @@ class UkfJoint(EkfJoint):
         estimated = Estimated(places, np.sqrt(tuning.walk[places]), self.options.spread)
         work = Workspace.of(places.size, self.options.substeps)
         follow_unscented(streams, n_before, *samples, tuning, every, *found, estimated, work)
-
-    def first_covariance(self, state: State) -> Array:
-        """Covariance of the first record, shape (N_STATE, N_STATE)."""
-        covariance, places = np.zeros((N_STATE, N_STATE)), self.options.places
-        covariance[np.ix_(places, places)] = state["root"][0] @ state["root"][0].T
-        return covariance

@@ -18,7 +18,7 @@ from hydrofdi.indicators.balancing import (
     known_balance,
     named_estimates,
 )
-from hydrofdi.indicators.contract import Information, Output
+from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.estimation import valve_use, weak_rls
 from hydrofdi.indicators.estimation.chamber_balance import (
     N_UNKNOWN,
@@ -125,21 +125,6 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         is_prior = trace.values["whole_undetermined"][:, -1] > MOST_PRIOR
         return {name: np.where(is_prior, np.nan, array) for name, array in whole.items()}
 
-    def information(self, records: RecordBatch) -> Information:
-        """Information of the whole first record about the unknowns, with the weights of the options."""
-        state, _ = self.step(self.start(records), records)
-        moments = state["moments"][0, -1].sum(axis=0)[:N_UNKNOWN, :N_UNKNOWN]
-        deviations = self.options.deviations(records)
-        (open_,) = np.nonzero(deviations)
-        gramian = (np.tril(moments) + np.tril(moments, -1).T)[np.ix_(open_, open_)]
-        of_flow, of_modulus = math.sqrt(self.options.reference_pressure), self.options.bulk_modulus
-        scales = {"internal_coefficient": of_flow, "compressibility": of_modulus}
-        return Information.of(
-            [_SHOWN_AS.get(UNKNOWNS[place], UNKNOWNS[place]) for place in open_],
-            [deviations[place] * scales.get(UNKNOWNS[place], 1.0) for place in open_],
-            np.linalg.inv(np.eye(len(gramian)) + gramian),
-        )
-
     @property
     def _both(self) -> bool:
         return self.options.chambers == "both"
@@ -221,6 +206,3 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
 
 _SUPPLY = UNKNOWNS.index("supply")
-
-_SHOWN_AS = {"internal_coefficient": "leakage", "compressibility": "bulk_modulus"}
-"""Unknowns that `information` reports as others: flow at the reference pressure, relative bulk modulus."""

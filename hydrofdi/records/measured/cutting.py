@@ -206,8 +206,8 @@ def reference_pressure(recording: Recording, kind: str) -> float:
 def normalized(recording: Recording, kind: str, pressure: float) -> Recording:
     """A recording with divided pressures, which are then relative."""
     pressures = frozenset(channel for channel in recording.channels if channel.is_pressure)
-    unit = recording.unit(Channel.CHAMBER_1_PRESSURE)
-    text = f"pressures are divided by the {kind} pressure, {pressure:.4g} {unit}"
+    shown = recording.shown(Channel.CHAMBER_1_PRESSURE, pressure)
+    text = f"pressures are divided by the {kind} pressure, {shown}"
     return replace(
         recording,
         channels={

@@ -15,7 +15,6 @@ from hydrofdi.records.measured.recording import Recording
 from hydrofdi.records.stuck import frozen_time, is_ideal_rail, must_change
 from hydrofdi.settings import readable as usual
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.units import ABOVE, BELOW, parse_quantity
 
 _LOWEST = 20.0
@@ -139,7 +138,7 @@ def _out_of_range(
     rounding = 1e-9 * (limits[1] - limits[0])
     outside = float(np.mean((samples < limits[0] - rounding) | (samples > limits[1] + rounding)))
     if outside:
-        low, high = (shown_quantity(each, recording.unit(channel)) for each in limits)
+        low, high = (recording.shown(channel, each) for each in limits)
         text = f"{outside:.2%} of {channel} samples lie outside its range, {low} … {high}"
         yield Issue(text, channel, kind="out_of_range")
 
@@ -150,7 +149,7 @@ def _spikes(recording: Recording, channel: Channel, samples: Array) -> Iterator[
     n_far = int(np.count_nonzero(away > ABOVE * _SPIKE * (high - low)))
     if n_far and n_far < samples.size / 100:
         farthest = int(np.argmax(away))
-        value = f"{samples[farthest]:.4g} {recording.unit(channel)}"
+        value = recording.shown(channel, float(samples[farthest]))
         text = f"implausible samples of {channel}: {n_far}, such as {value} at sample {farthest + 1}"
         yield Issue(text, channel, kind="spike")
 
@@ -162,10 +161,8 @@ def _clipped(recording: Recording, channel: Channel, samples: Array, limit: floa
         share = n_extreme / samples.size
         others = sign * samples[samples != extreme]
         if share > limit and n_extreme > _PILE * np.count_nonzero(others == others.min()):
-            text = (
-                f"{share:.1%} of {channel} samples lie at the {end} value,"
-                f" {extreme:.4g} {recording.unit(channel)}"
-            )
+            value = recording.shown(channel, float(extreme))
+            text = f"{share:.1%} of {channel} samples lie at the {end} value, {value}"
             yield Issue(text, channel, kind=kind)
 
 
@@ -224,14 +221,14 @@ def unusual_sizes(recording: Recording) -> Iterator[Issue]:
         low, high = (parse_quantity(bound, channel.unit) for bound in _USUAL[channel])
         largest = float(np.max(np.abs(channels[channel])))
         if largest > high or (0.0 < largest < low and not channel.is_pressure):
-            text = f"{channel}: values up to {shown_quantity(largest, channel.unit)} are far"
+            text = f"{channel}: values up to {recording.shown(channel, largest)} are far"
             sides = "above" if largest > high else "below"
             yield Issue(f"{text} {sides} the usual {' … '.join(_USUAL[channel])}", channel, kind="unusual")
     chambers = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE
     means = {channel: float(np.mean(channels[channel])) for channel in chambers if channel in channels}
     if len(means) == 2 and max(means.values()) > _MOST_RATIO * abs(min(means.values())):
         larger, smaller = sorted(means, key=means.__getitem__, reverse=True)
-        shown = [shown_quantity(means[channel], "Pa") for channel in (larger, smaller)]
+        shown = [recording.shown(channel, means[channel]) for channel in (larger, smaller)]
         text = f"{larger}: the mean is {shown[0]}, but {shown[1]} of {smaller}; is a unit or gain wrong?"
         yield Issue(text, larger, kind="unusual")
 

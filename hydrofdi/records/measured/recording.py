@@ -27,6 +27,7 @@ from hydrofdi.records.measured.columns import (
 )
 from hydrofdi.records.measured.description.sections import MeasuredConfig
 from hydrofdi.settings.messages import counted
+from hydrofdi.settings.readable import shown_quantity
 
 MOST_BYTES = 2**31
 
@@ -196,6 +197,11 @@ class Recording:
     def unit(self, channel: Channel) -> str:
         """Unit of a channel: SI, or ``counts``."""
         return "counts" if channel in self.relative else channel.unit
+
+    def shown(self, channel: Channel, value: float) -> str:
+        """A value of a channel in the unit of the file."""
+        stated = "" if channel in self.relative else self.units.get(channel, "")
+        return shown_quantity(value, self.unit(channel), stated)
 
     @property
     def n_time(self) -> int:

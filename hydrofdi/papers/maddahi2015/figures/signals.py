@@ -163,7 +163,7 @@ def draw_mode_plane(study: StudyReport) -> Figure:
                 border, 1.01, f" $d_{level}$ | $d_{level - 1}$ ", transform=axis.get_xaxis_transform(),
                 ha="center", va="bottom", color=INK,
             )  # fmt: skip
-    axis.set(xlabel="frequency of the hydraulic mode $f_h$ [Hz]", ylabel="damping ratio ζ [–]")
+    axis.set(xlabel="frequency of the hydraulic mode $f_h$ [Hz]", ylabel="hydraulic damping ζ [–]")
     title = f"leakage; numbers: EBM [{shown_modulus().unit}]"
     axis.legend(title=title, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return figure

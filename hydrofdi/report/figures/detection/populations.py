@@ -17,7 +17,7 @@ from hydrofdi.report.figures.detection.marks import (
     with_threshold,
 )
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, PAPER, PINK
-from hydrofdi.settings.readable import readable_unit
+from hydrofdi.settings.readable import readable_unit, typeset
 from hydrofdi.studies.records import Detection, Judgement
 from hydrofdi.units import convert
 
@@ -79,7 +79,7 @@ def _draw_one(
     for limit in _limits(judgement):
         axis.axvline(limit * scale, color=INK, linewidth=0.9)
     axis.set_xlim(edges[0] * scale, edges[-1] * scale)
-    axis.set_xlabel("score" if unit == "1" else f"score [{unit}]", fontsize=8)
+    axis.set_xlabel("score" if unit == "1" else f"score [{typeset(unit)}]", fontsize=8)
     axis.locator_params(axis="x", nbins=4)
     axis.ticklabel_format(axis="x", useOffset=False)
 

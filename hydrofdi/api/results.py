@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field
@@ -10,23 +11,34 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hydrofdi.api.arguments import path_of
+from hydrofdi.config import expand_runs
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.errors import StoreError
+from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.report.table import Table, library
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING
-from hydrofdi.store.layout.names import RUN, STATUS, VERDICT
+from hydrofdi.store.layout.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, TIME, VERDICT, coordinate
 
 if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.figure import Figure
 
+    from hydrofdi.api.run import Run
     from hydrofdi.records import Channel, RecordSource
     from hydrofdi.report.table import ComposedReport
     from hydrofdi.store.experiment_data import ExperimentData
+
+
+_LEAST_FULL = 10
+"""Cells for each run, beyond which points are no grid."""
 
 
 class Markdown(str):
@@ -89,6 +101,42 @@ class Results:
         """Its folder."""
         return self.data.path.parent
 
+    def __len__(self) -> int:
+        """Number of runs."""
+        return self.data.n_run
+
+    @cached_property
+    def _specs(self) -> Runs:
+        return expand_runs(self.data.experiment).runs
+
+    def __getitem__(self, run: int) -> Run:
+        """A run with its features and stored signals, by its position."""
+        from hydrofdi.api.run import Run
+
+        at = range(len(self))[run]
+        columns = {name: values[at : at + 1] for name, values in self.data.columns.items()}
+        if (time := self.data.signals.time()) is not None:
+            columns |= self.data.signals.rows(SIGNALS, [at]) | {TIME: time}
+        return Run(self.data.experiment, self._specs[at], columns)
+
+    def signals(self, run: int) -> dict[str, NDArray[np.float64]]:
+        """Name or symbol → samples of a run, shape (n_time,), in SI; empty if none are stored."""
+        return self[run].signals
+
+    @cached_property
+    def runs(self) -> Table:
+        """All runs: position, what varies [SI], status, verdict and message."""
+        requests = dict.fromkeys(INTERNAL_LEAKAGE_FORMS, self.data.leakage_requests.tolist())
+        names = self.data.experiment.varied_names
+        varied = {name: requests.get(name) or self.data.values(name) for name in names}
+        texts = {name: [*map(str, self.data.columns[name])] for name in (STATUS, VERDICT, MESSAGE)}
+        return Table.of({RUN: [*range(len(self))], **varied, **texts}, row=RUN)
+
+    @property
+    def failed(self) -> Table:
+        """Those of the `runs` that did not end well."""
+        return self.runs.at([row for row, status in enumerate(self.runs[STATUS]) if status != "ok"])
+
     @property
     def statuses(self) -> dict[str, int]:
         """How runs ended → how many: ``ok``, ``missing``, or a failure; see `verdicts` too."""
@@ -145,6 +193,31 @@ class Results:
         """The `dataset`, as other results have it."""
         return self.dataset
 
+    def grid(self) -> xarray.Dataset:
+        """Features with a dimension for each parameter that varies, such as ``EBM`` and ``K_i``.
+
+        ``delta``: δ of the details against the fixed baseline [%]. Runs that were added for comparison are
+        left out, and signals, which the `dataset` has.
+
+        Raises
+        ------
+        ReportError
+            The points are no grid: a cell in ten has a run at most; or as for `dataset`.
+        """
+        from hydrofdi.report.runs import baseline_changes
+
+        axes = [name for name, each in self.dataset.coords.items() if each.dims == (RUN,) and name != RUN]
+        sizes = [len({*self.dataset[name].values.tolist()}) for name in axes]
+        if not axes or math.prod(sizes) > _LEAST_FULL * len(self):
+            raise ReportError("the points of the sweep are no grid; see .dataset")
+        delta = {"units": "%", "long_name": "fall of the RMS of a detail against the fixed baseline"}
+        changes = (RUN, LEVEL), baseline_changes(self.data)["fixed"], delta
+        features = self.dataset.drop_dims(TIME, errors="ignore").assign(delta=changes)
+        order = [name for name in map(coordinate, self.data.experiment.varied_names) if name in axes]
+        indexed = features.drop_vars(RUN).set_index(run=order)
+        cube: xarray.Dataset = indexed.unstack(RUN)
+        return cube.transpose(*order, ...)
+
     @cached_property
     def table(self) -> Table:
         """The numbers that ``hydrofdi report --format csv`` prints; units stand in the names."""
@@ -159,6 +232,13 @@ class Results:
         from hydrofdi.store.records import StoredRecords
 
         return StoredRecords(self.data, str(self.folder), channels)
+
+    def to_latex(self) -> str:
+        """The answers of the report as tables for LaTeX, as ``hydrofdi report --format latex`` has them."""
+        from hydrofdi.report.forms.page import render_latex
+
+        with shown_in(self.data.experiment.units):
+            return render_latex(self.composed.document())
 
     def report(self) -> Markdown:
         """The report as Markdown, as ``hydrofdi report --format markdown`` prints it."""

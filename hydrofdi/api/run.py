@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from os import PathLike
@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.arguments import path_of
+from hydrofdi.api.arguments import names_of, path_of
 from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
+from hydrofdi.config.request import parameter_names
 from hydrofdi.config.run_table.runs import record_identity, run_identity
 from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.config.study.study import DetectionConfig
@@ -96,6 +97,17 @@ class Run:
     def verdict(self) -> str:
         """How far the numbers can be believed; ``ok`` where nothing speaks against it."""
         return str(self.columns[names.VERDICT][0])
+
+    @cached_property
+    def parameters(self) -> dict[str, Any]:
+        """Full name of a parameter → its value in SI."""
+        return {name: self.spec.request.shown_value(name) for name in parameter_names()}
+
+    @property
+    def detail_rms(self) -> NDArray[np.float64]:
+        """RMS of the detail coefficients d1, d2, … of the chamber-1 pressure, shape (n_level,) [Pa]."""
+        rms: NDArray[np.float64] = self.columns[names.DETAIL_RMS][0]
+        return rms
 
     @cached_property
     def features(self) -> dict[str, Quantity]:
@@ -279,11 +291,30 @@ class Run:
             "hydraulic_mode_damping_ratio": number[names.MODE_DAMPING_RATIO],
         }
 
-    def plot(self) -> Figure:
-        """The signals over time; `Figure.savefig` writes them."""
+    def plot(self, channels: str | Sequence[str] = (), start: float = 0.0) -> Figure:
+        """The signals over time; `Figure.savefig` writes them.
+
+        Parameters
+        ----------
+        channels : str or sequence of str
+            Names or symbols, such as ``["P1", "x"]``; by default those that tell most.
+        start : float
+            First instant that is shown [s].
+
+        Raises
+        ------
+        UnknownNameError
+            The run has no such signal.
+        """
         from hydrofdi.report.figures.signals import draw_signals
 
-        return draw_signals(self.columns, self.experiment.wavelet, self.title)
+        symbols = {channel.symbol: name for channel, name in SIGNAL_OF_CHANNEL.items()}
+        wanted = [symbols.get(name, name) for name in names_of("channels", channels, "names of signals")]
+        for name in wanted:
+            if name not in self.signals or name == names.TIME:
+                raise UnknownNameError(f"no signal {name!r}{nearest(name, [*self.signals])}")
+        panels = tuple(each for each in self._variables if each.name in wanted)
+        return draw_signals(self.columns, self.experiment.wavelet, self.title, panels, start)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Store the run as an experiment file (HDF5). A healthy one is its own baseline, others have none.

@@ -288,9 +288,11 @@ def report(
         ),
     ] = None,
     form: Annotated[
-        Literal["text", "markdown", "csv", "json", "html"] | None,
+        Literal["text", "markdown", "latex", "csv", "wide", "json", "html"] | None,
         typer.Option(
-            "--format", help="Format of the report [default: text]; html writes a page, as --html does."
+            "--format",
+            help="Format of the report [default: text]. latex: the answers, with booktabs. csv: a line for"
+            " each run and level; wide: for each run. html writes a page, as --html does.",
         ),
     ] = None,
     html: Annotated[bool, typer.Option("--html", help="Write one self-contained HTML page.")] = False,
@@ -305,8 +307,8 @@ def report(
         typer.Option(
             metavar="NAME",
             help="Draw this figure to --out FILE (.png, .svg, .pdf), or to NAME.svg. Any sweep: responses,"
-            " sensitivity (a heat map of δ). A study of detection: answer, ranking, pod, roc, det,"
-            " false_alarms, densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
+            " sensitivity (heat maps over two parameters). A study of detection: answer, ranking, pod, roc,"
+            " det, false_alarms, densities, delays. With 'paper: maddahi2015': figure2, figure3, figure4,"
             " spectrum, mode_plane, phases, scenarios.",
         ),
     ] = None,
@@ -365,14 +367,16 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
 
 def _print(made: ComposedReport, form: str, full: bool) -> None:
     from hydrofdi.cli.tables import print_document
-    from hydrofdi.report.forms.page import render_markdown
+    from hydrofdi.report.forms.page import render_latex, render_markdown
     from hydrofdi.report.record import render_json
     from hydrofdi.report.table import Table
 
     if form == "text":
         print_document(made.document(), made.path, full=full)
-    elif form == "markdown":
-        write_out(render_markdown(made.document()))
+    elif form in ("markdown", "latex"):
+        write_out((render_markdown if form == "markdown" else render_latex)(made.document()))
+    elif form == "wide":
+        write_out(Table.of(made.wide()).to_csv())
     else:
         write_out(Table.of(made.columns()).to_csv() if form == "csv" else render_json(made))
 

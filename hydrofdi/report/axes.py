@@ -112,8 +112,8 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
         return _made(name, f"EBM [{shown_modulus().unit}]", values, kept, shown_modulus().text)
     if is_leakage:
         is_flow = name == _FLOW
-        header = "Leakage [L/min]" if is_flow else f"Leakage coefficient K_i [{typeset(K_I_UNIT)}]"
-        number = litres_per_minute if is_flow else "{:g}".format
+        header = "Leakage [L/min]" if is_flow else f"K_i [{typeset(K_I_UNIT)}]"
+        number = litres_per_minute if is_flow else "{:.4g}".format
         return _made(name, header, values, kept, lambda value: number(value) if value else "sealed")
     shown = shown_parameter(name, values)
     return _made(name, shown.header, values, kept, shown.text)

@@ -15,7 +15,7 @@ from hydrofdi.report import changes
 from hydrofdi.report.indicators import MeasuredIndicator, indicators_block, measured_indicators
 from hydrofdi.report.plane import Plane, matrix_block, plane_of
 from hydrofdi.report.provenance import machine_block, provenance_block
-from hydrofdi.report.record import general_record, tidy_columns
+from hydrofdi.report.record import general_record, tidy_columns, wide_columns
 from hydrofdi.report.responses import ResponseStudy, responses_block, responses_record, study_responses
 from hydrofdi.report.runs import RunTable, run_table, table_runs
 from hydrofdi.report.table import Block, Document, FigureKind
@@ -153,6 +153,10 @@ class Report:
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one per run and level."""
         return tidy_columns(self)
+
+    def wide(self) -> dict[str, list[Any]]:
+        """Header → values, one per run."""
+        return wide_columns(self)
 
     def figures(self) -> Mapping[str, FigureKind]:
         """Name → figure; none if no run has results."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.config.run_table.runs import spread
 from hydrofdi.report.axes import Axis
 from hydrofdi.report.responses import AGAINST, Array, Feature
 from hydrofdi.report.table import Block, Column, Table
@@ -143,16 +144,10 @@ def _baseline(report: Report, values: Mapping[str, list[Any]]) -> tuple[float, f
     return (found[0], found[1]) if len(found) == len(values) else None
 
 
-def spread_places(count: int, most: int) -> list[int]:
-    """At most so many places from the first to the last, evenly."""
-    places = np.linspace(0, count - 1, min(count, most)).round().astype(int)
-    return [int(place) for place in places]
-
-
 def matrix_block(plane: Plane) -> Block:
     """The strongest feature as a table over both parameters, and the figure of all."""
     feature, matrix = plane.strongest, plane.matrix(plane.strongest)
-    rows, columns = (spread_places(count, _MOST_VALUES) for count in plane.shape)
+    rows, columns = (spread(count, _MOST_VALUES) for count in plane.shape)
     number: Callable[[Any], str] = signed if feature.is_change else number_text
     content = [Column(plane.headers[0], [plane.texts[0][row] for row in rows])]
     for column in columns:
@@ -161,9 +156,8 @@ def matrix_block(plane: Plane) -> Block:
         content.append(Column(name, matrix[rows, column], feature.own_unit, name, number, strong=strong))
     notes = [f"{plane.said}."] if plane.said else []
     if (len(rows), len(columns)) != plane.shape:
-        notes.append(
-            f"Some of {plane.shape[0]} × {plane.shape[1]} values; --figure sensitivity.png draws all."
-        )
+        n_row, n_column = plane.shape
+        notes.append(f"Some of {n_row} × {n_column} cells; --figure sensitivity.png draws all.")
     title = f"{feature.header} by {plane.headers[0]} (rows) and {plane.headers[1]} (columns)"
     table = Table(tuple(content), title, "matrix", tuple(notes))
     return Block("matrix", "Over two parameters", (), (table,), ("sensitivity",), is_answer=True)

@@ -196,6 +196,19 @@ class Table:
         named = (replace(each, title=_heading(each.name), text=_told) for each in made.content)
         return replace(made, content=tuple(named))
 
+    def at(self, rows: Sequence[int]) -> Table:
+        """Some of the rows."""
+        content = (
+            replace(
+                each,
+                values=[each.values[row] for row in rows],
+                text=each.text if callable(each.text) else [each.text[row] for row in rows],
+                strong=(),
+            )
+            for each in self.content
+        )
+        return replace(self, content=tuple(content), breaks=())
+
     @property
     def columns(self) -> list[str]:
         """Names of the columns."""
@@ -308,6 +321,16 @@ class Table:
             lines.append([f"**{escaped(text)}**" if is_strong else escaped(text) for text, is_strong in row])
         return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
+    def to_latex(self) -> str:
+        """A ``tabular`` for LaTeX with the package booktabs."""
+        sides = "".join("rl"[column.is_text] for column in self.shown)
+        lines = [rf"\begin{{tabular}}{{{sides}}}", r"\toprule"]
+        lines += [" & ".join(latex(column.heading) for column in self.shown) + r" \\", r"\midrule"]
+        for position, row in enumerate(self.texts()):
+            cells = (rf"\textbf{{{latex(text)}}}" if strong else latex(text) for text, strong in row)
+            lines += [r"\addlinespace"] * (position in self.breaks) + [" & ".join(cells) + r" \\"]
+        return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
+
     def to_html(self, n_row: int | None = None) -> str:
         """A ``table`` element with its caption and notes."""
         classes = [' class="words"' if column.is_text else "" for column in self.shown]
@@ -374,6 +397,45 @@ def library(name: str) -> Any:
 def escaped(text: str) -> str:
     """A text for Markdown."""
     return text.replace("|", r"\|").replace("*", r"\*")
+
+
+_LATEX = str.maketrans(
+    {each: rf"\{each}" for each in "&%$#_{}"}
+    | {
+        "\\": r"\textbackslash{}",
+        "^": r"\^{}",
+        "~": r"\~{}",
+        "−": "$-$",
+        "–": "--",
+        "…": r"\dots{}",
+        "\N{NO-BREAK SPACE}": "~",
+    }
+    | {
+        "δ": r"$\delta$",
+        "β": r"$\beta$",
+        "ζ": r"$\zeta$",
+        "ρ": r"$\rho$",
+        "σ": r"$\sigma$",
+        "µ": r"$\mu$",
+        "√": r"$\surd$",
+    }
+    | {
+        "²": "$^2$",
+        "³": "$^3$",
+        "′": "$'$",
+        "·": r"$\cdot$",
+        "×": r"$\times$",
+        "≤": r"$\leq$",
+        "≥": r"$\geq$",
+        "→": r"$\to$",
+        "±": r"$\pm$",
+    }
+)
+
+
+def latex(text: str) -> str:
+    """A text for LaTeX."""
+    return text.translate(_LATEX)
 
 
 def finite(value: float) -> float | None:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.shown_values import shown_values
-from hydrofdi.papers.maddahi2015.claims import D3, ClaimResult, Outcome, Standing, alarms
+from hydrofdi.papers.maddahi2015.claims import CLAIMS, D3, ClaimResult, Outcome, Standing, alarms
 from hydrofdi.report.runs import (
     Array,
     RunTable,
@@ -94,20 +94,18 @@ def _claims_table(study: StudyReport) -> Table:
 
 def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
     """Which claims and sealed alarms survive every start phase, as configured and settled; their numbers."""
-    named = [] if study.grid.lack else [(each.name, each) for each in study.claim_outcomes]
+    sentences = {claim.id: f"{claim.id}: {claim.sentence}" for claim in CLAIMS}
+    named = [] if study.grid.lack else [(sentences[each.name], each) for each in study.claim_outcomes]
     named += [(f"d3 alarm at {each.name} without a leak", each) for each in study.alarm_outcomes]
     rows: dict[str, dict[str, Any]] = {}
-    survival: dict[str, list[str]] = {}
+    survival: dict[str, dict[str, Any]] = {}
     for name, each in named:
         lead = "" if each.records == study.standings[0].title else f"{each.records} "
         numbers = {end: each.spread[end] for end in ("least", "largest")} | {"number": each.number}
         row = rows.setdefault(name, {"what": name})
         row[f"{lead}phases"] = f"{each.held} of {each.of}" if each.of else None
         row |= {f"{lead}{key}": number for key, number in numbers.items()}
-        if each.of:
-            where = {0: "Hold at no", each.of: "Hold at every"}.get(each.held, "Depend on the")
-            share = f" ({each.held} of {each.of})" if 0 < each.held < each.of else ""
-            survival.setdefault(f"{where} start phase ({each.records})", []).append(f"{name}{share}")
+        survival.setdefault(name, {"claim": name})[each.records] = row[f"{lead}phases"]
     note = (
         "Phases in which it holds. Least, largest: margins in percentage points, δd3 in percent. Phase p: the"
         " record from its sample p on; phases of settled records repeat if a period has fewer samples."
@@ -117,11 +115,14 @@ def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
     title = "Margins of the claims and δd3 of the sealed alarms over the start phases"
     table = Table.of_records([*rows.values()], title=title, key="phases-numbers", notes=(note,))
     has_phases = study.standings[0].n_phase > 1
-    said = [f"{where}: {joined(which)}." for where, which in survival.items()] if has_phases else [_ONE_PHASE]
+    said = [] if has_phases else [_ONE_PHASE]
     said += [_UNSETTLED] if len(study.standings) == 1 else []
+    held = Table.of_records(
+        [*survival.values()] if has_phases else [], title="Start phases at which it holds"
+    )
     title = "Claims and the sealed alarm over the start phases"
     return (
-        Block("standing", "What survives: start phases and settled records", tuple(said)),
+        Block("standing", "What survives: start phases and settled records", tuple(said), (held,)),
         Block("phases", title, (), (table,), ("phases",) if has_phases else ()),
     )
 

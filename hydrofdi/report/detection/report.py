@@ -136,6 +136,10 @@ class DetectionReport:
             "designs": record.design_records(self.detections),
         }
 
+    def wide(self) -> dict[str, list[Any]]:
+        """The same: a study has no levels."""
+        return self.columns()
+
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one line per score and tested population, and per chart, limit and population."""
         lines = [*record.detection_lines(self.detections), *run_lengths.run_length_lines(self.run_lengths)]

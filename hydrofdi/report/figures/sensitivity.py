@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from hydrofdi.config.run_table.runs import spread
 from hydrofdi.report.figures.style import INK
-from hydrofdi.report.plane import Plane, spread_places
+from hydrofdi.report.plane import Plane
 from hydrofdi.report.responses import Array, Feature
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import number_text
@@ -46,7 +47,7 @@ def draw_sensitivity(plane: Plane) -> Figure:
         bar.set_label("δ [%]")
         bar.outline.set_visible(False)
     for axis, texts, header in zip("yx", plane.texts, plane.headers, strict=True):
-        places = spread_places(len(texts), _MOST_TICKS)
+        places = spread(len(texts), _MOST_TICKS)
         panels[0, 0].__getattribute__(f"set_{axis}ticks")(places, [texts[place] for place in places])
         figure.__getattribute__(f"sup{axis}label")(header, fontsize=9)
     marked = "framed or starred: the healthy baseline" if plane.baseline is not None else ""

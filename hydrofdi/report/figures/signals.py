@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib
@@ -51,32 +52,61 @@ _MOST_LEVELS, _TAPS = 5, 16
 _MOST_TITLE = 60
 
 
-def draw_signals(columns: Columns, wavelet: Any, title: str) -> Figure:
-    """Input, stroke, pressures, leakage flow and d2 of P_1 of a run over time, and signals that vary."""
+def draw_signals(
+    columns: Columns, wavelet: Any, title: str, chosen: Sequence[names.Variable] = (), start: float = 0.0
+) -> Figure:
+    """Input, stroke, pressures, leakage flow and d2 of P_1 of a run over time [s], and signals that vary.
+
+    Or those that are chosen, and no detail.
+    """
     moving = tuple(panel for panel in _MOVING_PANELS if np.ptp(columns[panel[0]][0]) > 0.0)
-    return shown(draw_beside(columns, [title], wavelet, PANELS + moving))
+    known = {panel[0]: panel for panel in (*PANELS, *_MOVING_PANELS)}
+    own = {each.name: _READABLE.get(each.units, each.units) for each in chosen}
+    panels = tuple(known.get(name, (name, f"{name} [{unit}]", unit)) for name, unit in own.items())
+    if panels:
+        return shown(draw_beside(columns, [title], None, panels, start))
+    return shown(draw_beside(columns, [title], wavelet, PANELS + moving, start))
 
 
 def draw_beside(
-    columns: Columns, titles: list[str], wavelet: Any, panels: tuple[tuple[str, str, str], ...] = PANELS
+    columns: Columns,
+    titles: list[str],
+    wavelet: Any,
+    panels: tuple[tuple[str, str, str], ...] = PANELS,
+    start: float = 0.0,
 ) -> Figure:
     """The same signals of one or two runs beside each other, with the reference of a controller."""
-    time, level = columns[names.TIME], min(2, wavelet.levels)
-    labels = [*(label for _, label, _ in panels), f"$d_{level}$ of $P_1$ [kPa]"]
+    time, level = columns[names.TIME], min(2, wavelet.levels) if wavelet else 0
+    labels = [*(label for _, label, _ in panels), *([f"$d_{level}$ of $P_1$ [kPa]"] if level else [])]
     width = 3.6 * len(titles) + (0.0 if len(titles) > 1 else 3.4)
     figure = Figure(figsize=(width, 2.0 + len(labels)), layout="constrained")
     axes = figure.subplots(len(labels), len(titles), sharex=True, sharey="row", squeeze=False)
     for row, (title, color) in enumerate(zip(titles, (BLUE, ORANGE), strict=False)):
-        details = detail_coefficients(columns[names.CHAMBER_1_PRESSURE][row], wavelet, level, time)
         lines = [(time, convert(1.0, unit) * columns[name][row]) for name, _, unit in panels]
-        for axis, (x, y) in zip(axes[:, row], [*lines, (details[0], 1e-3 * details[1])], strict=True):
-            axis.plot(x, y, color=color, linewidth=0.7)
-        if np.isfinite(reference := columns[names.REFERENCE_POSITION][row]).any():
-            stroke, ink = axes[1, row], INK if len(titles) > 1 else ORANGE
-            stroke.plot(time, 1e3 * reference, color=ink, linewidth=0.7, linestyle="--", label="reference")
-            legend_above(stroke)
+        if level:
+            instants, details = detail_coefficients(
+                columns[names.CHAMBER_1_PRESSURE][row], wavelet, level, time
+            )
+            lines.append((instants, 1e-3 * details))
+        reference = columns[names.REFERENCE_POSITION][row]
+        for axis, (x, y), name in zip(
+            axes[:, row], lines, [*(panel[0] for panel in panels), ""][: len(lines)], strict=True
+        ):
+            axis.plot(x[x >= start], y[x >= start], color=color, linewidth=0.7)
+            if name == "piston_position" and np.isfinite(reference).any():
+                ink = INK if len(titles) > 1 else ORANGE
+                later = time >= start
+                axis.plot(
+                    time[later],
+                    1e3 * reference[later],
+                    color=ink,
+                    linewidth=0.7,
+                    linestyle="--",
+                    label="reference",
+                )
+                legend_above(axis)
         axes[0, row].set_title(title)
-        time_axis(axes[-1, row], time)
+        time_axis(axes[-1, row], time[time >= start])
     for axis, label in zip(axes[:, 0], labels, strict=True):
         axis.set_ylabel(label)
     figure.align_ylabels(axes[:, 0])

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.errors import ReportError
 from hydrofdi.report.record import render_json
-from hydrofdi.report.table import Block, Document, Table, escaped
+from hydrofdi.report.table import Block, Document, Table, escaped, latex
 from hydrofdi.store.files import require_own, whole_file
 
 if TYPE_CHECKING:
@@ -115,6 +115,27 @@ def _block(block: Block) -> Iterator[str]:
     yield from map(escaped, block.paragraphs)
     for table in block.shown_tables:
         yield from (*([f"### {table.title}"] if table.title else []), table.to_markdown(), *table.notes)
+
+
+def render_latex(document: Document) -> str:
+    """The tables of the answers for LaTeX; they need the package booktabs."""
+    tables = [table for block in document.blocks if block.is_answer for table in block.shown_tables]
+    if not tables:
+        raise ReportError("the report has no table as its answer; --format markdown has all tables")
+    parts = (
+        "\n".join(
+            [
+                r"\begin{table}",
+                r"\centering",
+                rf"\caption{{{latex(table.title or document.title)}}}",
+                table.to_latex(),
+                *(rf"\par\smallskip\footnotesize {latex(note)}" for note in table.notes),
+                r"\end{table}",
+            ]
+        )
+        for table in tables
+    )
+    return "% \\usepackage{booktabs}\n" + "\n\n".join(parts) + "\n"
 
 
 _WHAT = "a report of hydrofdi"

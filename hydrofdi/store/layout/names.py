@@ -191,10 +191,10 @@ def axis_variable(parameter: str) -> str:
 
 
 def coordinate(parameter: str) -> str:
-    """Name of the coordinate of a swept parameter, e.g. ``EBM``; the full one if a variable has the short."""
+    """Name of the coordinate of a swept parameter, e.g. ``EBM``; else, e.g., ``swept_friction_law``."""
     short = short_name(parameter)
     taken = {RUN, TIME, LEVEL, PHASE, *(each.name for each in (*REQUESTED, *COMPUTED))}
-    return axis_variable(parameter) if short in taken or "." in short else short
+    return f"swept_{axis_variable(parameter)}" if short in taken or "." in short else short
 
 
 def is_needless(name: str, values: NDArray[Any]) -> bool:

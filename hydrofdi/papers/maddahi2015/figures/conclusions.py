@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 _LOOKS = {
     "as configured": (BLUE, ORANGE, -0.16, "the configured phase"),
-    "settled": (GREEN, INK, 0.16, "settled: all phases together"),
+    "settled": (GREEN, INK, 0.16, "settled: undecimated transform, no phase"),
 }
 """Records → colours of the phases and of the number, height above the line, and what the number is."""
 
@@ -31,7 +32,7 @@ def draw_phases(study: StudyReport) -> Figure:
     if not study.sealed or study.grid.lack:
         raise ReportError("the experiment has no claims and no sealed run above the normal EBM")
     n_claim, n_alarm = len(CLAIMS), len(study.sealed)
-    figure = Figure(figsize=(7.4, 2.2 + 0.42 * (n_claim + n_alarm)), layout="constrained")
+    figure = Figure(figsize=(8.6, 2.2 + 0.46 * (n_claim + n_alarm)), layout="constrained")
     top, bottom = figure.subplots(2, 1, height_ratios=(n_claim + 0.6, n_alarm + 0.6))
     _draw_outcomes(top, study.claim_outcomes)
     top.set(title="margin of each claim: it holds right of zero", xlabel="margin [percentage points]")
@@ -57,7 +58,8 @@ def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
                 f"{each.held} of {each.of}", (1.01, height), xycoords=("axes fraction", "data"),
                 va="center", fontsize=7.5, color=INK, annotation_clip=False,
             )  # fmt: skip
-    names = list(dict.fromkeys(each.name for each in outcomes))
+    sentences = {claim.id: fill(f"{claim.id}: {claim.sentence}", 38) for claim in CLAIMS}
+    names = [sentences.get(name, name) for name in dict.fromkeys(each.name for each in outcomes)]
     axis.axvline(0.0, color=INK, linewidth=0.8)
     axis.set_yticks(range(len(names)), names)
     axis.set_ylim(len(names) - 0.5, -0.5)

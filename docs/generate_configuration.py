@@ -26,6 +26,7 @@ from hydrofdi.config.loading import PARAMETER_MAPPINGS
 from hydrofdi.config.names import SYMBOLS, full_names
 from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.study.study import WatchedChart
+from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.detectors.charts import ChartOptions
 from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.detectors.trained.file import DetectorFile
@@ -38,6 +39,7 @@ from hydrofdi.settings.readable import readable_unit, typeset
 from hydrofdi.units import convert, parse_quantity
 
 DOCS, CONFIGS = Path(__file__).parent, Path(__file__).parent.parent / "configs"
+PACKAGE = Path(__file__).parent.parent / "hydrofdi"
 
 INTRODUCTION = """\
 # Configuration
@@ -326,6 +328,24 @@ def _allow_short_options(definitions: dict[str, Any], section: str, kinds: Itera
         definitions |= options.get("$defs", {})
 
 
+def _typed_settings() -> str:
+    """The keywords that name parameters, for editors: those of `hydrofdi.simulate`."""
+    keys = {name: full for name, full in full_names().items() if name.isidentifier()}
+    known = {full for name, full in keys.items() if "__" not in name}
+    keys = {name: full for name, full in keys.items() if "__" not in name or full not in known}
+    typed = {
+        name: f"{name}: {'float | str' if (unit := parameter_unit(full)) else 'Any'}  # {full}"
+        + (f" [{typeset(unit)}]" if unit and unit != "1" else "")
+        for name, full in keys.items()
+    }
+    others = {name: f"{name}: Any" for name in (*ExperimentConfig.model_fields, *SweepConfig.model_fields)}
+    lines = "\n    ".join((typed | others).values())
+    return (
+        "# written by docs/generate_configuration.py\n\nfrom typing import Any, TypedDict\n\n"
+        f"class Settings(TypedDict, total=False):\n    {lines}\n"
+    )
+
+
 def _glossary() -> str:
     """The glossary with its table of symbols, which is its end."""
     rows = [
@@ -340,6 +360,7 @@ def _glossary() -> str:
 if __name__ == "__main__":
     texts = {
         DOCS / "glossary.md": _glossary(),
+        PACKAGE / "api" / "settings.pyi": _typed_settings(),
         DOCS / "configuration.md": page(ExperimentConfig, INTRODUCTION),
         DOCS / "measured-configuration.md": page(MeasuredConfig, MEASURED_INTRODUCTION),
         DOCS / "monitoring-configuration.md": page(MonitorConfig, MONITOR_INTRODUCTION) + fleet_section(),

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from hydrofdi.api.results import report as report
     from hydrofdi.api.run import Run as Run
     from hydrofdi.api.run import simulate as simulate
+    from hydrofdi.api.starting import configs as configs
     from hydrofdi.api.starting import init as init
     from hydrofdi.api.sweep import collect as collect
     from hydrofdi.api.sweep import sweep as sweep
@@ -71,7 +72,7 @@ _HOMES = {
         "api.replaying": "replay",
         "api.results": "Results load report",
         "api.run": "Run simulate",
-        "api.starting": "init",
+        "api.starting": "configs init",
         "api.sweep": "collect sweep",
         "api.trend": "trend",
         "config": "load_experiment",

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from numbers import Real
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,9 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, K_I_UNIT, number_text, shown_quantity
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
+
+if TYPE_CHECKING:
+    from hydrofdi.api.settings import Settings
 
 Mode = dict[str, Any]
 """One run: ``labels``, further varied parameters → their values in SI; ``bulk_modulus`` [Pa];
@@ -103,7 +106,7 @@ def check(
     *,
     halve_step: bool = False,
     tolerance: float = 1e-3,
-    **settings: Any,
+    **settings: Unpack[Settings],
 ) -> Check:
     """Look at an experiment before running it, as ``hydrofdi check`` does.
 
@@ -189,7 +192,7 @@ def calibrate(
     /,
     *,
     flows: str | float | Sequence[str | float] = (),
-    **settings: Any,
+    **settings: Unpack[Settings],
 ) -> Table:
     """The leakage coefficients of mean leakage flows, under the conditions of the baseline.
 

@@ -12,7 +12,7 @@ from math import prod
 from os import PathLike
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from numpy import bincount
 
@@ -34,6 +34,9 @@ from hydrofdi.store.experiment_file import computed_variables
 from hydrofdi.store.folder.provenance import Failure, read_failures
 from hydrofdi.store.index import ShardIndex, StoredRun, holds_enough, read_index
 from hydrofdi.store.layout.names import dimensions, stored_signals
+
+if TYPE_CHECKING:
+    from hydrofdi.api.settings import Settings
 
 _MOST_FACTOR, _START_SECONDS = 2.0, 10.0
 """On a busy machine ready configurations took at most so many times their arithmetic, and the start [s]."""
@@ -254,7 +257,7 @@ def plan(
     out: str | PathLike[str] | None = None,
     workers: int | None = None,
     retry_failed: bool = False,
-    **settings: Any,
+    **settings: Unpack[Settings],
 ) -> Plan:
     """What `hydrofdi.sweep` would do, as ``hydrofdi plan`` says it. Writes nothing.
 

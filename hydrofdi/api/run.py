@@ -10,7 +10,7 @@ from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from hydrofdi.api.settings import Settings
     from hydrofdi.records import Channel, RecordSource
 
 
@@ -352,7 +353,7 @@ def simulate(
     /,
     *,
     out: str | PathLike[str] | None = None,
-    **settings: Any,
+    **settings: Unpack[Settings],
 ) -> Run:
     """Simulate one actuator, as ``hydrofdi simulate`` does.
 

@@ -16,9 +16,10 @@ from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, DataSheet, rate
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.oil import KELVIN
+from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import brief, nearest
 from hydrofdi.settings.readable import plain
-from hydrofdi.settings.ready import ready_copy, ready_folder
+from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names, ready_summary
 from hydrofdi.settings.validation import validated
 from hydrofdi.settings.yaml_source import Source, scalar
 from hydrofdi.settings.yaml_source import plain as plain_data
@@ -241,3 +242,21 @@ def _load_formula(sheet: DataSheet) -> str:
     if sheet.load_share < 0.3 - 1e-12:
         share += f" (0.7 · (A_2/A_1 = {ratio:.3f})²: from (A_2/A_1)² on, a pulling load cavitates chamber 1)"
     return share
+
+
+def configs(group: str = "") -> Table:
+    """The ready configurations, whose names work wherever a file does, as ``hydrofdi configs`` lists them.
+
+    Parameters
+    ----------
+    group : str
+        Those of a group alone, such as ``machines``.
+
+    Examples
+    --------
+    >>> import hydrofdi
+    >>> hydrofdi.configs("machines").columns
+    ['name', 'about']
+    """
+    listed = [name for name in ready_names() if not group or name.startswith(f"{group}/")]
+    return Table.of({"name": listed, "about": [*map(ready_summary, listed)]})

@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal, Unpack
 
 from hydrofdi.api.arguments import count_of, path_of
 from hydrofdi.api.plan import SweepPlan, plan_sweep
@@ -70,6 +70,9 @@ from hydrofdi.store.folder.provenance import (
 from hydrofdi.store.index import read_index
 from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
 
+if TYPE_CHECKING:
+    from hydrofdi.api.settings import Settings
+
 
 def sweep(
     experiment: Experiment | None = None,
@@ -82,7 +85,7 @@ def sweep(
     shared_directory: bool = True,
     retry_failed: bool = False,
     progress: bool | Callable[[Progress], object] = False,
-    **settings: Any,
+    **settings: Unpack[Settings],
 ) -> Results:
     """Run whatever is missing and store it, as ``hydrofdi sweep`` does.
 

@@ -68,19 +68,16 @@ def configs(
     Their names work wherever a command takes a configuration: 'hydrofdi sweep table3'. A file of your own
     with the same name takes precedence.
     """
-    from hydrofdi.report.table import Table
     from hydrofdi.settings.ready import ready_copy, ready_hint, ready_names, ready_summary
 
     asked = (name or "").removeprefix("configs/").removesuffix(".yaml").rstrip("/")
-    listed = [each for each in ready_names() if name is None or each.startswith(f"{asked}/")]
-    if listed and (asked not in ready_names() or str(name).endswith("/")):
-        rows = [{"name": each, "about": ready_summary(each)} for each in listed]
+    table = hydrofdi.configs(asked)
+    if len(table) and (asked not in ready_names() or str(name).endswith("/")):
         use = (
             "Use a name like a file: 'hydrofdi sweep table3', 'hydrofdi plan delays/smoke'.\n"
             "'hydrofdi configs NAME' prints one to copy."
         )
-        table = Table.of({key: [row[key] for row in rows] for key in ("name", "about")})
-        answer({"configs": rows}, lambda _: (table, "", use), json=json)
+        answer({"configs": [*table]}, lambda _: (table, "", use), json=json)
         return 0
     if asked not in ready_names():
         raise ConfigError(f"{name}: no such ready configuration{ready_hint(Path(asked))}")

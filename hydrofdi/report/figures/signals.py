@@ -52,6 +52,7 @@ _MOST_LEVELS, _TAPS = 5, 16
 _MOST_TITLE = 60
 
 
+@matplotlib.rc_context(SETTINGS)
 def draw_signals(
     columns: Columns, wavelet: Any, title: str, chosen: Sequence[names.Variable] = (), start: float = 0.0
 ) -> Figure:

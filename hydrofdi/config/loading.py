@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from os import PathLike
@@ -17,6 +18,7 @@ from hydrofdi.config.study.study import WatchedChart
 from hydrofdi.detectors.scores.configuration import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
+from hydrofdi.indicators.plugins import load_plugin
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import chosen_options, label_mistake, make_chosen
@@ -43,11 +45,16 @@ def note_written_units(source: Source) -> None:
         source.data["units"] = units | stated
 
 
-def anchor_input_files(data: Any, folder: FilePath) -> None:
-    """Make the paths of input files start from the folder of the file that names them."""
+def anchor_files(data: Any, folder: FilePath) -> None:
+    """Make the paths of input files and plug-ins start from the folder of the file that names them."""
     for name, container, key in list(_written(data)):
         if name == "input.file" and "\n" not in container[key]:
             container[key] = str(located(FilePath(container[key]), folder))
+    match data.get("plugins"):
+        case str(path):
+            data["plugins"] = str(folder / path)
+        case list(paths):
+            data["plugins"] = [str(folder / path) if isinstance(path, str) else path for path in paths]
 
 
 def _written(data: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
@@ -121,7 +128,7 @@ def load_experiment(
         if {f"{section}{form}" for form in INTERNAL_LEAKAGE_FORMS} <= set(map(_full_key, keys)):
             message = "give internal_coefficient or internal_flow, not both"
             source.mistakes.append(Issue(message, f"{section}leakage"))
-    _normalize_detection(source)
+    _normalize_detection(source, _load_plugins(source))
     normalize(source)
     return validated(ExperimentConfig, source)
 
@@ -141,7 +148,7 @@ def _prepare(own: Source, file: FilePath) -> None:
     """Prepare each file of an experiment before it extends others."""
     if not own.data:
         raise ConfigError([Issue(_NOTHING, origin=str(file))])
-    anchor_input_files(own.data, file.parent)
+    anchor_files(own.data, file.parent)
     note_written_units(own)
 
 
@@ -204,7 +211,35 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
     return parts
 
 
-def _normalize_detection(source: Source) -> None:
+def _load_plugins(source: Source) -> dict[str, str]:
+    """Execute the files in ``plugins``, now path → SHA-256; name of each indicator → name with hash."""
+    given = source.data.get("plugins") or []
+    paths = [given] if isinstance(given, str) else given
+    if not isinstance(paths, list) or not all(isinstance(path, str) for path in paths):
+        message = f"expected the path of a Python file, or a list of paths; found {brief(given)}"
+        raise ConfigError([source.mistake(("plugins",), message)])
+    names: dict[str, str] = {}
+    hashes: dict[str, str] = {}
+    for place, path in enumerate(paths):
+        here: Path = ("plugins", place) if paths is given else ("plugins",)
+        try:
+            content, whole = FilePath(path).read_bytes(), str(FilePath(path).resolve())
+            found = load_plugin(whole, content)
+        except (OSError, ConfigError) as error:
+            source.report(here, f"{path}: {error.strerror}" if isinstance(error, OSError) else str(error))
+            continue
+        if twice := names.keys() & found.keys():
+            source.report(here, f"{path}: {min(twice)!r} is the name of another indicator")
+        names |= found
+        hashes[whole] = hashlib.sha256(content).hexdigest()
+    if paths and source.mistakes:
+        raise ConfigError(source.mistakes)
+    if "plugins" in source.data:
+        source.data["plugins"] = hashes
+    return names
+
+
+def _normalize_detection(source: Source, from_files: Mapping[str, str]) -> None:
     """``indicators`` (by default those of ``detection``) and ``detection`` with options of each label."""
     data, path = source.data, ("detection", "indicators")
     detection = data["detection"] if isinstance(data.get("detection"), dict) else {}
@@ -217,7 +252,7 @@ def _normalize_detection(source: Source) -> None:
             data["indicators"], is_all = chosen, False
             source.move(path, ("indicators",))
         detection["indicators"] = [] if is_all else list(chosen)
-    is_valid = "indicators" not in data or _normalize_indicators(source)
+    is_valid = "indicators" not in data or _normalize_indicators(source, from_files)
     if not detection or not is_valid:
         return
     try:
@@ -240,10 +275,15 @@ def _normalize_detection(source: Source) -> None:
             _normalize_chart(source, chart, here, made)
 
 
-def _normalize_indicators(source: Source) -> bool:
+def _normalize_indicators(source: Source, from_files: Mapping[str, str]) -> bool:
     """Whether the ``indicators`` are valid: then as ``label: {options}``, else left out."""
     own = Source(source.data, source.origins)
     chosen = chosen_options(source.data["indicators"], own, ("indicators",))
+    for label, given in chosen.items():
+        if isinstance(given, dict | None):
+            named = {"kind": label} | (given or {})
+            full = {key: from_files.get(str(named.get(key))) for key in ("kind", "of")}
+            chosen[label] = (given or {}) | {key: name for key, name in full.items() if name}
     options = chosen.get(DWT)
     wavelet = _wavelet_with(own, options) if isinstance(options, dict) else {}
     try:

@@ -23,15 +23,13 @@ CACHES = (registry._points, registry._added, registry.indicator_kind)
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Where Python finds the package of the page as if pip had installed it."""
-    (code,) = re.findall(r"<!-- a test installs this -->\s*```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    (points,) = re.findall(
-        r"```toml\n\[project\.entry-points\.\"hydrofdi\.indicators\"\]\n(.*?)```", PAGE.read_text(), re.DOTALL
-    )
+    (code,) = re.findall(r"as swing.py -->\s*```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    (point,) = re.findall(r"entry point `(.*?)`", PAGE.read_text())
     package, information = tmp_path / "packages", tmp_path / "packages" / "swing-1.0.dist-info"
     information.mkdir(parents=True)
     (package / "swing.py").write_text(code)
     (information / "METADATA").write_text("Metadata-Version: 2.1\nName: swing\nVersion: 1.0\n")
-    (information / "entry_points.txt").write_text("[hydrofdi.indicators]\n" + points.replace('"', ""))
+    (information / "entry_points.txt").write_text("[hydrofdi.indicators]\n" + point.replace('"', ""))
     monkeypatch.syspath_prepend(package)
     monkeypatch.setenv("PYTHONPATH", str(package))
     for cached in CACHES:

@@ -246,7 +246,7 @@ class StoreConfig(Section):
 
 
 Plugins = Annotated[
-    dict[str, str],
+    Mapping[str, str],
     WithJsonSchema({"type": ["string", "array"], "items": {"type": "string"}}),
 ]
 """Path → SHA-256; a path or a list of paths in a file."""

@@ -18,6 +18,7 @@ from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import StoreError
+from hydrofdi.indicators.faults import CHANNELS, OUTPUTS, AbsentIndicator
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
@@ -62,6 +63,9 @@ def write_experiment(
             attributes = file[f"{label}{names.ANALYSIS_ID}"].attrs
             attributes["indicator"], attributes["version"] = indicator.name, indicator.version
             attributes["options"] = indicator.options.model_dump_json()
+            for kind in CHANNELS:
+                attributes[kind] = " ".join(sorted(getattr(indicator, kind)))
+            attributes["outputs"] = OUTPUTS.dump_json(tuple(indicator.outputs)).decode()
         for variable in signals if time is not None else ():
             if variable.name == names.INPUT_VOLTAGE and _share_input(table):
                 _write_shared_input(file, variable, results, experiment)
@@ -218,12 +222,17 @@ def read_experiment(path: Path) -> ExperimentData:
         }
         physics = int(file.attrs["physics_version"])
         configuration = json.loads(file.attrs["configuration"])
+        absent = {
+            label: AbsentIndicator(why, file[f"{label}{names.ANALYSIS_ID}"].attrs)
+            for label, why in experiment.indicator_choice.absent.items()
+        }
     remarks = tuple(
-        f"Indicator {label} is omitted: {why}. Its values remain in the file."
-        for label, why in experiment.indicator_choice.absent.items()
+        f"Indicator {label} is omitted: {each.reason}. Its values remain in the file."
+        for label, each in absent.items()
+        if not each.outputs
     )
     return ExperimentData(
-        path, experiment, columns, versions, FileSignals(path), configuration, remarks, physics
+        path, experiment, columns, versions, FileSignals(path), configuration, remarks, physics, absent
     )
 
 

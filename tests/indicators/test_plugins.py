@@ -12,7 +12,7 @@ import pytest
 
 import hydrofdi
 from hydrofdi.errors import ConfigError
-from tests.commands import run_process
+from tests.commands import run, run_process
 
 PAGE = Path(__file__).parents[2] / "docs" / "indicators.md"
 (SWING,) = re.findall(r"as swing.py -->\s*```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
@@ -92,13 +92,15 @@ def test_a_results_folder_does_not_have_it_executed(folder: Path) -> None:
     marker.unlink()
     for command in (("report", out), ("status", out), ("why", out, "1"), ("verify", out)):
         assert run_process(*command).returncode == 0
+    here, elsewhere = run("report", out, "--json").stdout, run_process("report", out, "--json").stdout
+    assert here == elsewhere
     assert run_process("rerun", out, "1").returncode == 2
     assert not marker.exists()
     again = run_process("rerun", out, "1", "--config", folder / "swings.yaml")
     assert again.returncode == 0, again.stderr
     assert marker.exists()
     (folder / "swing.py").unlink()
-    assert run_process("report", out).returncode == 0
+    assert run_process("report", out, "--json").stdout == here
 
 
 def test_a_sliding_window_takes_it_and_so_does_a_mapping(folder: Path) -> None:

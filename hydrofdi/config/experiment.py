@@ -23,7 +23,7 @@ from hydrofdi.indicators.plugins import load_plugin, sources_in
 from hydrofdi.indicators.registry import FROM_FILES, sound_indicator
 from hydrofdi.indicators.selection import make_chosen
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS
-from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.messages import first_reason, nearest
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.yaml_source import Source
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -81,8 +81,8 @@ def _installed(label: str, options: Mapping[str, Any]) -> Indicator[Any]:
     own = dict(options)
     try:
         return sound_indicator(str(own.pop("kind", label)), own)
-    except ConfigError as error:
-        return AbsentIndicator(str(error))
+    except ValueError as error:
+        return AbsentIndicator(first_reason(error))
 
 
 @lru_cache(maxsize=1024)

@@ -117,6 +117,10 @@ OUTPUTS = TypeAdapter(tuple[Output, ...])
 """Outputs of an indicator as JSON, for readers without its code."""
 
 
+class _StoredOptions(Section, extra="allow"):
+    """Options of an indicator that is not installed."""
+
+
 class AbsentIndicator(Indicator[Any]):
     """Placeholder for an indicator that is not installed: what a file says of it, if anything."""
 
@@ -129,6 +133,7 @@ class AbsentIndicator(Indicator[Any]):
         self.reason = reason
         if stored and "outputs" in stored:
             of_file: Any = {"name": str(stored["indicator"]), "version": int(stored["version"])}
+            of_file["options"] = _StoredOptions.model_validate_json(stored["options"])
             of_file |= {kind: frozenset(map(Channel, stored[kind].split())) for kind in CHANNELS}
             vars(self).update(of_file, outputs=OUTPUTS.validate_json(stored["outputs"]))
 

@@ -56,12 +56,11 @@ def _kinds(path: str, content: bytes, module_name: str) -> list[Kind]:
     try:
         exec(compile(content, path, "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:
-        lines = [
-            frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == path
-        ]
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [each.lineno for each in frames if each.filename == path]
         place = f" ({Path(path).name}:{lines[-1]})" if lines else ""
         raise ConfigError(f"{path}: raised {type(error).__name__}: {error}{place}") from None
-    kinds = [each for each in vars(module).values() if _is_own(each, module_name)]
+    kinds = list(dict.fromkeys(each for each in vars(module).values() if _is_own(each, module_name)))
     if not kinds:
         raise ConfigError(f"{path}: defines no indicator, a subclass of Indicator with a name")
     for kind in kinds:

@@ -87,6 +87,8 @@ def test_the_place_of_a_file_is_not_part_of_an_identity(folder: Path) -> None:
 def test_a_results_folder_does_not_have_it_executed(folder: Path) -> None:
     marker = folder / "executed"
     (folder / "swing.py").write_text(f"{SWING}\nopen({str(marker)!r}, 'w').close()\n")
+    sliding = "{dwt: {}, swing: {}, sliding: {of: swing, window: 0.2 s, interval: 0.1 s, transient: 0.1 s}}"
+    (folder / "swings.yaml").write_text(EXPERIMENT.replace("[dwt, swing]", sliding))
     out = folder / "results"
     hydrofdi.sweep(folder / "swings.yaml", out=out, engine="in-process")
     marker.unlink()

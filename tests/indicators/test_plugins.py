@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import hydrofdi
+from hydrofdi.config.experiment import IndicatorChoice
 from hydrofdi.errors import ConfigError
 from tests.commands import run, run_process
 
@@ -103,6 +104,16 @@ def test_a_results_folder_does_not_have_it_executed(folder: Path) -> None:
     assert marker.exists()
     (folder / "swing.py").unlink()
     assert run_process("report", out, "--json").stdout == here
+
+
+def test_results_that_were_read_before_do_not_hide_it(folder: Path) -> None:
+    content = f"{SWING}# read later\n"
+    (folder / "swing.py").write_text(content)
+    name = f"swing@{hashlib.sha256(content.encode()).hexdigest()[:16]}"
+    stored_choice = IndicatorChoice(json.dumps({"swing": {"kind": name}}))
+    assert stored_choice.absent
+    hydrofdi.load_experiment(folder / "swings.yaml")
+    assert not stored_choice.absent
 
 
 def test_a_sliding_window_takes_it_and_so_does_a_mapping(folder: Path) -> None:

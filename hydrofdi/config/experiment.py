@@ -38,9 +38,13 @@ DWT = "dwt"
 
 @dataclass(frozen=True)
 class IndicatorChoice:
-    """Label → options of each indicator, as canonical JSON; `DWT` has the wavelet of a row."""
+    """Label → options of each indicator, as canonical JSON; `DWT` has the wavelet of a row.
+
+    `stored_identity` stands for the identity of indicators that are not installed.
+    """
 
     text: str = json.dumps({DWT: {}})
+    stored_identity: str = ""
 
     def made(self, wavelet: WaveletConfig) -> Indicators:
         """Label → indicator, for the wavelet of a row."""
@@ -55,7 +59,7 @@ class IndicatorChoice:
     @property
     def identity(self) -> str:
         """Name, version and options of each indicator; empty if they are the default."""
-        return _identity(self.text)
+        return self.stored_identity or _identity(self.text)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """With the content of its plug-ins, which another process then executes."""

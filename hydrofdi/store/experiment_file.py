@@ -226,11 +226,7 @@ def read_experiment(path: Path) -> ExperimentData:
             label: AbsentIndicator(why, file[f"{label}{names.ANALYSIS_ID}"].attrs)
             for label, why in experiment.indicator_choice.absent.items()
         }
-    remarks = tuple(
-        f"Indicator {label} is omitted: {each.reason}. Its values remain in the file."
-        for label, each in absent.items()
-        if not each.outputs
-    )
+    remarks = _omitted(absent)
     return ExperimentData(
         path, experiment, columns, versions, FileSignals(path), configuration, remarks, physics, absent
     )
@@ -278,4 +274,15 @@ def read_unfinished(
 ) -> ExperimentData:
     """Read an experiment from its shards; runs without a result contain the reason."""
     columns = {variable.name: values for variable, values in columns_of(results, table).items()}
-    return ExperimentData(path, experiment, columns, dict(versions), results)
+    absent = {label: AbsentIndicator(why) for label, why in experiment.indicator_choice.absent.items()}
+    remarks = _omitted(absent)
+    return ExperimentData(path, experiment, columns, dict(versions), results, remarks=remarks)
+
+
+def _omitted(absent: Mapping[str, AbsentIndicator]) -> tuple[str, ...]:
+    """Remarks on the indicators that are neither installed nor described."""
+    return tuple(
+        f"Indicator {label} is omitted: {each.reason}. Its values remain stored."
+        for label, each in absent.items()
+        if not each.outputs
+    )

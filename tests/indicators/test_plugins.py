@@ -104,6 +104,10 @@ def test_a_results_folder_does_not_have_it_executed(folder: Path) -> None:
     assert marker.exists()
     (folder / "swing.py").unlink()
     assert run_process("report", out, "--json").stdout == here
+    (out / "swings.h5").unlink()  # as while a sweep runs
+    assert "2 done" in run_process("status", out).stdout
+    assert "Indicator swing is omitted" in run_process("report", out, "--format", "markdown").stdout
+    assert run_process("collect", out).returncode == 2
 
 
 def test_results_that_were_read_before_do_not_hide_it(folder: Path) -> None:

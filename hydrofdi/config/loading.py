@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from os import PathLike
@@ -18,7 +17,7 @@ from hydrofdi.config.study.study import WatchedChart
 from hydrofdi.detectors.scores.configuration import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
-from hydrofdi.indicators.plugins import load_plugin
+from hydrofdi.indicators.plugins import load_plugins
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import chosen_options, label_mistake, make_chosen
@@ -128,7 +127,7 @@ def load_experiment(
         if {f"{section}{form}" for form in INTERNAL_LEAKAGE_FORMS} <= set(map(_full_key, keys)):
             message = "give internal_coefficient or internal_flow, not both"
             source.mistakes.append(Issue(message, f"{section}leakage"))
-    _normalize_detection(source, _load_plugins(source))
+    _normalize_detection(source, load_plugins(source))
     normalize(source)
     return validated(ExperimentConfig, source)
 
@@ -209,34 +208,6 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
     if is_below and (parts[-3] in (*PARAMETER_MAPPINGS, "faults") or parts[-2] in RunRequest.model_fields):
         return (*parts[:-2], ".".join(parts[-2:]))
     return parts
-
-
-def _load_plugins(source: Source) -> dict[str, str]:
-    """Execute the files in ``plugins``, now path → SHA-256; name of each indicator → name with hash."""
-    given = source.data.get("plugins") or []
-    paths = [given] if isinstance(given, str) else given
-    if not isinstance(paths, list) or not all(isinstance(path, str) for path in paths):
-        message = f"expected the path of a Python file, or a list of paths; found {brief(given)}"
-        raise ConfigError([source.mistake(("plugins",), message)])
-    names: dict[str, str] = {}
-    hashes: dict[str, str] = {}
-    for place, path in enumerate(paths):
-        here: Path = ("plugins", place) if paths is given else ("plugins",)
-        try:
-            content, whole = FilePath(path).read_bytes(), str(FilePath(path).resolve())
-            found = load_plugin(whole, content)
-        except (OSError, ConfigError) as error:
-            source.report(here, f"{path}: {error.strerror}" if isinstance(error, OSError) else str(error))
-            continue
-        if twice := names.keys() & found.keys():
-            source.report(here, f"{path}: {min(twice)!r} is the name of another indicator")
-        names |= found
-        hashes[whole] = hashlib.sha256(content).hexdigest()
-    if paths and source.mistakes:
-        raise ConfigError(source.mistakes)
-    if "plugins" in source.data:
-        source.data["plugins"] = hashes
-    return names
 
 
 def _normalize_detection(source: Source, from_files: Mapping[str, str]) -> None:

@@ -16,24 +16,54 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.contract import Indicator
 from hydrofdi.indicators.registry import FROM_FILES, Kind, indicator_names, require_declared
 from hydrofdi.indicators.selection import label_mistake
+from hydrofdi.settings.messages import brief
+from hydrofdi.settings.yaml_source import Source
 
 _SOURCES: dict[str, tuple[str, bytes]] = {}
 """Hash → path and content of each file that was executed."""
 
 
-def load_plugin(path: str, content: bytes) -> dict[str, str]:
-    """Execute a file, once in a process.
+def load_plugins(source: Source) -> dict[str, str]:
+    """Execute the files in ``plugins`` of an experiment; these then are path → SHA-256.
 
     Returns
     -------
     dict of str to str
-        Name of each of its indicators → the name with the hash.
+        Name of each of their indicators → the name with the hash.
 
     Raises
     ------
     ConfigError
-        The file raises an exception, defines no indicator, or one with the name of another.
+        A file cannot be read, raises an exception, or defines no indicator, or one with a name of another.
     """
+    given = source.data.get("plugins") or []
+    paths = [given] if isinstance(given, str) else given
+    if not isinstance(paths, list) or not all(isinstance(path, str) for path in paths):
+        message = f"expected the path of a Python file, or a list of paths; found {brief(given)}"
+        raise ConfigError([source.mistake(("plugins",), message)])
+    names: dict[str, str] = {}
+    hashes: dict[str, str] = {}
+    for place, path in enumerate(paths):
+        here = ("plugins", place) if paths is given else ("plugins",)
+        try:
+            content, whole = Path(path).read_bytes(), str(Path(path).resolve())
+            found = load_plugin(whole, content)
+        except (OSError, ConfigError) as error:
+            source.report(here, f"{path}: {error.strerror}" if isinstance(error, OSError) else str(error))
+            continue
+        if twice := names.keys() & found.keys():
+            source.report(here, f"{path}: {min(twice)!r} is the name of another indicator")
+        names |= found
+        hashes[whole] = hashlib.sha256(content).hexdigest()
+    if paths and source.mistakes:
+        raise ConfigError(source.mistakes)
+    if "plugins" in source.data:
+        source.data["plugins"] = hashes
+    return names
+
+
+def load_plugin(path: str, content: bytes) -> dict[str, str]:
+    """Execute a file, once in a process; `load_plugins` of one."""
     mark = f"@{hashlib.sha256(content).hexdigest()[:16]}"
     if mark not in _SOURCES:
         kinds = _kinds(path, content, f"plugin{mark}")

@@ -289,7 +289,8 @@ def _experiment_schema() -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of an experiment file, field texts and units included."""
     schema = _described_schema(ExperimentConfig, "hydrofdi experiment")
     aliases = {name: full for name, full in full_names().items() if "." not in name and "__" not in name}
-    names = {"enum": [*parameter_names(), *aliases]}
+    schema["$defs"]["ParameterName"] = {"enum": [*parameter_names(), *aliases]}
+    names = {"$ref": "#/$defs/ParameterName"}
     stated = {name: {"description": f"`{full}`"} for name, full in aliases.items()}
     schema["properties"] = stated | {"grid": {}, "zip": {}, "sample": {}, "where": {}} | schema["properties"]
     for section in (schema, *schema["$defs"].values()):

@@ -216,7 +216,7 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
     {'fluid.bulk_modulus': (551000000.0, 689000000.0)}
     """
     directory = path_of(folder)
-    asked = None if experiment is None else load_experiment(experiment, {})
+    asked = None if experiment is None else load_experiment(experiment)
     plan = _stored_plan(directory) if asked is None else plan_sweep(asked, directory)
     position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
@@ -256,8 +256,13 @@ def why(folder: Folder, run: str | int, experiment: Experiment | None = None) ->
     )
 
 
-def rerun(folder: Folder, run: str | int) -> Rerun:
+def rerun(folder: Folder, run: str | int, experiment: Experiment | None = None) -> Rerun:
     """Compute a stored run again, and compare the bits.
+
+    Parameters
+    ----------
+    folder, run, experiment
+        As in `why`; a file of indicators is executed only if the experiment is given.
 
     Raises
     ------
@@ -267,7 +272,8 @@ def rerun(folder: Folder, run: str | int) -> Rerun:
     from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 
     directory = path_of(folder)
-    plan = plan_sweep(_request(directory), directory)  # needs its indicators
+    asked = _request(directory) if experiment is None else load_experiment(experiment)
+    plan = plan_sweep(asked, directory)  # needs its indicators
     position = _find(plan, run)
     spec, run_id = plan.table.runs[position], plan.run_ids[position]
     stored = plan.index.runs.get(run_id)
@@ -315,6 +321,7 @@ def _analysis(run: RunSpec, record_id: str) -> dict[str, dict[str, Any]]:
             "shown": shown_options(indicator.options),
         }
         for label, indicator in indicators.items()
+        if label not in run.choice.absent
     }
 
 

@@ -24,7 +24,7 @@ from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.report.table import Table, library
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING
-from hydrofdi.store.layout.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, TIME, VERDICT, coordinate
+from hydrofdi.store.layout.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
 
 if TYPE_CHECKING:
     import pandas
@@ -206,17 +206,16 @@ class Results:
         """
         from hydrofdi.report.runs import baseline_changes
 
-        axes = [name for name, each in self.dataset.coords.items() if each.dims == (RUN,) and name != RUN]
+        axes = [name for name in map(coordinate, self.data.experiment.varied_names) if name in self.dataset]
         sizes = [len({*self.dataset[name].values.tolist()}) for name in axes]
         if not axes or math.prod(sizes) > _LEAST_FULL * len(self):
             raise ReportError("the points of the sweep are no grid; see .dataset")
         delta = {"units": "%", "long_name": "fall of the RMS of a detail against the fixed baseline"}
         changes = (RUN, LEVEL), baseline_changes(self.data)["fixed"], delta
         features = self.dataset.drop_dims(TIME, errors="ignore").assign(delta=changes)
-        order = [name for name in map(coordinate, self.data.experiment.varied_names) if name in axes]
-        indexed = features.drop_vars(RUN).set_index(run=order)
-        cube: xarray.Dataset = indexed.unstack(RUN)
-        return cube.transpose(*order, ...)
+        points = features.isel(run=features.swept).drop_vars([RUN, SWEPT.name])
+        cube: xarray.Dataset = points.set_index(run=axes).unstack(RUN)
+        return cube.transpose(*axes, ...)
 
     @cached_property
     def table(self) -> Table:

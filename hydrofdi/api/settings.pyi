@@ -320,6 +320,7 @@ class Settings(TypedDict, total=False):
     temperature_sensor: Any
     analysis: Any
     wavelet: Any
+    plugins: Any
     indicators: Any
     baseline: Any
     calibration: Any

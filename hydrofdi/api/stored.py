@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.config import ExperimentConfig, expand_runs
+from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.run_table.runs import run_identities
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import ConfigError, ReportError, StoreError
@@ -25,6 +25,7 @@ from hydrofdi.store.folder.provenance import (
     read_provenance,
     read_request,
     request_record,
+    stored_identity,
 )
 from hydrofdi.store.index import ShardIndex, read_index
 from hydrofdi.store.layout.names import RUN_ID
@@ -121,16 +122,26 @@ def _read_same(file: Path, directory: Path) -> ExperimentData | None:
 
 
 def stored_run_ids(directory: Path, experiment: ExperimentConfig) -> tuple[str, ...] | None:
-    """The identities of all runs in the experiment file; None if it does not contain the latest request."""
+    """The identities of all runs in the latest request; None if only its indicators tell."""
     data = _read_same(experiment_file(directory, experiment), directory)
-    return None if data is None else tuple(map(str, data.columns[RUN_ID]))
+    if data is not None:
+        return tuple(map(str, data.columns[RUN_ID]))
+    runs = _stored_table(experiment, directory).runs
+    return run_identities(runs) if runs.choice.stored_identity else None
+
+
+def _stored_table(experiment: ExperimentConfig, directory: Path) -> RunTable:
+    """The runs of a stored experiment, whose plug-ins are not needed."""
+    table = expand_runs(experiment)
+    table.runs.choice = replace(table.runs.choice, stored_identity=stored_identity(directory))
+    return table
 
 
 def _read_shards(
     experiment: ExperimentConfig, file: Path, index: ShardIndex, physics_version: int
 ) -> ExperimentData:
     """The runs of an experiment as far as their shards go, each found by its identity."""
-    table = expand_runs(experiment)
+    table = _stored_table(experiment, file.parent)
     run_ids = run_identities(table.runs, physics_version)
     results = ShardResults(run_ids, index, read_failures(file.parent))
     data = read_unfinished(file, experiment, table, results, library_versions())
@@ -140,7 +151,7 @@ def _read_shards(
             f"None of the {counted(len(index.runs), 'stored run')} is one of this experiment: the request or "
             f"a default has changed since then; 'hydrofdi sweep' computes the current request."
         )
-        data = replace(data, remarks=(remark,))
+        data = replace(data, remarks=(*data.remarks, remark))
     return data
 
 

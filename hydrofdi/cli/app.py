@@ -92,6 +92,7 @@ _KEYWORDS = {
     "monitor": ("config", "state", "log", "metrics", "events", "follow", "sampling_frequency"),
     "plan": ("out", "workers", "retry_failed"),
     "replay": ("record", "now", "sampling_frequency"),
+    "rerun": ("experiment --config",),
     "simulate": ("out",),
     "sweep": ("out", "workers", "engine", "scheduler", "shared_directory", "retry_failed"),
     "train": ("healthy", "config", "sampling_frequency"),

@@ -267,12 +267,12 @@ def _explanation(run: Explanation) -> Iterator[Any]:
         yield run.log
 
 
-def rerun(directory: Directory, run: Run, json: Json = False) -> int:
+def rerun(directory: Directory, run: Run, json: Json = False, **settings: Any) -> int:
     """Recompute a stored run and compare it bit for bit.
 
     Exit code 1 if the two results differ.
     """
-    found = hydrofdi.rerun(directory, run)
+    found = hydrofdi.rerun(directory, run, **settings)
     record = {"run_id": found.run_id, "same_bits": bool(found), "differing": found.differing}
     answer(record, str(found), json=json)
     return 0 if found else 1

@@ -19,10 +19,11 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.faults import AbsentIndicator
 from hydrofdi.indicators.nominal_actuator import from_sheet
-from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.indicators.plugins import load_plugin, sources_in
+from hydrofdi.indicators.registry import FROM_FILES, sound_indicator
 from hydrofdi.indicators.selection import make_chosen
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS
-from hydrofdi.settings.messages import nearest
+from hydrofdi.settings.messages import first_reason, nearest
 from hydrofdi.settings.quantities import SI, Section
 from hydrofdi.settings.yaml_source import Source
 from hydrofdi.transforms.configuration import WaveletConfig
@@ -37,28 +38,42 @@ DWT = "dwt"
 
 @dataclass(frozen=True)
 class IndicatorChoice:
-    """Label → options of each indicator, as canonical JSON; `DWT` has the wavelet of a row."""
+    """Label → options of each indicator, as canonical JSON; `DWT` has the wavelet of a row.
+
+    `stored_identity` stands for the identity of indicators that are not installed.
+    """
 
     text: str = json.dumps({DWT: {}})
+    stored_identity: str = ""
 
     def made(self, wavelet: WaveletConfig) -> Indicators:
         """Label → indicator, for the wavelet of a row."""
-        return _made(self.text, wavelet)
+        return _made(self.text, wavelet, len(FROM_FILES))
 
     @property
     def absent(self) -> dict[str, str]:
         """Labels of indicators that are not installed, and why; they are only found in stored experiments."""
-        made = _made(self.text, PAPER).items()
+        made = self.made(PAPER).items()
         return {label: each.reason for label, each in made if isinstance(each, AbsentIndicator)}
 
     @property
     def identity(self) -> str:
         """Name, version and options of each indicator; empty if they are the default."""
-        return _identity(self.text)
+        return self.stored_identity or _identity(self.text)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """With the content of its plug-ins, which another process then executes."""
+        return _choice, (self.text, sources_in(self.text))
+
+
+def _choice(text: str, sources: list[tuple[str, bytes]]) -> IndicatorChoice:
+    for source in sources:
+        load_plugin(*source)
+    return IndicatorChoice(text)
 
 
 @lru_cache(maxsize=1024)
-def _made(text: str, wavelet: WaveletConfig) -> Indicators:
+def _made(text: str, wavelet: WaveletConfig, n_from_files: int) -> Indicators:
     options = json.loads(text)
     if DWT in options:
         options[DWT] = wavelet.stated()
@@ -70,16 +85,16 @@ def _installed(label: str, options: Mapping[str, Any]) -> Indicator[Any]:
     own = dict(options)
     try:
         return sound_indicator(str(own.pop("kind", label)), own)
-    except ConfigError as error:
-        return AbsentIndicator(str(error))
+    except ValueError as error:
+        return AbsentIndicator(first_reason(error))
 
 
 @lru_cache(maxsize=1024)
 def _identity(text: str) -> str:
-    made = _made(text, WaveletConfig())
+    made = IndicatorChoice(text).made(PAPER)
     for each in made.values():
         if isinstance(each, AbsentIndicator):
-            raise ConfigError(f"{each.reason}; install the package that adds it")
+            raise ConfigError(f"{each.reason}; install the package that adds it, or give the experiment file")
     shown = {label: [made[label].name, made[label].version, made[label].options.stated()] for label in made}
     return "" if shown == {DWT: [DWT, 1, {}]} else json.dumps(shown, separators=(",", ":"))
 
@@ -234,6 +249,12 @@ class StoreConfig(Section):
     """Precision of the stored signals; features are always computed and stored in double precision."""
 
 
+Plugins = Annotated[
+    Mapping[str, str],
+    WithJsonSchema({"type": ["string", "array"], "items": {"type": "string"}}),
+]
+"""Path → SHA-256; a path or a list of paths in a file."""
+
 INTERNAL_LEAKAGE_FORMS = ("leakage.internal_coefficient", "leakage.internal_flow")
 """The two ways to state the internal leakage; one replaces the other."""
 
@@ -256,6 +277,10 @@ class ExperimentConfig(RunRequest):
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$")] = "nominal"
     """Name of the experiment and of its folder below ``results/``."""
+
+    plugins: Plugins = Field(default_factory=dict)
+    """Python files with indicators of your own: a path, or a list of paths, relative to the file that names
+    them. They are executed."""
 
     indicators: dict[str, Any] = Field(default_factory=lambda: {DWT: {}})
     """Indicators that are measured of every record (``hydrofdi indicators``): ``all``, a name, a list of

@@ -19,6 +19,7 @@ from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.detectors.scores.configuration import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator
+from hydrofdi.indicators.plugins import load_plugins
 from hydrofdi.indicators.recursive import RecursiveIndicator
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.indicators.selection import chosen_options, label_mistake, make_chosen
@@ -45,11 +46,16 @@ def note_written_units(source: Source) -> None:
         source.data["units"] = units | stated
 
 
-def anchor_input_files(data: Any, folder: FilePath) -> None:
-    """Make the paths of input files start from the folder of the file that names them."""
+def anchor_files(data: Any, folder: FilePath) -> None:
+    """Make the paths of input files and plug-ins start from the folder of the file that names them."""
     for name, container, key in list(_written(data)):
         if name == "input.file" and "\n" not in container[key]:
             container[key] = str(located(FilePath(container[key]), folder))
+    match data.get("plugins"):
+        case str(path):
+            data["plugins"] = str(folder / path)
+        case list(paths):
+            data["plugins"] = [str(folder / path) if isinstance(path, str) else path for path in paths]
 
 
 def _written(data: Any, name: str = "") -> Iterator[tuple[str, Any, Any]]:
@@ -168,7 +174,7 @@ def load_experiment(
         if named >= set(INTERNAL_LEAKAGE_FORMS):
             message = "give internal_coefficient or internal_flow, not both"
             source.mistakes.append(Issue(message, f"{section}leakage"))
-    _normalize_detection(source)
+    _normalize_detection(source, load_plugins(source))
     normalize(source)
     return validated(ExperimentConfig, source)
 
@@ -204,7 +210,7 @@ def _prepare(own: Source, file: FilePath) -> None:
     if not own.data:
         raise ConfigError([Issue(_NOTHING, origin=str(file))])
     use_full_names(own)
-    anchor_input_files(own.data, file.parent)
+    anchor_files(own.data, file.parent)
     note_written_units(own)
 
 
@@ -261,7 +267,7 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
     return parts
 
 
-def _normalize_detection(source: Source) -> None:
+def _normalize_detection(source: Source, from_files: Mapping[str, str]) -> None:
     """``indicators`` (by default those of ``detection``) and ``detection`` with options of each label."""
     data, path = source.data, ("detection", "indicators")
     detection = data["detection"] if isinstance(data.get("detection"), dict) else {}
@@ -274,7 +280,7 @@ def _normalize_detection(source: Source) -> None:
             data["indicators"], is_all = chosen, False
             source.move(path, ("indicators",))
         detection["indicators"] = [] if is_all else list(chosen)
-    is_valid = "indicators" not in data or _normalize_indicators(source)
+    is_valid = "indicators" not in data or _normalize_indicators(source, from_files)
     if not detection or not is_valid:
         return
     try:
@@ -297,10 +303,15 @@ def _normalize_detection(source: Source) -> None:
             _normalize_chart(source, chart, here, made)
 
 
-def _normalize_indicators(source: Source) -> bool:
+def _normalize_indicators(source: Source, from_files: Mapping[str, str]) -> bool:
     """Whether the ``indicators`` are valid: then as ``label: {options}``, else left out."""
     own = Source(source.data, source.origins)
     chosen = chosen_options(source.data["indicators"], own, ("indicators",))
+    for label, given in chosen.items():
+        if isinstance(given, dict | None):
+            named = {"kind": label} | (given or {})
+            full = {key: from_files.get(str(named.get(key))) for key in ("kind", "of")}
+            chosen[label] = (given or {}) | {key: name for key, name in full.items() if name}
     options = chosen.get(DWT)
     wavelet = _wavelet_with(own, options) if isinstance(options, dict) else {}
     try:

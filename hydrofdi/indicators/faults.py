@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator, Output
@@ -109,19 +110,32 @@ def _fault_of_declaration(indicator: Indicator[Any]) -> str:
     return ""
 
 
-class AbsentIndicator(Indicator[Any]):
-    """Placeholder for an indicator that is not installed: stored results are read without it."""
+CHANNELS = ("channels", "optional_channels")
+"""Attributes with the channels of an indicator."""
 
-    name = "absent"
-    version = 0
-    summary = "An indicator that is not installed."
-    source = "none"
-    channels: frozenset[Channel] = frozenset()
+OUTPUTS = TypeAdapter(tuple[Output, ...])
+"""Outputs of an indicator as JSON, for readers without its code."""
+
+
+class _StoredOptions(Section, extra="allow"):
+    """Options of an indicator that is not installed."""
+
+
+class AbsentIndicator(Indicator[Any]):
+    """Placeholder for an indicator that is not installed: what a file says of it, if anything."""
+
+    name, version, summary, source = "absent", 0, "An indicator that is not installed.", "none"
+    channels = optional_channels = frozenset[Channel]()
     outputs = ()
 
-    def __init__(self, reason: str) -> None:
+    def __init__(self, reason: str, stored: Mapping[str, Any] | None = None) -> None:
         super().__init__()
         self.reason = reason
+        if stored and "outputs" in stored:
+            of_file: Any = {"name": str(stored["indicator"]), "version": int(stored["version"])}
+            of_file["options"] = _StoredOptions.model_validate_json(stored["options"])
+            of_file |= {kind: frozenset(map(Channel, stored[kind].split())) for kind in CHANNELS}
+            vars(self).update(of_file, outputs=OUTPUTS.validate_json(stored["outputs"]))
 
     def obstacle(self, records: RecordBatch) -> str | None:
         """Message that the indicator is not installed."""

@@ -33,6 +33,9 @@ _DECLARED = ("version", "summary", "source", "Options", "channels", "outputs", "
 
 Kind = type[Indicator[Any]]
 
+FROM_FILES: dict[str, Kind] = {}
+"""Name with hash → indicator of a file that an experiment named in this process."""
+
 
 def indicator_names() -> list[str]:
     """Names of all indicators, sorted."""
@@ -48,6 +51,8 @@ def indicator_kind(name: str) -> Kind:
     ConfigError
         There is no indicator of this name, or the package that adds it cannot be loaded.
     """
+    if name in FROM_FILES:
+        return FROM_FILES[name]
     if name in _homes():
         return _own(name)
     if name in _added():
@@ -107,11 +112,16 @@ def _load(points: list[EntryPoint]) -> Kind:
         raise ConfigError(f"indicator {point.name!r}: {point.value} cannot be loaded: {error}") from None
     if not isinstance(kind, type) or getattr(kind, "name", None) != point.name:
         raise ConfigError(f"indicator {point.name!r}: {point.value} is not an indicator of this name")
+    require_declared(kind, point.value)
+    return kind
+
+
+def require_declared(kind: Kind, place: str) -> None:
+    """Check that an indicator has all that it must declare."""
     missing = [part for part in _DECLARED if not hasattr(kind, part)]
     if missing or not isinstance(kind.version, int):
         fault = f"has no {' and no '.join(missing)}" if missing else "has a version that is not an integer"
-        raise ConfigError(f"indicator {point.name!r}: {point.value} {fault}")
-    return kind
+        raise ConfigError(f"indicator {kind.name!r}: {place} {fault}")
 
 
 @dataclass(frozen=True)

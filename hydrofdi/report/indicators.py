@@ -182,7 +182,7 @@ class MeasuredIndicator:
 
 def measured_indicators(data: ExperimentData) -> tuple[MeasuredIndicator, ...]:
     """The stored indicators of an experiment, except that of the details."""
-    made = data.experiment.indicator_choice.made(data.experiment.wavelet).items()
+    made = data.indicators.items()
     measured = (measured_indicator(label, indicator, data) for label, indicator in made if label != DWT)
     return tuple(indicator for indicator in measured if indicator.outputs)
 

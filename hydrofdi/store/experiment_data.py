@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.experiment import Indicators
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import open_for_reading
@@ -150,6 +151,7 @@ class ExperimentData:
     """An experiment and its results: variable → array with one row per run, and where its signals are.
 
     `configuration` is what the file says, in SI; None if there is no file. `remarks` apply to all rows.
+    `absent`: label of an indicator that is not installed → what the file says of it.
     """
 
     path: Path
@@ -160,6 +162,12 @@ class ExperimentData:
     configuration: dict[str, Any] | None = None
     remarks: tuple[str, ...] = ()
     physics_version: int = PHYSICS_VERSION
+    absent: Indicators = field(default_factory=dict)
+
+    @property
+    def indicators(self) -> Indicators:
+        """Label → indicator."""
+        return {**self.experiment.indicator_choice.made(self.experiment.wavelet), **self.absent}
 
     @property
     def n_run(self) -> int:

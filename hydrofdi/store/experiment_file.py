@@ -18,6 +18,7 @@ from hydrofdi.config import ExperimentConfig, RunTable
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import StoreError
+from hydrofdi.indicators.faults import CHANNELS, OUTPUTS, AbsentIndicator
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
@@ -57,15 +58,19 @@ def write_experiment(
         _write_coordinates(file, time, names.dimensions(table.runs))
         for variable, values in columns_of(results, table).items():
             _write_column(file, variable, values)
-        axes = coordinates_of(table)
-        file.attrs["coordinates"] = " ".join(each.name for each in axes)
-        for variable, values in axes.items():
-            _write_column(file, variable, values)
+        if axes := coordinates_of(table):
+            file.attrs["coordinates"] = " ".join(each.name for each in axes)
+            for variable, values in axes.items():
+                _write_column(file, variable, values)
+            file[names.SWEPT.name].attrs["dtype"] = "bool"  # as xarray marks it
         # a wavelet that varies is stored as a swept parameter
         for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
             attributes = file[f"{label}{names.ANALYSIS_ID}"].attrs
             attributes["indicator"], attributes["version"] = indicator.name, indicator.version
             attributes["options"] = indicator.options.model_dump_json()
+            for kind in CHANNELS:
+                attributes[kind] = " ".join(sorted(getattr(indicator, kind)))
+            attributes["outputs"] = OUTPUTS.dump_json(tuple(indicator.outputs)).decode()
         for variable in signals if time is not None else ():
             if variable.name == names.INPUT_VOLTAGE and _share_input(table):
                 _write_shared_input(file, variable, results, experiment)
@@ -191,18 +196,18 @@ def requested_columns(table: RunTable) -> dict[Variable, NDArray[Any]]:
 
 
 def coordinates_of(table: RunTable) -> dict[Variable, NDArray[Any]]:
-    """Swept parameters by short names, to index runs by; NaN or empty for runs added for comparison."""
-    coordinates = {}
-    for name in table.axes if table.study is None else ():
+    """Swept parameters by short names, to index runs by, and which runs are points of the sweep."""
+    if table.study is not None or not table.axes:
+        return {}
+    is_swept = np.arange(len(table.runs)) < table.n_swept
+    coordinates: dict[Variable, NDArray[Any]] = {names.SWEPT: is_swept.astype(np.int8)}
+    for name in table.axes:
         values = _axis_values(table, name)
         if name == "leakage.internal_flow":
             sealed = np.array(table.runs.values("leakage.internal_coefficient"), dtype=float) == 0.0
             values = np.where(sealed, 0.0, values)
-        is_text = values.dtype == object
-        values = values if is_text else values.astype(float)
-        values[table.n_swept :] = "" if is_text else np.nan
-        unit = "" if is_text else names.cf_unit(parameter_unit(name) or "")
-        coordinates[Variable(names.coordinate(name), (names.RUN,), unit, f"{name} of a point")] = values
+        unit = "" if values.dtype == object else names.cf_unit(parameter_unit(name) or "")
+        coordinates[Variable(names.coordinate(name), (names.RUN,), unit, f"swept parameter {name}")] = values
     return coordinates
 
 
@@ -238,12 +243,13 @@ def read_experiment(path: Path) -> ExperimentData:
         }
         physics = int(file.attrs["physics_version"])
         configuration = json.loads(file.attrs["configuration"])
-    remarks = tuple(
-        f"Indicator {label} is omitted: {why}. Its values remain in the file."
-        for label, why in experiment.indicator_choice.absent.items()
-    )
+        absent = {
+            label: AbsentIndicator(why, file[f"{label}{names.ANALYSIS_ID}"].attrs)
+            for label, why in experiment.indicator_choice.absent.items()
+        }
+    remarks = _omitted(absent)
     return ExperimentData(
-        path, experiment, columns, versions, FileSignals(path), configuration, remarks, physics
+        path, experiment, columns, versions, FileSignals(path), configuration, remarks, physics, absent
     )
 
 
@@ -289,4 +295,15 @@ def read_unfinished(
 ) -> ExperimentData:
     """Read an experiment from its shards; runs without a result contain the reason."""
     columns = {variable.name: values for variable, values in columns_of(results, table).items()}
-    return ExperimentData(path, experiment, columns, dict(versions), results)
+    absent = {label: AbsentIndicator(why) for label, why in experiment.indicator_choice.absent.items()}
+    remarks = _omitted(absent)
+    return ExperimentData(path, experiment, columns, dict(versions), results, remarks=remarks)
+
+
+def _omitted(absent: Mapping[str, AbsentIndicator]) -> tuple[str, ...]:
+    """Remarks on the indicators that are neither installed nor described."""
+    return tuple(
+        f"Indicator {label} is omitted: {each.reason}. Its values remain stored."
+        for label, each in absent.items()
+        if not each.outputs
+    )

@@ -151,7 +151,7 @@ class Traces:
 def read_traces(data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp], watched: str) -> Traces:
     """Read the traces of a score in a design of a stored study."""
     label = watched.partition(".")[0]
-    indicator = data.experiment.indicator_choice.made(data.experiment.wavelet)[label]
+    indicator = data.indicators[label]
     stored = data.columns.get(f"{watched}_trace")
     if stored is None or not isinstance(indicator, RecursiveIndicator):
         raise ReportError(f"{data.path}: contains no trace of {watched}; sweep again")
@@ -274,7 +274,7 @@ def _judged(data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp])
     detection = data.experiment.detection
     assert detection.online is not None
     for label, asked in detection.online.charts.items():
-        indicator = data.experiment.indicator_choice.made(data.experiment.wavelet)[asked.of.partition(".")[0]]
+        indicator = data.indicators[asked.of.partition(".")[0]]
         if not detection.sensors or set(needed_channels(indicator)) <= set(detection.sensors):
             traces = read_traces(data, records, rows, asked.of)
             yield from judge_chart(traces, label, asked, detection.online, detection)

@@ -153,8 +153,8 @@ def _per_mean_flow(data: ExperimentData, rows: NDArray[np.intp]) -> float:
 
 def _measured(data: ExperimentData) -> Iterator[Scored]:
     """All outputs of the indicators, over all designs."""
-    experiment, costs = data.experiment, read_costs(data.path.parent)
-    for label, indicator in experiment.indicator_choice.made(experiment.wavelet).items():
+    costs = read_costs(data.path.parent)
+    for label, indicator in data.indicators.items():
         channels, note = needed_channels(indicator), _why_not_measured(data, label)
         for output in (output for output in indicator.outputs if output.is_score):
             values = data.columns.get(f"{label}.{output.name}", np.empty(0))

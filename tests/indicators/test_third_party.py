@@ -1,6 +1,7 @@
 """An indicator of another package: the one of docs/indicators.md, installed and measured."""
 
 import csv
+import os
 import re
 import sys
 from collections.abc import Iterator
@@ -23,17 +24,15 @@ CACHES = (registry._points, registry._added, registry.indicator_kind)
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Where Python finds the package of the page as if pip had installed it."""
-    (code,) = re.findall(r"<!-- a test installs this -->\s*```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    (points,) = re.findall(
-        r"```toml\n\[project\.entry-points\.\"hydrofdi\.indicators\"\]\n(.*?)```", PAGE.read_text(), re.DOTALL
-    )
+    (code,) = re.findall(r"as swing.py -->\s*```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    (point,) = re.findall(r"entry point `(.*?)`", PAGE.read_text())
     package, information = tmp_path / "packages", tmp_path / "packages" / "swing-1.0.dist-info"
     information.mkdir(parents=True)
     (package / "swing.py").write_text(code)
     (information / "METADATA").write_text("Metadata-Version: 2.1\nName: swing\nVersion: 1.0\n")
-    (information / "entry_points.txt").write_text("[hydrofdi.indicators]\n" + points.replace('"', ""))
+    (information / "entry_points.txt").write_text("[hydrofdi.indicators]\n" + point.replace('"', ""))
     monkeypatch.syspath_prepend(package)
-    monkeypatch.setenv("PYTHONPATH", str(package))
+    monkeypatch.setenv("PYTHONPATH", str(package), prepend=os.pathsep)
     for cached in CACHES:
         cached.cache_clear()
     yield package
@@ -90,6 +89,9 @@ def test_results_are_read_without_its_package(package: Path, tmp_path: Path) -> 
     assert run_process(*sweep, cwd=tmp_path).returncode == 0
     folder = tmp_path / "results" / "swings"
     sys.path.remove(str(package))
+    assert "swing.range" in run("report", folder, "--format", "markdown").stdout
+    with h5py.File(folder / "swings.h5", "r+") as file:  # one of an earlier version
+        del file["swing.analysis_id"].attrs["outputs"]
     assert "Indicator swing is omitted" in run("report", folder, "--format", "markdown").stdout
     for arguments in (("measure", folder, "--indicators", "dwt"), ("verify", folder)):
         run(*arguments, check=0)

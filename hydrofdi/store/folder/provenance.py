@@ -176,10 +176,16 @@ def write_log(directory: Path, event: str, **details: Any) -> None:
 REQUEST_FILE = "experiment.json"
 """Name of the request file in an experiment's folder."""
 
+_IDENTITY = "identity_of_indicators"
+"""Key of the request that is not one of an experiment."""
+
 
 def write_request(directory: Path, experiment: ExperimentConfig) -> None:
-    """Store the resolved configuration of a sweep."""
-    write_whole_text(directory / REQUEST_FILE, experiment.model_dump_json(indent=2) + "\n")
+    """Store the resolved configuration of a sweep, and what only the files of its plug-ins tell."""
+    record = json.loads(experiment.model_dump_json())
+    if experiment.plugins:
+        record[_IDENTITY] = experiment.indicator_choice.identity
+    write_whole_text(directory / REQUEST_FILE, json.dumps(record, indent=2, ensure_ascii=False) + "\n")
 
 
 def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> None:
@@ -197,6 +203,17 @@ def require_same_experiment(directory: Path, experiment: ExperimentConfig) -> No
 
 def request_record(directory: Path) -> dict[str, Any]:
     """The latest request as written, in SI; empty if there is none."""
+    record = _whole_request(directory)
+    record.pop(_IDENTITY, None)
+    return record
+
+
+def stored_identity(directory: Path) -> str:
+    """`IndicatorChoice.identity` of the latest request if it has plug-ins, else empty."""
+    return str(_whole_request(directory).get(_IDENTITY, ""))
+
+
+def _whole_request(directory: Path) -> dict[str, Any]:
     path = directory / REQUEST_FILE
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))

@@ -163,6 +163,10 @@ REQUESTED = (
 """Variables of each run that come from the experiment configuration."""
 
 
+SWEPT = Variable("swept", (RUN,), "", "whether the run is a point of the sweep, not added for comparison")
+"""Coordinate of runs."""
+
+
 @cache
 def stored_signals(signals: str) -> frozenset[str]:
     """Signals that ``store.signals`` stores."""
@@ -193,7 +197,7 @@ def axis_variable(parameter: str) -> str:
 def coordinate(parameter: str) -> str:
     """Name of the coordinate of a swept parameter, e.g. ``EBM``; else, e.g., ``swept_friction_law``."""
     short = short_name(parameter)
-    taken = {RUN, TIME, LEVEL, PHASE, *(each.name for each in (*REQUESTED, *COMPUTED))}
+    taken = {RUN, TIME, LEVEL, PHASE, SWEPT.name, *(each.name for each in (*REQUESTED, *COMPUTED))}
     return f"swept_{axis_variable(parameter)}" if short in taken or "." in short else short
 
 

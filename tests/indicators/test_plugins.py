@@ -1,0 +1,173 @@
+"""Indicators in Python files that an experiment names: the one of docs/indicators.md, and faulty ones."""
+
+import hashlib
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+import hydrofdi
+from hydrofdi.config.experiment import IndicatorChoice
+from hydrofdi.errors import ConfigError
+from tests.commands import run, run_process
+
+PAGE = Path(__file__).parents[2] / "docs" / "indicators.md"
+(SWING,) = re.findall(r"as swing.py -->\s*```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+
+EXPERIMENT = """\
+name: swings
+record: {duration: 1 s}
+plugins: swing.py
+indicators: [dwt, swing]
+sweep: {grid: {fluid.bulk_modulus: [551 MPa, 827 MPa]}}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with the file of the page and an experiment."""
+    (tmp_path / "swing.py").write_text(SWING)
+    (tmp_path / "swings.yaml").write_text(EXPERIMENT)
+    return tmp_path
+
+
+def stored(folder: Path) -> dict[str, Any]:
+    """What the experiment file holds."""
+    with h5py.File(folder / "results" / "swings.h5") as file:
+        texts = {name: file[name].asstr()[:].tolist() for name in file if name.endswith("_id")}
+        values = {name: file[name][:] for name in ("swing.range", "chamber_1_pressure")}
+        return texts | values | {"indicator": file["swing.analysis_id"].attrs["indicator"]}
+
+
+def test_the_file_of_the_page_is_short() -> None:
+    assert len(SWING.splitlines()) <= 18
+
+
+def test_workers_measure_it_and_its_path_and_hash_are_stored(folder: Path) -> None:
+    done = run_process("sweep", folder / "swings.yaml", "--workers", "2", "--out", folder / "results")
+    assert done.returncode == 0, done.stderr
+    found, digest = stored(folder), hashlib.sha256(SWING.encode()).hexdigest()
+    np.testing.assert_array_equal(found["swing.range"], np.ptp(found["chamber_1_pressure"], axis=1))
+    assert found["indicator"] == f"swing@{digest[:16]}"
+    request = json.loads((folder / "results" / "experiment.json").read_text())
+    (provenance,) = json.loads((folder / "results" / "provenance.json").read_text())
+    for record in (request, provenance["configuration"]):
+        assert record["plugins"] == {str(folder / "swing.py"): digest}
+
+
+def test_after_a_change_only_its_own_features_are_new_from_stored_signals(folder: Path) -> None:
+    file, out = folder / "swings.yaml", folder / "results"
+    hydrofdi.sweep(file, out=out, engine="in-process")
+    before = stored(folder)
+    (folder / "swing.py").write_text(SWING.replace("axis=1)", "axis=1) / 2"))
+    assert hydrofdi.plan(file, out=out).measured_analyses == 2
+    summary = hydrofdi.sweep(file, out=out, engine="in-process").summary
+    assert summary is not None
+    after = stored(folder)
+    assert (summary.completed, summary.measured) == (2, 2)
+    np.testing.assert_array_equal(after["swing.range"], before["swing.range"] / 2)
+    for name in ("record_id", "dwt.analysis_id"):
+        assert after[name] == before[name]
+    assert not {*after["swing.analysis_id"]} & {*before["swing.analysis_id"]}
+
+
+def test_the_place_of_a_file_is_not_part_of_an_identity(folder: Path) -> None:
+    (folder / "other").mkdir()
+    (folder / "swing.py").rename(folder / "other" / "moved.py")
+    (folder / "swings.yaml").write_text(EXPERIMENT.replace("swing.py", "other/moved.py"))
+    moved = hydrofdi.load_experiment(folder / "swings.yaml").indicator_choice
+    (folder / "swing.py").write_text(SWING)
+    named = hydrofdi.load_experiment(folder / "swings.yaml", {"plugins": str(folder / "swing.py")})
+    assert moved.identity == named.indicator_choice.identity
+
+
+def test_a_results_folder_does_not_have_it_executed(folder: Path) -> None:
+    marker = folder / "executed"
+    (folder / "swing.py").write_text(f"{SWING}\nopen({str(marker)!r}, 'w').close()\n")
+    sliding = "{dwt: {}, swing: {}, sliding: {of: swing, window: 0.2 s, interval: 0.1 s, transient: 0.1 s}}"
+    (folder / "swings.yaml").write_text(EXPERIMENT.replace("[dwt, swing]", sliding))
+    out = folder / "results"
+    hydrofdi.sweep(folder / "swings.yaml", out=out, engine="in-process")
+    marker.unlink()
+    for command in (("report", out), ("status", out), ("why", out, "1"), ("verify", out)):
+        assert run_process(*command).returncode == 0
+    here, elsewhere = run("report", out, "--json").stdout, run_process("report", out, "--json").stdout
+    assert here == elsewhere
+    assert run_process("rerun", out, "1").returncode == 2
+    assert not marker.exists()
+    again = run_process("rerun", out, "1", "--config", folder / "swings.yaml")
+    assert again.returncode == 0, again.stderr
+    assert marker.exists()
+    (folder / "swing.py").unlink()
+    assert run_process("report", out, "--json").stdout == here
+    (out / "swings.h5").unlink()  # as while a sweep runs
+    assert "2 done" in run_process("status", out).stdout
+    assert "Indicator swing is omitted" in run_process("report", out, "--format", "markdown").stdout
+    assert run_process("collect", out).returncode == 2
+
+
+def test_results_that_were_read_before_do_not_hide_it(folder: Path) -> None:
+    content = f"{SWING}# read later\n"
+    (folder / "swing.py").write_text(content)
+    name = f"swing@{hashlib.sha256(content.encode()).hexdigest()[:16]}"
+    stored_choice = IndicatorChoice(json.dumps({"swing": {"kind": name}}))
+    assert stored_choice.absent
+    hydrofdi.load_experiment(folder / "swings.yaml")
+    assert not stored_choice.absent
+
+
+def test_a_sliding_window_takes_it_and_so_does_a_mapping(folder: Path) -> None:
+    settings = {"of": "swing", "window": "0.2 s", "interval": "0.1 s"}
+    study = {
+        "record": {"duration": "1 s"},
+        "plugins": [folder / "swing.py"],
+        "indicators": {"mine": {"kind": "swing"}, "sliding": settings},
+    }
+    digest = hashlib.sha256(SWING.encode()).hexdigest()[:16]
+    choice = hydrofdi.load_experiment(study).indicator_choice
+    assert choice.identity.count(f"swing@{digest}") == 2
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (None, "No such file"),
+        ("x = 1\n\n1 / 0\n", "swing.py:3"),
+        ("x = 1\nx = = 2\n", "line 2"),
+        ("x = 1\n", "no indicator"),
+        (SWING.replace('"swing", 1', '"dwt", 1'), "'dwt'"),
+        (SWING.replace("version, source", "note, source"), "version"),
+        (SWING.replace('"swing", 1', '"my swing", 1'), "'my swing'"),
+    ],
+)
+def test_a_faulty_file_is_refused_at_the_line_that_names_it(
+    folder: Path, content: str | None, said: str
+) -> None:
+    file = folder / "swing.py"
+    file.unlink() if content is None else file.write_text(content)
+    with pytest.raises(ConfigError, match=re.escape(said)) as error:
+        hydrofdi.load_experiment(folder / "swings.yaml")
+    (mistake,) = error.value.mistakes
+    assert (mistake.where, mistake.origin) == ("plugins", f"{folder / 'swings.yaml'}:3")
+
+
+def test_two_files_with_indicators_of_one_name_are_refused(folder: Path) -> None:
+    (folder / "other.py").write_text(SWING + "\n")
+    (folder / "swings.yaml").write_text(EXPERIMENT.replace("swing.py", "\n- swing.py\n- other.py"))
+    with pytest.raises(ConfigError, match="'swing'") as error:
+        hydrofdi.load_experiment(folder / "swings.yaml")
+    (mistake,) = error.value.mistakes
+    assert (mistake.where, mistake.origin) == ("plugins[1]", f"{folder / 'swings.yaml'}:5")
+
+
+@pytest.mark.parametrize("stated", ["3", "[swing.py, 4]"])
+def test_what_is_no_path_is_refused(folder: Path, stated: str) -> None:
+    (folder / "swings.yaml").write_text(EXPERIMENT.replace("swing.py", stated))
+    with pytest.raises(ConfigError) as error:
+        hydrofdi.load_experiment(folder / "swings.yaml")
+    (mistake,) = error.value.mistakes
+    assert (mistake.where, mistake.origin) == ("plugins", f"{folder / 'swings.yaml'}:3")

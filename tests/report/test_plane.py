@@ -1,0 +1,157 @@
+"""A grid over two parameters: its matrix, its heat maps, its cube, and its tables for papers."""
+
+import csv
+import io
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+import hydrofdi as package
+from hydrofdi.config import load_experiment
+from hydrofdi.errors import ReportError, UnknownNameError
+from hydrofdi.report.figures import draw_figure
+from hydrofdi.store.layout.names import coordinate
+from tests.commands import run_hydrofdi
+
+GOLDEN = Path(__file__).parent / "golden"
+AXES = ("--grid", "EBM=500MPa:900MPa:9", "--grid", "K_i=0:8e-9:9", "--name", "mine")
+SHORT = ("--set", "duration=4 s", "--engine", "in-process")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plane")
+    assert run_hydrofdi("sweep", *AXES, *SHORT, cwd=folder).returncode == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def results(folder):
+    return package.load(folder / "results/mine")
+
+
+@pytest.mark.parametrize("form", ["text", "latex"])
+def test_a_grid_is_reported_as_a_matrix(folder, form, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    text = run_hydrofdi("report", "results/mine", "--format", form, cwd=folder).stdout
+    golden = GOLDEN / f"matrix.{form}"
+    if os.environ.get("HYDROFDI_WRITE_GOLDEN"):
+        golden.write_text(text, encoding="utf-8")
+    assert text == golden.read_text(encoding="utf-8")
+    assert form != "text" or len(text.splitlines()) <= 24
+
+
+def test_each_cell_is_the_change_of_its_run_and_the_baseline_is_marked_where_it_is(results):
+    plane = results.composed.plane
+    cube = results.grid()
+    for level in range(5):
+        matrix = plane.matrix(plane.features[level])
+        np.testing.assert_array_equal(matrix, cube.delta.sel(level=level + 1).transpose("K_i", "EBM"))
+    row, column = plane.baseline
+    assert row == 0.0
+    assert 500e6 + 50e6 * column == pytest.approx(551e6)
+    figure = draw_figure(results.composed, "sensitivity")
+    assert [axis.get_title(loc="left") for axis in figure.axes[:5]] == [
+        f"δd{level} [%]" for level in range(1, 6)
+    ]
+
+
+def test_of_more_than_two_parameters_the_two_that_matter_most_are_shown(tmp_path):
+    grid = {"K_i": [0, 1e-8], "friction.law": ["threshold", "smooth"], "P_s": ["10 MPa", "21 MPa"]}
+    made = package.sweep(
+        grid=grid, name="three", duration="2 s", store={"signals": "none"}, out=tmp_path, engine="in-process"
+    )
+    plane = made.composed.plane
+    assert plane.shape == (2, 2)
+    assert plane.headers[0].startswith("K_i")
+    assert len(plane.others) == 1
+    inside = plane.cell >= 0
+    assert np.bincount(plane.cell[inside]).tolist() == [2, 2, 2, 2]
+    assert made.grid().delta.dims == ("K_i", "swept_friction_law", "P_s", "level")
+
+
+def test_drawn_points_are_no_grid(tmp_path):
+    over = {"EBM": {"uniform": "±20 %"}, "m": {"uniform": "±10 %"}}
+    made = package.sweep(
+        sample={"count": 32, "over": over}, duration="1 s", store={"signals": "none"}, out=tmp_path,
+        name="drawn", engine="in-process",
+    )  # fmt: skip
+    assert made.composed.plane is None
+    assert "sensitivity" not in made.composed.figures()
+    with pytest.raises(ReportError):
+        made.grid()
+    assert {"EBM", "m"} <= set(made.dataset.coords)
+
+
+def test_the_file_alone_is_a_cube_and_the_extra_baseline_does_not_stand_in_the_way(results):
+    assert len(results) == 82
+    with xarray.open_dataset(results.file, engine="h5netcdf") as stored:
+        whole = stored.set_index(run=["EBM", "K_i"]).unstack("run")
+        cube = stored.isel(run=stored.swept).set_index(run=["EBM", "K_i"]).unstack("run")
+    assert (whole.sizes["EBM"], whole.sizes["K_i"]) == (10, 9)
+    np.testing.assert_array_equal(whole.detail_rms.sel(EBM=cube.EBM), cube.detail_rms)
+    assert (cube.sizes["EBM"], cube.sizes["K_i"]) == (9, 9)
+    assert cube.EBM.values.tolist() == np.linspace(500e6, 900e6, 9).tolist()
+    assert np.isfinite(cube.detail_rms).all()
+    cell = cube.detail_rms.sel(EBM=700e6, K_i=4e-9).values
+    runs = results.runs
+    at = (runs["fluid.bulk_modulus"] == 700e6) & (runs["leakage.internal_coefficient"] == 4e-9)
+    np.testing.assert_array_equal(cell, results[int(np.flatnonzero(at)[0])].detail_rms)
+
+
+def test_a_stored_run_is_the_run_that_was_simulated(results):
+    stored = results[10]
+    again = package.simulate(EBM=stored.parameters["fluid.bulk_modulus"], duration="4 s",
+                             K_i=stored.parameters["leakage.internal_coefficient"])  # fmt: skip
+    assert stored.run_id == again.run_id
+    assert stored.parameters == again.parameters
+    np.testing.assert_array_equal(results.signals(10)["P1"], again.P1)
+    np.testing.assert_array_equal(stored.detail_rms, again.detail_rms)
+    assert stored.features.keys() >= again.features.keys()
+    assert results[-1].status == "ok"
+
+
+def test_a_run_draws_chosen_channels_from_an_instant_on(results):
+    figure = results[3].plot(channels=["P1", "x"], start=3.0)
+    assert len(figure.axes) == 2
+    assert min(line.get_xdata().min() for axis in figure.axes for line in axis.lines) == 3.0
+    with pytest.raises(UnknownNameError):
+        results[3].plot("P9")
+
+
+def test_failed_runs_are_rows(failing_sweep):
+    made = package.load(failing_sweep.folder / failing_sweep.directory)
+    assert made.failed["status"].tolist() == ["diverged"]
+    assert made.failed["run"].tolist() == [1]
+
+
+def test_the_wide_form_has_a_line_for_each_run(folder):
+    wide = run_hydrofdi("report", "results/mine", "--format", "wide", cwd=folder).stdout
+    lines = [*csv.DictReader(io.StringIO(wide))]
+    rows = json.loads(run_hydrofdi("report", "results/mine", "--json", cwd=folder).stdout)["rows"]
+    assert len(lines) == len(rows) == 82
+    for line, row in zip(lines, rows, strict=True):
+        assert float(line["bulk_modulus_MPa"]) == row["bulk_modulus_MPa"]
+        assert [float(line[f"delta_d{k}_percent"]) for k in range(1, 6)] == row["delta_fixed_percent"]
+
+
+def test_coordinates_have_short_names_that_no_variable_has():
+    for name, short in (
+        ("fluid.bulk_modulus", "EBM"),
+        ("friction.coulomb", "F_c"),
+        ("actuator.stroke", "stroke"),
+    ):
+        assert coordinate(name) == short
+    assert coordinate("friction.law") == "swept_friction_law"
+    assert coordinate("wavelet.phase") == "swept_wavelet_phase"
+
+
+def test_configs_are_a_table_and_groups_a_part_of_it():
+    names = package.configs()["name"].tolist()
+    assert {"table3", "smoke"} <= set(names)
+    assert set(package.configs("machines")["name"]) < set(names)
+    load_experiment("table3")

@@ -20,9 +20,9 @@ help:  ## list the targets
 
 install: .venv/installed-runtime  ## make .venv and install hydrofdi into it
 
-table3: .venv/installed-runtime  ## run the study and write Table 3 to results/table3/
+table3: .venv/installed-runtime  ## run the study of the paper and print its Table 3
 	$(BIN)/hydrofdi sweep configs/table3.yaml
-	@$(BIN)/hydrofdi report $(RESULT) --out $(RESULT)
+	@$(BIN)/hydrofdi report $(RESULT) --out $(RESULT)/report
 	@$(BIN)/hydrofdi report $(RESULT)
 
 test: .venv/installed-test  ## run the tests but the long ones (minutes)
@@ -63,6 +63,9 @@ docs: .venv/installed-runtime  ## generate the pages of YAML files and indicator
 	$(BIN)/python docs/generate_indicators.py
 	$(BIN)/hydrofdi sweep configs/table3.yaml
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png
+	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/sensitivity.png
+	$(BIN)/hydrofdi report $(RESULT) --format markdown > $(RESULT)/table3.md
+	$(BIN)/hydrofdi report $(RESULT) --format csv > $(RESULT)/table3.csv
 
 site: .venv/installed-test  ## build the documentation into site/ (minutes; then seconds)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs site

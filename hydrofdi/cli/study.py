@@ -351,7 +351,9 @@ def report(
         if out is not None:
             from hydrofdi.report.forms.page import write_all_forms
 
-            tell(*write_all_forms(made, out))
+            lines = [*write_all_forms(made, out)]
+            lost = [line for line in lines if not line.startswith("wrote ")]
+            tell(f"wrote {counted(len(lines) - len(lost), 'file')} to {out}", *lost)
         if json or form not in (None, "html") or not (html or out or check or figure):
             _print(made, "json" if json else form or "text", full)
         return _check_code(made) if check else 0

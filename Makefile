@@ -63,7 +63,8 @@ docs: .venv/installed-runtime  ## generate the pages of YAML files and indicator
 	$(BIN)/python docs/generate_indicators.py
 	$(BIN)/hydrofdi sweep configs/table3.yaml
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png
-	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/sensitivity.png
+	$(BIN)/hydrofdi sweep configs/grid.yaml
+	$(BIN)/hydrofdi report results/grid --figure sensitivity --out docs/images/grid.png
 	$(BIN)/hydrofdi report $(RESULT) --format markdown > $(RESULT)/table3.md
 	$(BIN)/hydrofdi report $(RESULT) --format csv > $(RESULT)/table3.csv
 

@@ -9,9 +9,11 @@ import socket
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from hydrofdi.config import load_experiment
 from tests.commands import run, run_hydrofdi
 
 ROOT = Path(__file__).parent.parent
@@ -31,16 +33,31 @@ def run_shell(script, folder):
     return subprocess.run(command, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=240)
 
 
-def test_the_commands_of_the_readme_run(tmp_path):
-    (block,) = shell_blocks(ROOT / "README.md")
-    shutil.copytree(ROOT / "configs", tmp_path / "configs")
-    commands = [shlex.split(line, comments=True) for line in block.splitlines()]
+def test_the_first_page_runs(tmp_path):
+    """The file and the commands of the README, its lines of Python, and the picture that it shows."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    (experiment,), (block,) = (
+        re.findall(r"```yaml\n(.*?)```", text, re.DOTALL),
+        shell_blocks(ROOT / "README.md"),
+    )
+    (tmp_path / "mine.yaml").write_text(experiment, encoding="utf-8")
+    assert load_experiment(tmp_path / "mine.yaml").sweep == load_experiment("grid").sweep
+    commands = [shlex.split(line, comments=True) for line in [*block.splitlines(), *block.splitlines()[:1]]]
     done = [run_hydrofdi(*words[1:], cwd=tmp_path) for words in commands if words]
     assert [each.stderr for each in done if each.returncode] == []
-    assert any("4 stored before" in each.stderr for each in done)
-    assert any("δd3" in each.stdout for each in done)
-    assert (tmp_path / "leak.png").stat().st_size > 10_000
-    assert (tmp_path / "results" / "table3" / "table3.h5").exists()
+    assert "400 computed, 0 stored before" in done[0].stderr
+    assert "0 computed, 400 stored before" in done[-1].stderr
+    assert "by K_i [m³/s/√Pa] (rows) and EBM [MPa] (columns)" in done[1].stdout
+    assert (tmp_path / "sensitivity.png").stat().st_size > 10_000
+
+
+def test_the_python_of_the_first_page_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    found: dict[str, Any] = {}
+    exec(code.replace('duration="10 s"', 'duration="2 s", engine="in-process"'), found)
+    assert dict(found["cube"].delta.sizes) == {"EBM": 2, "K_i": 3, "level": 5}
+    assert found["run"].detail_rms.shape == (5,)
 
 
 @pytest.mark.long

@@ -15,7 +15,7 @@ from tests.conftest import REPOSITORY
 
 
 def test_the_public_names_are_few_documented_and_there():
-    assert len(hydrofdi.__all__) <= 36
+    assert len(hydrofdi.__all__) <= 37
     assert set(dir(hydrofdi)) == set(hydrofdi.__all__)
     for name in hydrofdi.__all__:
         assert name == "__version__" or getattr(hydrofdi, name).__doc__

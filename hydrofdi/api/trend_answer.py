@@ -65,8 +65,8 @@ class Trend(TrendEstimates):
         if self.onset is None:
             level = self._range(self.level_now, self.amount)
             return f"No trend in {span} (p = {self.p_value:.2g}): the {self.history.meaning} is {level}."
-        word = "grows" if self.level_now.value >= self.level_before.value else "falls"
-        first = f"The {self.history.meaning} {word} since {self._range(self.onset, self.when)}."
+        word = "growing" if self.level_now.value >= self.level_before.value else "falling"
+        first = f"The {self.history.meaning} has been {word} since {self._range(self.onset, self.when)}."
         if self.limit is None or self.reached is None:
             return first
         limit, at = self.amount(self.limit), self.reached

@@ -57,7 +57,7 @@ def test_a_log_gives_dates_of_onset_and_limit_and_a_picture(log, tmp_path):
     assert len(told["points"]) == 60
     assert (tmp_path / "trend.png").read_bytes().startswith(b"\x89PNG")
     shown = run("trend", log, "--limit", "0.4 L/min", check=0).stdout.splitlines()
-    assert shown[-1].startswith("The score grows since 2026-02-0")
+    assert shown[-1].startswith("The score has been growing since 2026-02-0")
     assert len(shown) <= 24
 
 

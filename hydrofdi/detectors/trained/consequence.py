@@ -129,4 +129,4 @@ def _advice(file: DetectorFile, alarms: int, expected: float, margin: float | No
     if file.chart is not None or is_far or (alarms and pdtrc(alarms - 1, expected) < _CHANCE):
         return f"more than chance explains: check the signals, then 'hydrofdi diagnose' ({_PAGE})"
     noun = "windows" if file.n_sample else "estimates"
-    return f"this may be chance: wait whether most of the next ten {noun} alarm, too ({_PAGE})"
+    return f"this may be chance: wait and see whether most of the next ten {noun} alarm, too ({_PAGE})"

@@ -253,7 +253,7 @@ def _check(
         raise DataError(f"{source}: {obstacle}")
     for remark in chain.from_iterable(() if config.accept else batch.remarks):
         if remark.kind in _WRONG_SIZES and remark.where in channels:
-            raise DataError(f"{source}: {remark.message}; --accept trains all the same")
+            raise DataError(f"{source}: {remark.message}; --accept trains anyway")
     needs_length = config.window.by == "time" and config.window.duration is None
     if needs_length and batch.n_time != first.n_time:
         raise DataError(
@@ -399,8 +399,8 @@ def _require_scores(
     for name, count in () if config.accept else found.n_refused.items():
         if 2 * count > found.scores.size:
             raise DataError(
-                f"{healthy.name}: {name} is not that of the described actuator in {count:,} of"
-                f" {found.scores.size:,} healthy windows: {CAUSES} --accept trains all the same"
+                f"{healthy.name}: {name} is beyond what the described actuator allows in {count:,} of"
+                f" {found.scores.size:,} healthy windows: {CAUSES} --accept trains anyway"
             )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hydrofdi.config import load_experiment
-from hydrofdi.config.loading import anchor_input_files
+from hydrofdi.config.loading import anchor_files
 from hydrofdi.indicators import indicator_names, load_indicators
 from hydrofdi.settings.ready import ready_copy, ready_folder, ready_names
 from hydrofdi.settings.validation import read_extended
@@ -16,7 +16,7 @@ from tests.commands import run, run_json
 
 
 def contents(file):
-    data = read_extended(file, "a file", lambda own, named: anchor_input_files(own.data, named.parent)).data
+    data = read_extended(file, "a file", lambda own, named: anchor_files(own.data, named.parent)).data
     if name := data.get("input", {}).get("file"):
         data["input"]["file"] = Path(name).resolve()
     return data

@@ -105,7 +105,8 @@ def _rests_on(detection: Detection, without_noise: tuple[str, ...]) -> Iterator[
     of_all = judgements[0].smallest.get("q90_95_of_all") if judgements else None
     if of_all is not None and len(judgements) > 1 and judgements[0].keeps_its_rate:
         unit = severity_unit(detection)
-        yield f"As the best of {len(judgements)} was chosen, its upper bound is {unit.found(of_all)} {unit.name}."
+        found = f"{unit.found(of_all)} {unit.name}"
+        yield f"Allowing for the choice of the best of {len(judgements)}: {found}."
     if without_noise:
         yield f"{joined(without_noise)} {'are' if len(without_noise) > 1 else 'is'} simulated without noise."
 

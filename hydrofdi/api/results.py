@@ -43,7 +43,7 @@ class SweepSummary:
     stored or failed before; ``failed``, without a good end. ``seconds``: wall time [s]. ``interrupted``:
     whether it was asked to finish early. ``faults``: label → what is wrong with an indicator that failed, in
     how many runs. ``statuses``, ``verdicts``: how runs ended, and words on those that ended well → number,
-    ``ok`` left out.
+    ``ok`` left out. ``lost_workers``: processes of the local pool that were killed and replaced.
     """
 
     planned: int
@@ -58,6 +58,7 @@ class SweepSummary:
     statuses: dict[str, int] = field(default_factory=dict)
     verdicts: dict[str, int] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    lost_workers: int = 0
 
     @property
     def stored(self) -> int:

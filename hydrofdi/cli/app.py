@@ -93,7 +93,7 @@ _KEYWORDS = {
     "plan": ("out", "workers", "retry_failed"),
     "replay": ("record", "now", "sampling_frequency"),
     "simulate": ("out",),
-    "sweep": ("out", "workers", "engine", "scheduler", "shared_directory", "retry_failed"),
+    "sweep": ("out", "workers", "engine", "scheduler", "shared_directory", "part", "retry_failed"),
     "train": ("healthy", "config", "sampling_frequency"),
     "trend": (
         "limit",

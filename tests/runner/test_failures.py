@@ -164,6 +164,9 @@ def test_a_stop_leaves_no_process_and_the_sweep_goes_on_to_the_same_bits(long, t
     _, told = process.communicate(timeout=60)
     assert process.returncode in codes
     assert "Traceback" not in told
+    assert (", 1 worker lost and replaced\n" in told) == (not stops)
+    last = json.loads((out / "run.log").read_text().splitlines()[-1])
+    assert last.get("lost_workers", 0) == (not stops)
     assert nobody_left(process.pid)
     assert run_json("verify", out)["sound"]
     if signal.SIGKILL not in stops:  # whose lock is left

@@ -200,7 +200,8 @@ def plan_sweep(
     record_ids = record_identities(table.runs)
     run_ids = run_ids or identities_of_analyses(table.runs, record_ids)
     failures = {} if retry_failed else read_failures(directory)
-    return SweepPlan(experiment, directory, table, run_ids, record_ids, read_index(directory), failures, part)
+    index = read_index(directory, check=part == WHOLE)  # parts are many: what one stores, not each checks
+    return SweepPlan(experiment, directory, table, run_ids, record_ids, index, failures, part)
 
 
 def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:

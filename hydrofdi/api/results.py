@@ -71,14 +71,19 @@ class Results:
 
     Attributes
     ----------
-    data : ExperimentData
-        Runs and their numbers, signals left on disk.
     summary : SweepSummary or None
         What the sweep did that made them; None if they were stored before.
     """
 
-    def __init__(self, data: ExperimentData, summary: SweepSummary | None = None) -> None:
-        self.data, self.summary = data, summary
+    def __init__(self, data: ExperimentData | Path, summary: SweepSummary | None = None) -> None:
+        self._data, self.summary = data, summary
+
+    @cached_property
+    def data(self) -> ExperimentData:
+        """Runs and their numbers, signals left on disk."""
+        from hydrofdi.api.stored import read_results
+
+        return read_results(self._data) if isinstance(self._data, Path) else self._data
 
     @property
     def file(self) -> Path:

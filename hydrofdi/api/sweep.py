@@ -57,7 +57,7 @@ from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.store.experiment_data import MISSING, ShardResults
-from hydrofdi.store.experiment_file import is_current, read_texts, read_unfinished, write_experiment
+from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
 from hydrofdi.store.folder.provenance import (
@@ -145,13 +145,13 @@ def sweep(
         loaded = load_experiment({} if experiment is None else experiment, settings)
         n_worker = None if workers is None else count_of("workers", workers)
         directory = experiment_directory(loaded, None if out is None else path_of(out))
+        own = WHOLE if part is None else part_of(part)
         chosen = _engine(engine, n_worker, scheduler, shared_directory=shared_directory)
         with shown_in(loaded.units):
-            own = WHOLE if part is None else part_of(part)
             summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed, part=own)
     if summary.interrupted:
         raise SweepInterrupted(summary.completed, summary.stored, summary.planned, summary)
-    return Results(read_results(directory), summary)
+    return Results(read_results(directory) if own == WHOLE else directory, summary)
 
 
 def _engine(name: str, workers: int | None, scheduler: str | None, *, shared_directory: bool) -> Engine:
@@ -368,8 +368,9 @@ class _Recorder:
         except KeyboardInterrupt:
             raise _interrupted(self._plan, self._completed) from None
         except HydrofdiError as error:
-            now = replace(self._plan, index=read_index(directory), failures=read_failures(directory))
-            raise type(error)(f"{error}; {stored_so_far(*_stored(now))}") from None
+            index, failures = read_index(directory, check=False), read_failures(directory)
+            now = _stored(replace(self._plan, index=index, failures=failures))
+            raise type(error)(f"{error}; {stored_so_far(*now)}") from None
         self._log("end", completed=self._completed, lost_workers=engine.lost_workers)
         return self._completed
 
@@ -431,10 +432,11 @@ def _texts(plan: SweepPlan) -> dict[str, list[str]]:
     """Statuses, verdicts and obstacles of the runs: of a sweep from its file, of a part from the shards."""
     if not plan.part.suffix:
         return {k: v for name in (STATUS, VERDICT, OBSTACLE) for k, v in read_texts(plan.file, name).items()}
-    results = ShardResults(plan.run_ids, read_index(plan.directory), read_failures(plan.directory))
-    columns = read_unfinished(plan.file, plan.experiment, plan.table, results, {}).columns
-    told = [name for name in columns if name in (STATUS, VERDICT) or name.endswith(OBSTACLE)]
-    return {name: columns[name][plan.positions].tolist() for name in told}
+    run_ids = [plan.run_ids[position] for position in plan.positions]
+    index, failures = read_index(plan.directory, check=False), read_failures(plan.directory)
+    texts = [variable for variable in computed_variables(plan.table) if variable.is_text]
+    columns = ShardResults(run_ids, index, failures).columns(texts, {})
+    return {name: values.tolist() for name, values in columns.items()}
 
 
 def _faults(texts: dict[str, list[str]]) -> dict[str, str]:

@@ -43,7 +43,8 @@ def sweep(
     assert results.summary is not None
     _show(results.summary, json=json)
     if more.get("part"):
-        tell(f"stored part {more['part']}; 'hydrofdi collect {results.folder}' joins the parts")
+        folder = results.summary.file.parent
+        tell(f"stored part {more['part']}; 'hydrofdi collect {folder}' joins the parts")
     else:
         tell(f"stored {results.file}; see 'hydrofdi report {results.folder}'")
     return 1 if results.summary.failed or results.summary.faults else 0

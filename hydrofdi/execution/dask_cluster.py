@@ -61,10 +61,9 @@ class DaskEngine(Engine):
         work = task if self._shared_directory or task is not compute_shard else _compute_and_send
         if isinstance(item, Batch) and self._shared_directory:
             item = replace(item, directory=item.directory.resolve())
-        try:
-            future = self._client.submit(work, item, pure=False)
-        except self._distributed.client.ClosedClientError:
-            raise self._lost() from None
+        if self._client.status != "running":
+            raise self._lost()
+        future = self._client.submit(work, item, pure=False)
         self._items[future] = item
         future.add_done_callback(self._ended.put)
 

@@ -125,6 +125,8 @@ def sweep(
         With every mistake; nothing is written then.
     StoreError
         The folder is in use, or cannot be written.
+    HydrofdiError
+        The Dask cluster has ended; the same call continues from what is stored.
     KeyboardInterrupt
         Ctrl-C: a `SweepInterrupted`, after what ran is stored; the same call continues from there.
 
@@ -442,9 +444,9 @@ def _texts(plan: SweepPlan) -> dict[str, list[str]]:
 def _faults(texts: dict[str, list[str]]) -> dict[str, str]:
     """Label → the most frequent fault of an indicator, with how many runs have one."""
     faults = {}
-    for name in (each for each in texts if each.endswith(OBSTACLE)):
-        obstacles = texts[name]
-        if found := [obstacle for obstacle in obstacles if tells_fault(obstacle)]:
+    for name, obstacles in texts.items():
+        found = [obstacle for obstacle in obstacles if tells_fault(obstacle)]
+        if found and name.endswith(OBSTACLE):
             ((sentence, _),) = Counter(found).most_common(1)
             faults[name.removesuffix(OBSTACLE)] = (
                 f"{sentence}, in {len(found)} of {counted(len(obstacles), 'run')}"

@@ -21,8 +21,8 @@ from hydrofdi.store.shard import store_shard_bytes
 PATIENCE = "10s"
 """How long a scheduler may take to answer the first time."""
 
-MOST_SECONDS_WITHOUT_WORKERS = 600.0
-"""A cluster that has no worker for so long has ended. Dask gives a worker up that is silent for 5 minutes."""
+MOST_SECONDS_WITHOUT_WORKERS = 720.0
+"""A cluster that has no worker for so long has ended. Dask gives up a silent worker after 5 to 10 minutes."""
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 

@@ -54,7 +54,7 @@ def test_runs_that_raise_or_hang_become_rows_and_the_others_finish(tmp_path, mem
     file, out = tmp_path / "bad.yaml", tmp_path / "bad"
     file.write_text(BAD_RUNS)
     summary = run_json("sweep", file, "--out", out, check=1, **limited(resource.RLIMIT_AS, memory))
-    assert (summary["planned"], summary["failed"]) == (6, 2)
+    assert (summary["planned"], summary["failed"], summary["lost_workers"]) == (6, 2, 0)
     assert run_json("status", out, check=1)["statuses"] == {"ok": 4, "error": 1, "timeout": 1}
     rows = {row["status"]: row for row in run_json("report", out)["rows"]}
     assert "MemoryError" in rows["error"]["message"]

@@ -149,7 +149,12 @@ class SweepInterrupted(KeyboardInterrupt):
     def __init__(self, completed: int, stored: int, planned: int, summary: Any = None) -> None:
         self.summary = summary
         super().__init__(
-            f"interrupted; runs stored: {stored:,} of {planned:,}; the same command continues from there"
+            f"interrupted; {stored_so_far(stored, planned)}"
             if completed
             else "interrupted before the first run ended; nothing was stored"
         )
+
+
+def stored_so_far(stored: int, planned: int) -> str:
+    """What a sweep that ended early leaves behind."""
+    return f"runs stored: {stored:,} of {planned:,}; the same command continues from there"

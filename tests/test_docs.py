@@ -22,8 +22,9 @@ ROOT = Path(__file__).parent.parent
 ENVIRONMENT = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 
 
-def shell_blocks(file):
-    return re.findall(r"<!-- a test runs these commands -->\s*```sh\n(.*?)```", file.read_text(), re.DOTALL)
+def shell_blocks(file, marked="these commands", language="sh"):
+    pattern = rf"<!-- a test runs {marked} -->\s*```{language}\n(.*?)```"
+    return re.findall(pattern, file.read_text(), re.DOTALL)
 
 
 def run_shell(script, folder):
@@ -70,6 +71,32 @@ def test_the_cluster_on_one_machine_runs(tmp_path):
     done = run_shell(f"set -m\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n{patient}", tmp_path)
     assert done.returncode == 0, done.stderr
     assert "4 computed" in done.stderr
+
+
+@pytest.mark.long
+def test_the_script_of_a_cluster_of_jobs_runs_on_a_local_one(tmp_path):
+    (script,) = shell_blocks(ROOT / "docs" / "cluster.md", "this with LocalCluster", "python")
+    local = 'LocalCluster(n_workers=0, threads_per_worker=1, host="127.0.0.1", dashboard_address=None)'
+    script = re.sub(r"SLURMCluster\(.*?\)", local, script).replace(
+        "dask_jobqueue import SLURMCluster", "distributed import LocalCluster"
+    )
+    (tmp_path / "script.py").write_text(script.replace("scale(64)", "scale(2)"))
+    command = [sys.executable, "script.py"]
+    done = subprocess.run(command, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(run("status", tmp_path / "results" / "smoke", "--json", check=0).stdout)["done"] == 4
+
+
+@pytest.mark.long
+def test_the_array_of_jobs_runs(tmp_path):
+    (job,) = shell_blocks(ROOT / "docs" / "cluster.md", "this as an array of two")
+    axis = "{fluid.bulk_modulus: {linspace: [551 MPa, 827 MPa, 80]}}"
+    study = f"name: study\nrecord: {{duration: 2 s}}\nsweep: {{grid: {axis}}}\n"
+    (tmp_path / "study.yaml").write_text(study)
+    tasks = [f"SLURM_ARRAY_TASK_ID={task}\n{job.replace('/64', '/2')}" for task in (1, 2)]
+    done = run_shell("".join([*tasks, "hydrofdi collect shared/study"]), tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "80 runs, 0 missing" in done.stderr
 
 
 @pytest.mark.long

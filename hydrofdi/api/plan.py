@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 from numpy import bincount
 
 from hydrofdi.api.arguments import count_of, path_of
+from hydrofdi.api.parts import WHOLE, Part
 from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
@@ -47,7 +48,7 @@ _CALIBRATION_ROUNDS = 5
 @dataclass(frozen=True)
 class SweepPlan:
     """What a sweep will do: the runs of its table in their order, their identities and those of their
-    records, what is stored, and runs that failed before without a result, by identity.
+    records, what is stored, runs that failed before without a result, by identity, and the part to do.
     """
 
     experiment: ExperimentConfig
@@ -57,6 +58,7 @@ class SweepPlan:
     record_ids: tuple[str, ...]
     index: ShardIndex
     failures: dict[str, Failure]
+    part: Part = WHOLE
 
     @property
     def file(self) -> Path:
@@ -64,13 +66,18 @@ class SweepPlan:
         return experiment_file(self.directory, self.experiment)
 
     @cached_property
+    def positions(self) -> list[int]:
+        """Positions of the runs of the part."""
+        return self.part.positions(len(self.run_ids))
+
+    @cached_property
     def missing(self) -> list[int]:
         """Positions of the runs that are neither stored with all that is asked for nor known to fail."""
         store = self.experiment.store
         return [
             position
-            for position, run_id in enumerate(self.run_ids)
-            if run_id not in self.failures
+            for position in self.positions
+            if (run_id := self.run_ids[position]) not in self.failures
             and not (
                 (stored := self.index.runs.get(run_id))
                 and holds_enough(self.index.signals_of(stored), store.signals, store.dtype)
@@ -181,6 +188,7 @@ def plan_sweep(
     *,
     retry_failed: bool = False,
     run_ids: tuple[str, ...] | None = None,
+    part: Part = WHOLE,
 ) -> SweepPlan:
     """The runs of an experiment, and which of them are stored. Writes nothing."""
     table = expand_runs(experiment)
@@ -195,7 +203,8 @@ def plan_sweep(
     record_ids = record_identities(table.runs)
     run_ids = run_ids or identities_of_analyses(table.runs, record_ids)
     failures = {} if retry_failed else read_failures(directory)
-    return SweepPlan(experiment, directory, table, run_ids, record_ids, read_index(directory), failures)
+    index = read_index(directory, check=part == WHOLE)  # parts are many: what one stores, not each checks
+    return SweepPlan(experiment, directory, table, run_ids, record_ids, index, failures, part)
 
 
 def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:

@@ -55,7 +55,7 @@ class SweepSummary:
     stored or failed before; ``failed``, without a good end. ``seconds``: wall time [s]. ``interrupted``:
     whether it was asked to finish early. ``faults``: label → what is wrong with an indicator that failed, in
     how many runs. ``statuses``, ``verdicts``: how runs ended, and words on those that ended well → number,
-    ``ok`` left out.
+    ``ok`` left out. ``lost_workers``: processes of the local pool that were killed and replaced.
     """
 
     planned: int
@@ -70,6 +70,7 @@ class SweepSummary:
     statuses: dict[str, int] = field(default_factory=dict)
     verdicts: dict[str, int] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    lost_workers: int = 0
 
     @property
     def stored(self) -> int:
@@ -82,14 +83,19 @@ class Results:
 
     Attributes
     ----------
-    data : ExperimentData
-        Runs and their numbers, signals left on disk.
     summary : SweepSummary or None
         What the sweep did that made them; None if they were stored before.
     """
 
-    def __init__(self, data: ExperimentData, summary: SweepSummary | None = None) -> None:
-        self.data, self.summary = data, summary
+    def __init__(self, data: ExperimentData | Path, summary: SweepSummary | None = None) -> None:
+        self._data, self.summary = data, summary
+
+    @cached_property
+    def data(self) -> ExperimentData:
+        """Runs and their numbers, signals left on disk."""
+        from hydrofdi.api.stored import read_results
+
+        return read_results(self._data) if isinstance(self._data, Path) else self._data
 
     @property
     def file(self) -> Path:

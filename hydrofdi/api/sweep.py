@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Unpack
 
 from hydrofdi.api.arguments import count_of, path_of
+from hydrofdi.api.parts import WHOLE, Part, part_of
 from hydrofdi.api.plan import SweepPlan, plan_sweep
 from hydrofdi.api.progress import COEFFICIENTS, RUNS, Progress, Watching, watching
 from hydrofdi.api.results import Results, SweepSummary
@@ -29,7 +30,15 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.run_table.runs import Runs, run_identities
 from hydrofdi.config.shown_values import shown_in
-from hydrofdi.errors import ConfigError, StoreError, SweepInterrupted, interruption, is_interruption
+from hydrofdi.errors import (
+    ConfigError,
+    HydrofdiError,
+    StoreError,
+    SweepInterrupted,
+    interruption,
+    is_interruption,
+    stored_so_far,
+)
 from hydrofdi.execution import (
     Batch,
     BatchReceipt,
@@ -48,7 +57,7 @@ from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
 from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.store.experiment_data import MISSING, ShardResults
-from hydrofdi.store.experiment_file import is_current, read_texts, write_experiment
+from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
 from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
 from hydrofdi.store.folder.provenance import (
@@ -83,6 +92,7 @@ def sweep(
     engine: Literal["local", "in-process", "dask"] = "local",
     scheduler: str | None = None,
     shared_directory: bool = True,
+    part: str | None = None,
     retry_failed: bool = False,
     progress: bool | Callable[[Progress], object] = False,
     **settings: Unpack[Settings],
@@ -103,6 +113,8 @@ def sweep(
         Address of the Dask scheduler, such as tcp://host:8786.
     shared_directory : bool
         Dask workers write into the results folder (the default), or send their results.
+    part : str, optional
+        Only this part of the runs, such as 3/64; ``hydrofdi collect`` joins the parts of all machines.
     retry_failed : bool
         Retry runs that raised an error, hung or lost their worker.
     progress : bool or callable
@@ -116,6 +128,8 @@ def sweep(
         With every mistake; nothing is written then.
     StoreError
         The folder is in use, or cannot be written.
+    HydrofdiError
+        The Dask cluster has ended; the same call continues from what is stored.
     KeyboardInterrupt
         Ctrl-C: a `SweepInterrupted`, after what ran is stored; the same call continues from there.
 
@@ -135,12 +149,13 @@ def sweep(
         loaded = load_experiment({} if experiment is None else experiment, settings)
         n_worker = None if workers is None else count_of("workers", workers)
         directory = experiment_directory(loaded, None if out is None else path_of(out))
+        own = WHOLE if part is None else part_of(part)
         chosen = _engine(engine, n_worker, scheduler, shared_directory=shared_directory)
         with shown_in(loaded.units):
-            summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed)
+            summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed, part=own)
     if summary.interrupted:
         raise SweepInterrupted(summary.completed, summary.stored, summary.planned, summary)
-    return Results(read_results(directory), summary)
+    return Results(read_results(directory) if own == WHOLE else directory, summary)
 
 
 def _engine(name: str, workers: int | None, scheduler: str | None, *, shared_directory: bool) -> Engine:
@@ -165,50 +180,53 @@ def run_sweep(
     watcher: Watching | None = None,
     *,
     retry_failed: bool = False,
+    part: Part = WHOLE,
 ) -> SweepSummary:
-    """Compute the missing runs of an experiment and build its experiment file."""
+    """Compute the missing runs of an experiment and build its experiment file; a part builds none."""
     start, completed = time.perf_counter(), 0
     engine = engine or LocalPoolEngine(available_cores())
     watcher = watcher or Watching(lambda _: None)
-    require_unlocked(directory)
+    require_unlocked(directory, shared=bool(part.suffix))
     require_same_experiment(directory, experiment)
     if not (directory / REQUEST_FILE).exists():
         require_replaceable(experiment_file(directory, experiment))
     watcher.tell(f"planning {experiment.name}")
-    plan = plan_sweep(experiment, directory, retry_failed=retry_failed)
+    plan = plan_sweep(experiment, directory, retry_failed=retry_failed, part=part)
     for warning in plan.doubts:
         watcher.tell(f"warning: {warning}")
     if replaced := replaced_settings(directory, experiment):
         watcher.tell(f"{directory}: another {', '.join(replaced)} than before; earlier runs are kept")
-    if not plan.missing and is_current(plan.file, experiment):
-        _clear_away(directory)
-        return _summary(plan, 0, start, interrupted=False)
+    if not plan.missing and (part.suffix or is_current(plan.file, experiment)):
+        _clear_away(plan)
+        return _summary(plan, 0, start)
     try:
         with engine if plan.missing else nullcontext():
             if plan.missing:
-                of, workers = counted(len(plan.run_ids), "run"), counted(engine.workers, "worker")
+                of, workers = counted(len(plan.positions), "run"), counted(engine.workers, "worker")
                 watcher.tell(f"{len(plan.missing):,} of {of} to compute with {workers}")
             known = read_calibrations(directory)
             jobs, lost = _jobs(plan, engine, known, watcher)
-            with experiment_lock(directory, watcher.tell):
+            with experiment_lock(directory, watcher.tell, part.suffix):
                 record = environment_record(experiment)
                 _prepare(plan, known, watcher)
                 with interruption(lambda: _finish_early(engine, watcher), [signal.SIGTERM]) as requests:
                     recorder = _Recorder(plan, watcher)
                     completed = recorder.run(engine, jobs, lost)
                 done = {"ended": now(), "computed": completed, "costs": recorder.costs}
-                add_provenance(directory, record | done)
-                _write_file(experiment, directory, plan.table, plan.run_ids, frozenset(recorder.shards))
-                recorder.log_faults(_faults(plan.file))
+                add_provenance(directory, record | done, part.suffix)
+                if not part.suffix:
+                    _write_file(experiment, directory, plan.table, plan.run_ids, frozenset(recorder.shards))
+                summary = _summary(plan, completed, start)
+                recorder.log_faults(summary.faults)
     except SweepInterrupted:
         raise
     except (Exception, KeyboardInterrupt) as error:
         if is_interruption(error):
             raise _interrupted(plan, completed) from None
         if isinstance(error, StoreError):
-            _clear_away(directory)
+            _clear_away(plan)
         raise
-    return _summary(plan, completed, start, interrupted=bool(requests))
+    return replace(summary, interrupted=bool(requests), lost_workers=engine.lost_workers)
 
 
 def collect(folder: str | PathLike[str] | Results) -> Results:
@@ -231,6 +249,7 @@ def collect(folder: str | PathLike[str] | Results) -> Results:
     experiment = read_request(directory)
     table = expand_runs(experiment)
     with experiment_lock(directory, lambda _: None):
+        remove_leftovers(directory)
         _write_file(experiment, directory, table, run_identities(table.runs))
     return Results(read_results(directory))
 
@@ -279,9 +298,9 @@ def _coefficients(
         return leakage_coefficients(
             runs, engine, known, required=required, on_solved=watcher.advance, lost=lost
         )
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, HydrofdiError) as error:
         solved = {identity: value for identity, value in known.items() if not math.isnan(value)}
-        if not solved:
+        if not solved or isinstance(error, ConfigError):
             raise
         write_calibrations(plan.directory, solved)
         watcher.tell(f"kept {len(solved):,} solved leakage coefficients for the next time")
@@ -290,18 +309,19 @@ def _coefficients(
 
 def _may_lack_leaks(plan: SweepPlan) -> bool:
     """Whether a sweep makes sense even if none of its missing leaks is possible."""
-    stored = sorted(set(range(len(plan.run_ids))) - set(plan.missing) | plan.measurable.keys())
+    others = sorted(set(range(len(plan.run_ids))) - set(plan.missing) | plan.measurable.keys())
     return plan.experiment.has_scenarios or any(
-        run.calibration or run.parameters.leakage.internal_coefficient for run in plan.table.runs.at(stored)
+        run.calibration or run.parameters.leakage.internal_coefficient for run in plan.table.runs.at(others)
     )
 
 
 def _prepare(plan: SweepPlan, calibrations: dict[str, float], watcher: Watching) -> None:
-    """Clear away what earlier sweeps left unusable, and keep what this one asks for."""
-    for shard in plan.index.damaged:
-        shard.unlink(missing_ok=True)
-        watcher.tell(f"removed the damaged shard {shard.name}; its runs are computed again")
-    remove_leftovers(plan.directory)
+    """Clear away what earlier sweeps left unusable; a part does not. Keep what this sweep asks for."""
+    if not plan.part.suffix:
+        for shard in plan.index.damaged:
+            shard.unlink(missing_ok=True)
+            watcher.tell(f"removed the damaged shard {shard.name}; its runs are computed again")
+        remove_leftovers(plan.directory)
     retried = {plan.run_ids[position] for position in plan.missing}
     for run_id in retried & read_failures(plan.directory).keys():
         forget_failure(plan.directory, run_id)
@@ -310,11 +330,11 @@ def _prepare(plan: SweepPlan, calibrations: dict[str, float], watcher: Watching)
         write_calibrations(plan.directory, calibrations)
 
 
-def _clear_away(directory: Path) -> None:
-    """Remove what ended workers left half written, unless another sweep is at work."""
-    if directory.is_dir():
-        with suppress(StoreError), experiment_lock(directory, lambda _: None):
-            remove_leftovers(directory)
+def _clear_away(plan: SweepPlan) -> None:
+    """Remove what ended workers left half written, unless another sweep or part may be at work."""
+    if plan.directory.is_dir() and not plan.part.suffix:
+        with suppress(StoreError), experiment_lock(plan.directory, lambda _: None):
+            remove_leftovers(plan.directory)
 
 
 def _finish_early(engine: Engine, watcher: Watching) -> None:
@@ -328,7 +348,7 @@ class _Recorder:
     def __init__(self, plan: SweepPlan, watcher: Watching) -> None:
         self._plan = plan
         self._watcher = watcher
-        self._log = partial(write_log, plan.directory)
+        self._log = partial(write_log, plan.directory / f"run{plan.part.suffix}.log")
         self._completed = 0
         self._seconds: dict[str, float] = {}
         self._n_measured = 0
@@ -337,7 +357,7 @@ class _Recorder:
     def run(self, engine: Engine, jobs: list[Job], lost: list[tuple[Job, TaskFailure]]) -> int:
         """Record the jobs that are lost, and run the others; returns how many ended."""
         experiment, directory = self._plan.experiment, self._plan.directory
-        self._log("begin", planned=len(self._plan.run_ids), missing=len(jobs) + len(lost))
+        self._log("begin", planned=len(self._plan.positions), missing=len(jobs) + len(lost))
         self._watcher.begin(RUNS, len(jobs) + len(lost))
         keeps_signals = experiment.store.signals != "none"
         split = split_jobs(jobs, engine.workers, keeps_signals=keeps_signals)
@@ -351,7 +371,11 @@ class _Recorder:
                 run_batches(place, work, experiment.limits.time_per_job, self._stored, self._failed)
         except KeyboardInterrupt:
             raise _interrupted(self._plan, self._completed) from None
-        self._log("end", completed=self._completed)
+        except HydrofdiError as error:
+            index, failures = read_index(directory, check=False), read_failures(directory)
+            now = _stored(replace(self._plan, index=index, failures=failures))
+            raise type(error)(f"{error}; {stored_so_far(*now)}") from None
+        self._log("end", completed=self._completed, lost_workers=engine.lost_workers)
         return self._completed
 
     @property
@@ -382,33 +406,49 @@ class _Recorder:
 
 
 def _interrupted(plan: SweepPlan, completed: int) -> SweepInterrupted:
-    stored = len(plan.run_ids) - len(plan.missing) + completed
-    return SweepInterrupted(completed, stored, len(plan.run_ids))
+    stored, planned = _stored(plan)
+    return SweepInterrupted(completed, stored + completed, planned)
 
 
-def _summary(plan: SweepPlan, completed: int, start: float, *, interrupted: bool) -> SweepSummary:
-    statuses = Counter(read_texts(plan.file, STATUS)[STATUS])
+def _stored(plan: SweepPlan) -> tuple[int, int]:
+    return len(plan.positions) - len(plan.missing), len(plan.positions)
+
+
+def _summary(plan: SweepPlan, completed: int, start: float) -> SweepSummary:
+    texts = _texts(plan)
+    statuses = Counter(texts[STATUS])
     return SweepSummary(
-        planned=len(plan.run_ids),
+        planned=len(plan.positions),
         completed=completed,
         measured=min(completed, len(plan.measurable)),
-        skipped=len(plan.run_ids) - len(plan.missing),
+        skipped=len(plan.positions) - len(plan.missing),
         failed=sum(count for status, count in statuses.items() if status not in ("ok", MISSING)),
         seconds=time.perf_counter() - start,
         file=plan.file,
-        interrupted=interrupted,
-        faults=_faults(plan.file),
+        faults=_faults(texts),
         statuses={status: count for status, count in statuses.items() if status != "ok"},
-        verdicts=doubt_counts(read_texts(plan.file, VERDICT).get(VERDICT, [])),
+        verdicts=doubt_counts(texts.get(VERDICT, [])),
         warnings=tuple(plan.warnings),
     )
 
 
-def _faults(file: Path) -> dict[str, str]:
+def _texts(plan: SweepPlan) -> dict[str, list[str]]:
+    """Statuses, verdicts and obstacles of the runs: of a sweep from its file, of a part from the shards."""
+    if not plan.part.suffix:
+        return {k: v for name in (STATUS, VERDICT, OBSTACLE) for k, v in read_texts(plan.file, name).items()}
+    run_ids = [plan.run_ids[position] for position in plan.positions]
+    index, failures = read_index(plan.directory, check=False), read_failures(plan.directory)
+    texts = [variable for variable in computed_variables(plan.table) if variable.is_text]
+    columns = ShardResults(run_ids, index, failures).columns(texts, {})
+    return {name: values.tolist() for name, values in columns.items()}
+
+
+def _faults(texts: dict[str, list[str]]) -> dict[str, str]:
     """Label → the most frequent fault of an indicator, with how many runs have one."""
     faults = {}
-    for name, obstacles in read_texts(file, OBSTACLE).items():
-        if found := [obstacle for obstacle in obstacles if tells_fault(obstacle)]:
+    for name, obstacles in texts.items():
+        found = [obstacle for obstacle in obstacles if tells_fault(obstacle)]
+        if found and name.endswith(OBSTACLE):
             ((sentence, _),) = Counter(found).most_common(1)
             faults[name.removesuffix(OBSTACLE)] = (
                 f"{sentence}, in {len(found)} of {counted(len(obstacles), 'run')}"

@@ -50,7 +50,11 @@ def sweep(
         raise
     assert results.summary is not None
     _show(results.summary, json=json)
-    tell(f"stored {results.file}; see 'hydrofdi report {results.folder}'")
+    if more.get("part"):
+        folder = results.summary.file.parent
+        tell(f"stored part {more['part']}; 'hydrofdi collect {folder}' joins the parts")
+    else:
+        tell(f"stored {results.file}; see 'hydrofdi report {results.folder}'")
     return 1 if results.summary.failed or results.summary.faults else 0
 
 
@@ -64,10 +68,11 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
     if json:
         print_json({**asdict(summary), "file": str(summary.file)})
     measured = f" ({summary.measured:,} from stored signals)" if summary.measured else ""
+    lost = f", {counted(summary.lost_workers, 'worker')} lost and replaced" * bool(summary.lost_workers)
     tell(
         f"{counted(summary.planned, 'run')}: {summary.completed:,}"
         f" computed{measured}, {summary.skipped:,} stored"
-        f" before, {summary.failed:,} failed, in {time_text(summary.seconds)}",
+        f" before, {summary.failed:,} failed, in {time_text(summary.seconds)}{lost}",
         *doubt_lines(summary.verdicts),
         *(
             f"{count:,} {status}: {REMEDIES[status]}"

@@ -50,6 +50,9 @@ class Engine:
     reads_results = True
     """Whether its workers reach the folder of the results."""
 
+    lost_workers = 0
+    """Number of workers that were killed and replaced, as far as the engine learns of them."""
+
     def __init__(self) -> None:
         self._queue: deque[Task] = deque()
 

@@ -140,6 +140,7 @@ class LocalPoolEngine(Engine):
                 if worker.pipe in ready:
                     yield worker.end_task()
                 elif worker.seconds_left() <= 0.0:
+                    self._crew.remove(worker)
                     yield worker.time_out()
 
     def _busy(self) -> list[_Worker]:
@@ -147,7 +148,9 @@ class LocalPoolEngine(Engine):
 
     def _feed(self) -> None:
         """Give every worker one task, and no more, so that little is lost when all stops."""
-        self._crew = [worker for worker in self._crew if worker.task is not None or worker.process.is_alive()]
+        living = [worker for worker in self._crew if worker.task is not None or worker.process.is_alive()]
+        self.lost_workers += len(self._crew) - len(living)
+        self._crew = living
         while len(self._crew) < min(self.workers, len(self._queue) + len(self._busy())):
             self._crew.append(_Worker(self._context))
         for worker in self._crew:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import FileIO
 from pathlib import Path
+from secrets import token_hex
 from stat import S_ISREG
 from typing import TYPE_CHECKING
 
@@ -30,7 +31,7 @@ def whole_file(path: Path, final: Callable[[], Path] | None = None) -> Iterator[
     """Yield a temporary path; it becomes `path` (or `final`) when the block ends without an error."""
     if path.is_dir():
         raise StoreError(f"{path}: cannot be written: is a directory")
-    aside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    aside = path.with_name(f".{path.name}.{token_hex(8)}.part")  # others write here, too, from other machines
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield aside
@@ -120,8 +121,8 @@ def write_whole_text(path: Path, text: str) -> None:
 
 
 def remove_leftovers(directory: Path) -> None:
-    """Remove incomplete files of killed processes from an experiment's folder."""
-    for path in directory.rglob(".*.part"):
+    """Remove incomplete files of killed processes, and locks of parts, from a locked experiment's folder."""
+    for path in (*directory.rglob(".*.part"), *directory.glob(".part-*.lock")):
         path.unlink(missing_ok=True)
 
 

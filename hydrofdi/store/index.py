@@ -82,8 +82,10 @@ class ShardIndex:
         )
 
 
-def read_index(directory: Path, *, trust: bool = True, fresh: frozenset[str] = frozenset()) -> ShardIndex:
-    """Read the index of the shards in a folder."""
+def read_index(
+    directory: Path, *, trust: bool = True, check: bool = True, fresh: frozenset[str] = frozenset()
+) -> ShardIndex:
+    """Read the index of the shards in a folder, and check those that are neither known nor fresh."""
     remembered = _from_index(directory / _FILE)
     entries: dict[str, dict[str, Any]] = {}
     damaged: dict[Path, str] = {}
@@ -97,7 +99,7 @@ def read_index(directory: Path, *, trust: bool = True, fresh: frozenset[str] = f
             entries[path.name] = known
             continue
         try:
-            entries[path.name] = read_content(path, check=path.name not in fresh) | mark
+            entries[path.name] = read_content(path, check=check and path.name not in fresh) | mark
         except StoreError as error:
             damaged[path] = str(error)
     lost = {run_id for name in remembered.keys() - entries.keys() for run_id in remembered[name]["run_ids"]}

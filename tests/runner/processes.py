@@ -9,10 +9,10 @@ from pathlib import Path
 from tests.commands import COMMAND
 
 
-def start(*arguments, **options):
+def start(*arguments, command=COMMAND, **options):
     """Start a command in a session of its own."""
     return subprocess.Popen(
-        [*COMMAND, *map(str, arguments)],
+        [*command, *map(str, arguments)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, **options,
     )  # fmt: skip
 

@@ -54,7 +54,7 @@ def test_runs_that_raise_or_hang_become_rows_and_the_others_finish(tmp_path, mem
     file, out = tmp_path / "bad.yaml", tmp_path / "bad"
     file.write_text(BAD_RUNS)
     summary = run_json("sweep", file, "--out", out, check=1, **limited(resource.RLIMIT_AS, memory))
-    assert (summary["planned"], summary["failed"]) == (6, 2)
+    assert (summary["planned"], summary["failed"], summary["lost_workers"]) == (6, 2, 0)
     assert run_json("status", out, check=1)["statuses"] == {"ok": 4, "error": 1, "timeout": 1}
     rows = {row["status"]: row for row in run_json("report", out)["rows"]}
     assert "MemoryError" in rows["error"]["message"]
@@ -164,6 +164,9 @@ def test_a_stop_leaves_no_process_and_the_sweep_goes_on_to_the_same_bits(long, t
     _, told = process.communicate(timeout=60)
     assert process.returncode in codes
     assert "Traceback" not in told
+    assert (", 1 worker lost and replaced\n" in told) == (not stops)
+    last = json.loads((out / "run.log").read_text().splitlines()[-1])
+    assert last.get("lost_workers", 0) == (not stops)
     assert nobody_left(process.pid)
     assert run_json("verify", out)["sound"]
     if signal.SIGKILL not in stops:  # whose lock is left

@@ -79,11 +79,11 @@ def read_calibrations(directory: Path) -> dict[str, float]:
 
 
 def write_calibrations(directory: Path, coefficients: dict[str, float]) -> None:
-    """Store solved coefficients."""
-    write_whole_text(directory / _CALIBRATIONS, json.dumps(coefficients, indent=0, sort_keys=True))
+    """Add solved coefficients to those stored."""
+    every = read_calibrations(directory) | coefficients
+    write_whole_text(directory / _CALIBRATIONS, json.dumps(every, indent=0, sort_keys=True))
 
 
-_PROVENANCE = "provenance.json"
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -114,14 +114,16 @@ def _installed() -> dict[str, str]:
     return dict(sorted(folder.split("-", 1) for folder in folders if "-" in folder))
 
 
-def add_provenance(directory: Path, record: dict[str, Any]) -> None:
-    """Append the provenance record of a sweep to the earlier records."""
-    write_whole_text(directory / _PROVENANCE, json.dumps([*read_provenance(directory), record], indent=2))
+def add_provenance(directory: Path, record: dict[str, Any], part: str = "") -> None:
+    """Append the provenance record of a sweep, or of a part of one, to the earlier records."""
+    path = directory / f"provenance{part}.json"
+    write_whole_text(path, json.dumps([*(_read_json(path) or []), record], indent=2))
 
 
 def read_provenance(directory: Path) -> list[dict[str, Any]]:
-    """Provenance records of all sweeps on an experiment's folder."""
-    return list(_read_json(directory / _PROVENANCE) or [])
+    """Provenance records of all sweeps on an experiment's folder, and of their parts."""
+    records = (record for path in directory.glob("provenance*.json") for record in _read_json(path) or [])
+    return sorted(records, key=lambda record: record["started"])
 
 
 def read_costs(directory: Path) -> dict[str, float]:
@@ -163,9 +165,8 @@ def _processor() -> str:
     return platform.processor()
 
 
-def write_log(directory: Path, event: str, **details: Any) -> None:
-    """Append an event with a time stamp to the log in an experiment's folder."""
-    path = directory / "run.log"
+def write_log(path: Path, event: str, **details: Any) -> None:
+    """Append an event with a time stamp to a log."""
     try:
         with open(path, "a", encoding="utf-8") as file:
             file.write(json.dumps({"time": now(), "event": event, **details}) + "\n")

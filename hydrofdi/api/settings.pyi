@@ -100,7 +100,6 @@ class Settings(TypedDict, total=False):
     anti_alias: float | str  # measurement.anti_alias [Hz]
     anti_alias_order: Any  # measurement.anti_alias_order
     discard: float | str  # analysis.discard [s]
-    name: Any
     levels: Any  # wavelet.levels
     extension: Any  # wavelet.extension
     boundary: Any  # wavelet.boundary
@@ -247,6 +246,7 @@ class Settings(TypedDict, total=False):
     temperature_sensor__lowest: float | str  # temperature_sensor.lowest [K]
     temperature_sensor__highest: float | str  # temperature_sensor.highest [K]
     temperature_sensor__bits: Any  # temperature_sensor.bits
+    wavelet__name: Any  # wavelet.name
     EBM: float | str  # fluid.bulk_modulus [Pa]
     ebm: float | str  # fluid.bulk_modulus [Pa]
     beta: float | str  # fluid.bulk_modulus [Pa]
@@ -320,6 +320,7 @@ class Settings(TypedDict, total=False):
     temperature_sensor: Any
     analysis: Any
     wavelet: Any
+    name: Any
     plugins: Any
     indicators: Any
     baseline: Any

@@ -58,7 +58,7 @@ def full_names() -> dict[str, str]:
     """All that stands for a full name."""
     last = {full: full.partition(".")[2] for full in parameter_names()}
     count = Counter(last.values())
-    unique = {part: full for full, part in last.items() if count[part] == 1}
+    unique = {part: full for full, part in last.items() if count[part] == 1 and part != "name"}
     spelt = {name.replace(".", "__"): name for name in parameter_names()}
     symbols = {symbol: full for full, own in SYMBOLS.items() for symbol in own}
     in_section = {f"{full.partition('.')[0]}.{symbol}": full for symbol, full in symbols.items()}

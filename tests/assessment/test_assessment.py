@@ -110,6 +110,7 @@ def test_what_follows_from_parameters_alone_covers_runs_that_are_not_simulated()
     assert [shown["least"], shown["largest"]] == [*map(natural_frequency, runs)]
 
 
+@pytest.mark.long
 def test_check_of_a_study_from_a_data_sheet_fits_a_screen(tmp_path):
     sheet = {"bore": "50 mm", "rod": "28 mm", "stroke": "400 mm", "supply": "210 bar"}
     sheet |= {"valve": "40 L/min at 70 bar", "mass": "250 kg", "oil": "HLP46"}

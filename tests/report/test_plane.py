@@ -61,7 +61,7 @@ def test_each_cell_is_the_change_of_its_run_and_the_baseline_is_marked_where_it_
 
 
 def test_of_more_than_two_parameters_the_two_that_matter_most_are_shown(tmp_path):
-    grid = {"K_i": [0, 1e-8], "friction.law": ["threshold", "smooth"], "P_s": ["10 MPa", "21 MPa"]}
+    grid = {"K_i": [0, 1e-8], "wavelet.name": ["db8", "db4"], "P_s": ["10 MPa", "21 MPa"]}
     made = package.sweep(
         grid=grid, name="three", duration="2 s", store={"signals": "none"}, out=tmp_path, engine="in-process"
     )
@@ -71,7 +71,7 @@ def test_of_more_than_two_parameters_the_two_that_matter_most_are_shown(tmp_path
     assert len(plane.others) == 1
     inside = plane.cell >= 0
     assert np.bincount(plane.cell[inside]).tolist() == [2, 2, 2, 2]
-    assert made.grid().delta.dims == ("K_i", "swept_friction_law", "P_s", "level")
+    assert made.grid().delta.dims == ("K_i", "swept_wavelet_name", "P_s", "level")
 
 
 def test_drawn_points_are_no_grid(tmp_path):

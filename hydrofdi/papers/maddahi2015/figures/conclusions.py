@@ -16,6 +16,9 @@ from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE
 if TYPE_CHECKING:
     from hydrofdi.papers.maddahi2015.report import StudyReport
 
+_SENTENCES = {claim.id: fill(f"{claim.id}: {claim.sentence}", 38) for claim in CLAIMS}
+"""Claim → its sentence on short lines."""
+
 _LOOKS = {
     "as configured": (BLUE, ORANGE, -0.16, "the configured phase"),
     "settled": (GREEN, INK, 0.16, "settled: undecimated transform, no phase"),
@@ -58,8 +61,7 @@ def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
                 f"{each.held} of {each.of}", (1.01, height), xycoords=("axes fraction", "data"),
                 va="center", fontsize=7.5, color=INK, annotation_clip=False,
             )  # fmt: skip
-    sentences = {claim.id: fill(f"{claim.id}: {claim.sentence}", 38) for claim in CLAIMS}
-    names = [sentences.get(name, name) for name in dict.fromkeys(each.name for each in outcomes)]
+    names = [_SENTENCES.get(name, name) for name in dict.fromkeys(each.name for each in outcomes)]
     axis.axvline(0.0, color=INK, linewidth=0.8)
     axis.set_yticks(range(len(names)), names)
     axis.set_ylim(len(names) - 0.5, -0.5)
@@ -73,7 +75,7 @@ def draw_scenarios(study: StudyReport) -> Figure:
     if not scenarios.feasible.any():
         raise ReportError("no scenario is feasible")
     heights, labels = _layout(scenarios)
-    ratios = [len(CLAIM_SETS) * 0.24 + 0.6, len(labels) * 0.2 + 0.6]
+    ratios = [len(CLAIM_SETS) * 0.36 + 0.6, len(labels) * 0.2 + 0.6]
     figure = Figure(figsize=(7.4, sum(ratios) + 0.6), layout="constrained")
     top, bottom = figure.subplots(2, 1, height_ratios=ratios)
     _draw_claims(top, scenarios)
@@ -93,7 +95,7 @@ def _draw_claims(axis: Any, study: ScenarioStudy) -> None:
     bars = axis.barh(range(len(shares)), shares, color=colors, height=0.7)
     texts = ["open" if count is None else f"{count:,}" for count in counts]
     axis.bar_label(bars, texts, padding=3, fontsize=8, color=INK)
-    axis.set_yticks(range(len(shares)), [*CLAIM_SETS])
+    axis.set_yticks(range(len(shares)), [_SENTENCES.get(name, name) for name in CLAIM_SETS], fontsize=7.5)
     axis.invert_yaxis()
     axis.grid(visible=False, axis="y")
     axis.set(

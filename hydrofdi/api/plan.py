@@ -154,7 +154,8 @@ class SweepPlan:
         doubts = likely_mistakes(self.experiment, self.table.runs.distinct)
         needed, free = 2 * self.file_bytes, self.free_bytes
         if needed > free:
-            doubts.append(f"needs {shown_bytes(needed)}, of which {shown_bytes(free)} are free")
+            sizes = f"needs {shown_bytes(needed)}, of which {shown_bytes(free)} are free"
+            doubts.append(f"{sizes}; 'store: {{signals: none}}' keeps only the features")
         return doubts + [f"damaged: {text}" for text in self.index.damaged.values()]
 
     @cached_property

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from hydrofdi.store.experiment_data import ExperimentData
 
 
-_LEAST_FULL = 10
+_LEAST_FULL = 4
 """Cells for each run, beyond which points are no grid."""
 
 
@@ -115,10 +115,16 @@ class Results:
     def _specs(self) -> Runs:
         return expand_runs(self.data.experiment).runs
 
-    def __getitem__(self, run: int) -> Run:
-        """A run with its features and stored signals, by its position."""
+    @overload
+    def __getitem__(self, run: int) -> Run: ...
+    @overload
+    def __getitem__(self, run: slice) -> list[Run]: ...
+    def __getitem__(self, run: int | slice) -> Run | list[Run]:
+        """A run with its features and stored signals, by its position; several for a slice."""
         from hydrofdi.api.run import Run
 
+        if isinstance(run, slice):
+            return [self[each] for each in range(len(self))[run]]
         at = range(len(self))[run]
         columns = {name: values[at : at + 1] for name, values in self.data.columns.items()}
         if (time := self.data.signals.time()) is not None:
@@ -208,7 +214,7 @@ class Results:
         Raises
         ------
         ReportError
-            The points are no grid: a cell in ten has a run at most; or as for `dataset`.
+            The points are no grid: at most a cell in four has a run; or as for `dataset`.
         """
         from hydrofdi.report.runs import baseline_changes
 
@@ -220,7 +226,11 @@ class Results:
         changes = (RUN, LEVEL), baseline_changes(self.data)["fixed"], delta
         features = self.dataset.drop_dims(TIME, errors="ignore").assign(delta=changes)
         points = features.isel(run=features.swept).drop_vars([RUN, SWEPT.name])
-        cube: xarray.Dataset = points.set_index(run=axes).unstack(RUN)
+        cube: xarray.Dataset
+        if len(axes) == 1:
+            cube = points.swap_dims({RUN: axes[0]}).sortby(axes[0])
+        else:
+            cube = points.set_index(run=axes).unstack(RUN)
         return cube.transpose(*axes, ...)
 
     @cached_property

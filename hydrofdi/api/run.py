@@ -19,6 +19,7 @@ from hydrofdi.api.arguments import names_of, path_of
 from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
+from hydrofdi.config.names import full_name, meant
 from hydrofdi.config.request import parameter_names
 from hydrofdi.config.run_table.runs import record_identity, run_identity
 from hydrofdi.config.shown_values import shown_in, shown_value
@@ -53,6 +54,15 @@ _EXPONENT = re.compile(r"(?<=[A-Za-z])(-?[\d.]+)")
 _RESIDUALS = ("settling_change", "volume_residual", "energy_residual")
 
 
+class Parameters(dict[str, Any]):
+    """Full name → value in SI; symbols and short names are understood."""
+
+    def __missing__(self, name: str) -> Any:
+        if (full := full_name(name)) not in self:
+            raise UnknownNameError(f"no parameter {name!r}{meant(name)}")
+        return self[full]
+
+
 class Run:
     """One simulated actuator; `hydrofdi.simulate` makes it.
 
@@ -77,7 +87,8 @@ class Run:
             flow = f"{self.features[names.MEAN_LEAKAGE_FLOW].to('L/min'):.3g} L/min"
             leakage = flow if self.features[names.LEAKAGE_COEFFICIENT] else "sealed"
             modulus = shown_value("fluid.bulk_modulus", self.spec.parameters.fluid.bulk_modulus)
-            return f"EBM {modulus}, {leakage}"
+            failed = "" if self.status == "ok" else f", {self.status}"
+            return f"EBM {modulus}, {leakage}{failed}"
 
     @property
     def run_id(self) -> str:
@@ -100,9 +111,9 @@ class Run:
         return str(self.columns[names.VERDICT][0])
 
     @cached_property
-    def parameters(self) -> dict[str, Any]:
-        """Full name of a parameter → its value in SI."""
-        return {name: self.spec.request.shown_value(name) for name in parameter_names()}
+    def parameters(self) -> Parameters:
+        """Name of a parameter → its value in SI."""
+        return Parameters({name: self.spec.request.shown_value(name) for name in parameter_names()})
 
     @property
     def detail_rms(self) -> NDArray[np.float64]:
@@ -124,6 +135,8 @@ class Run:
     def signals(self) -> dict[str, NDArray[np.float64]]:
         """Name or symbol → samples, shape (n_time,), in SI: ``time`` [s], ``chamber_1_pressure`` [Pa]."""
         held = {name: self.columns[name][0] for name in names.SIGNALS if name in self.columns}
+        if not held:
+            return {}
         symbols = {each.symbol: held[name] for each, name in SIGNAL_OF_CHANNEL.items() if name in held}
         return {names.TIME: self.columns[names.TIME], **held, "t": self.columns[names.TIME], **symbols}
 
@@ -306,6 +319,8 @@ class Run:
         ------
         UnknownNameError
             The run has no such signal.
+        ReportError
+            Its signals are not stored.
         """
         from hydrofdi.report.figures.signals import draw_signals
 

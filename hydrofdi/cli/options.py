@@ -32,7 +32,8 @@ Grid = Annotated[
     typer.Option(
         "--grid",
         metavar="NAME=AXIS",
-        help="Vary a parameter: EBM=551MPa:827MPa:3 (count), K_i=0,1e-8, P_s=1e6:1e7:5:log. Repeatable.",
+        help="Vary a parameter: EBM=551MPa:827MPa:3 (count; with a unit step), K_i=0,1e-8, P_s=1e6:1e7:5:log."
+        " Repeatable.",
     ),
 ]
 Zip = Annotated[

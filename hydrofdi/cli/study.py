@@ -94,8 +94,12 @@ def _asked(
     """The experiment that a file and options describe."""
     stated = [f"name={name}"] * bool(name) + (settings or [])
     for kind, texts in (("grid", grid), ("zip", zipped)):
+        names = [text.partition("=")[0] for text in texts or ()]
         for parameter, equals, axis in (text.partition("=") for text in texts or ()):
-            is_yaml = axis.startswith(("[", "{")) or ":" in axis or not axis
+            if not axis or names.count(parameter) > 1:
+                expected = "one NAME=AXIS for each parameter, such as EBM=551MPa:827MPa:3 or K_i=0,1e-8"
+                raise ConfigError(f"--{kind} {parameter}: expected {expected}")
+            is_yaml = axis.startswith(("[", "{")) or ":" in axis
             stated.append(f"sweep.{kind}.{parameter}{equals}{axis if is_yaml else f'[{axis}]'}")
     if not config and not stated:
         raise ConfigError("give an experiment file, or what varies: --grid EBM=551MPa:827MPa:3")
@@ -340,13 +344,13 @@ def report(
     with shown_in(results.data.experiment.units):
         made = results.composed
         if figure is not None:
-            from hydrofdi.report.figures import write_figure
+            from hydrofdi.report.figures import KINDS, write_figure
 
-            target = figure if figure.suffix else out
+            target = out if out and out.suffix[1:] in KINDS else figure if figure.suffix else out
             if target is None:
                 raise ReportError(f"--figure {figure}: add --out FILE, or write --figure {figure}.svg")
             tell(f"drew {target}: {write_figure(made, target, figure.stem)}")
-            out = out if figure.suffix else None
+            out = None if target == out else out
         if html:
             from hydrofdi.report.forms.page import write_page
 

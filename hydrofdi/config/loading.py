@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path as FilePath
@@ -164,16 +165,18 @@ def load_experiment(
         for key, value in settings.items():
             if path := _setting_path(source, key):
                 _lay(source, path, plain(value))
-        keys = set(settings)
+        keys = {*settings}
     else:
         for text in settings:
             _apply_setting(source, text)
         keys = {text.partition("=")[0].strip() for text in settings}
-    for section in ("", "baseline."):
-        named = {full_name(key.removeprefix(section)) for key in keys if key.startswith(section)}
-        if named >= set(INTERNAL_LEAKAGE_FORMS):
+    for section in ("", "baseline.", "sweep.grid.", "sweep.zip."):
+        named = [full_name(key.removeprefix(section)) for key in keys if key.startswith(section)]
+        if {*named} >= set(INTERNAL_LEAKAGE_FORMS):
             message = "give internal_coefficient or internal_flow, not both"
             source.mistakes.append(Issue(message, f"{section}leakage"))
+        twice = (name for name, number in Counter(named).items() if number > 1 and name in parameter_names())
+        source.mistakes += [Issue("is given twice, under two names", f"{section}{name}") for name in twice]
     _normalize_detection(source, load_plugins(source))
     normalize(source)
     return validated(ExperimentConfig, source)

@@ -45,8 +45,9 @@ class Plane:
     features : tuple of Feature
     others : tuple of str
         Further parameters that vary.
-    baseline : int or None
-        Cell of the fixed baseline, if it is one of the plane.
+    baseline : tuple of two float, or None
+        Row and column of the fixed baseline, with fractions between the values; None if it is beyond them, or
+        if runs have different ones.
     """
 
     texts: tuple[list[str], list[str]]
@@ -84,7 +85,7 @@ class Plane:
     @property
     def said(self) -> str:
         """What δ is taken against, and that a cell is a median."""
-        against = f"δ against {AGAINST[self.against]}" if self.against else ""
+        against = f"δ > 0: the RMS fell, against {AGAINST[self.against]}" if self.against else ""
         medians = f"medians over {', '.join(self.others)}" if self.others else ""
         return "; ".join(filter(None, (against, medians)))
 
@@ -103,7 +104,8 @@ def plane_of(report: Report) -> Plane | None:
         cell = np.where(inside, row_of * len(column_values) + column_of, -1)
         if len(np.unique(cell[inside])) < _LEAST_FILLED * len(row_values) * len(column_values):
             continue
-        against = next((name for name in ("fixed", "matched") if study.details[name]), "")
+        known = (name for name in ("fixed", "matched") if any(map(_has_numbers, study.details[name])))
+        against = next(known, "")
         return Plane(
             ([*map(rows.text, row_values)], [*map(columns.text, column_values)]),
             (rows.header, columns.header),
@@ -111,7 +113,7 @@ def plane_of(report: Report) -> Plane | None:
             against,
             (*study.details[against], *study.measured),
             tuple(axis.header for axis in axes if axis not in pair),
-            _baseline(report, {rows.name: row_values, columns.name: column_values}) if against else None,
+            _baseline(report, cell >= 0, {rows.name: row_values, columns.name: column_values}),
         )
     return None
 
@@ -128,9 +130,15 @@ def _places(axis: Axis) -> tuple[NDArray[np.intp], list[Any]]:
     return places, values.tolist()
 
 
-def _baseline(report: Report, values: Mapping[str, list[Any]]) -> tuple[float, float] | None:
-    row = report.data.fixed_baseline[0]
-    if row == names.NO_BASELINE:
+def _has_numbers(feature: Feature) -> bool:
+    return bool(np.isfinite(feature.values).any())
+
+
+def _baseline(
+    report: Report, inside: NDArray[np.bool_], values: Mapping[str, list[Any]]
+) -> tuple[float, float] | None:
+    row, *others = np.unique(report.data.fixed_baseline[inside]).tolist()
+    if row == names.NO_BASELINE or others:
         return None
     found = []
     for name, own in values.items():
@@ -154,7 +162,7 @@ def matrix_block(plane: Plane) -> Block:
         strong = [k for k, row in enumerate(rows) if (row, column) == plane.baseline]
         name = plane.texts[1][column]
         content.append(Column(name, matrix[rows, column], feature.own_unit, name, number, strong=strong))
-    notes = [f"{plane.said}."] if plane.said else []
+    notes = [f"{plane.said}{'; *: the baseline' * (plane.baseline is not None)}."] if plane.said else []
     if (len(rows), len(columns)) != plane.shape:
         n_row, n_column = plane.shape
         notes.append(f"Some of {n_row} × {n_column} cells; --figure sensitivity.png draws all.")

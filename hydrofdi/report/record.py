@@ -125,12 +125,15 @@ def tidy_columns(report: Report) -> dict[str, list[Any]]:
 def wide_columns(report: Report) -> dict[str, list[Any]]:
     """Header with unit → values, one per run: what varies, and δ of each level against the fixed baseline."""
     table = report.table
-    columns = {"leakage_L_per_min": _converted(table.leakage_flows, "L/min")}
+    columns: dict[str, Any] = {"run_id": table.texts(names.RUN_ID)}
+    columns["leakage_L_per_min"] = _converted(table.leakage_flows, "L/min")
     columns["bulk_modulus_MPa"] = _converted(table[names.BULK_MODULUS], "MPa")
     columns["internal_leakage_coefficient_m3.5_per_kg0.5"] = table[names.LEAKAGE_COEFFICIENT].tolist()
     columns |= {_si_header(name): table.values(name) for name in table.label_names}
-    deltas = enumerate(table.changes("fixed").T, 1)
+    deltas = enumerate(table.changes("fixed").T if report.has_details else (), 1)
     columns |= {f"delta_d{level}_percent": own.tolist() for level, own in deltas}
+    for study in report.indicators:
+        columns |= output_columns(study, table.positions)
     return plain(columns | {"status": table.texts(names.STATUS), "verdict": table.verdicts})  # type: ignore[no-any-return]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -435,7 +436,7 @@ _LATEX = str.maketrans(
 
 def latex(text: str) -> str:
     """A text for LaTeX."""
-    return text.translate(_LATEX)
+    return re.sub(r"\b(\d[\d.]*)e([-+]?)0*(\d+)\b", r"$\1\\cdot10^{\2\3}$", text.translate(_LATEX))
 
 
 def finite(value: float) -> float | None:

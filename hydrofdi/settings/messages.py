@@ -62,10 +62,9 @@ def similar(name: object, known: Sequence[str]) -> str:
 
 def _shared_parts(word: str, key: str) -> int:
     """How many parts of a word begin a part of a key."""
-    parts = _last(key).lower().split("_")
-    return sum(
-        any(len(each) > 2 and part.startswith(each) for part in parts) for each in word.lower().split("_")
-    )
+    parts = re.split(r"[._]", key.lower())
+    asked = [each for each in word.lower().split("_") if len(each) > 2]
+    return sum(any(part.startswith(each) for part in parts) for each in asked)
 
 
 def listed(known: Sequence[str]) -> str:

@@ -4,6 +4,7 @@ import shutil
 
 import h5py
 import numpy as np
+import pytest
 
 import hydrofdi as package
 from hydrofdi.api.run import simulate
@@ -42,6 +43,25 @@ def test_options_are_a_sweep_and_the_file_that_they_write_is_the_same(hydrofdi, 
     paired = json.loads(hydrofdi("plan", "--zip", "EBM=8e8,9e8", "--zip", "K_i=[0, 1e-8]", "--json").stdout)
     assert paired["swept"] == 2
     assert hydrofdi("sweep", *axes, *short, "--write", "mine.yaml").returncode == 2
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        ("--grid", "EBM=6e8,7e8", "--grid", "fluid.bulk_modulus=8e8"),
+        ("--grid", "EBM=6e8,7e8", "--grid", "EBM=8e8"),
+        ("--grid", "K_i=0,1e-8", "--grid", "q_il=0,1 L/min"),
+        ("--zip", "K_i=0,1e-8", "--zip", "q_il=0,1 L/min"),
+        ("--set", "bulk_modulus=6e8", "--set", "EBM=7e8"),
+        ("--grid", "EBM"),
+        (),
+    ],
+    ids=" ".join,
+)
+def test_an_axis_is_never_dropped_silently(hydrofdi, axes):
+    refused = hydrofdi("plan", *axes)
+    assert refused.returncode == 2
+    assert len(refused.stderr.splitlines()) == 1
 
 
 def test_a_run_that_diverges_is_a_stored_row_and_the_others_go_on(hydrofdi, failing_sweep, tmp_path):

@@ -74,6 +74,17 @@ def test_of_more_than_two_parameters_the_two_that_matter_most_are_shown(tmp_path
     assert made.grid().delta.dims == ("K_i", "swept_wavelet_name", "P_s", "level")
 
 
+def test_a_baseline_is_marked_only_if_all_runs_have_it_and_one_axis_is_a_grid(tmp_path):
+    places = {"duration": "2 s", "store": {"signals": "none"}, "engine": "in-process"}
+    axes = {"K_i": [0, 1e-8], "P_s": ["10 MPa", "21 MPa"]}
+    made = package.sweep(grid=axes, name="own", out=tmp_path / "own", **places)
+    assert made.composed.plane.baseline is None
+    made = package.sweep(grid={"K_i": [1e-8, 0]}, name="one", out=tmp_path / "one", **places)
+    assert made.grid().delta.dims == ("K_i", "level")
+    assert made.grid().K_i.values.tolist() == [0.0, 1e-8]
+    assert [run.parameters["K_i"] for run in made[:2]] == [1e-8, 0.0]
+
+
 def test_drawn_points_are_no_grid(tmp_path):
     over = {"EBM": {"uniform": "±20 %"}, "m": {"uniform": "±10 %"}}
     made = package.sweep(
@@ -121,6 +132,14 @@ def test_a_run_draws_chosen_channels_from_an_instant_on(results):
     assert min(line.get_xdata().min() for axis in figure.axes for line in axis.lines) == 3.0
     with pytest.raises(UnknownNameError):
         results[3].plot("P9")
+
+
+def test_a_run_without_stored_signals_says_so(tmp_path):
+    axes, places = {"EBM": [6e8, 7e8]}, {"out": tmp_path, "engine": "in-process"}
+    made = package.sweep(grid=axes, duration="2 s", store={"signals": "none"}, name="bare", **places)
+    assert made.signals(0) == {}
+    with pytest.raises(ReportError):
+        made[0].plot()
 
 
 def test_failed_runs_are_rows(failing_sweep):

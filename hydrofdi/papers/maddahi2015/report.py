@@ -208,7 +208,8 @@ def table3_blocks(study: StudyReport) -> tuple[Block, Block]:
     reason = study.no_changes
     legend, *bands = (reason, *block.paragraphs) if reason else block.paragraphs
     first, *others = block.tables
-    answer = replace(block, paragraphs=(legend,), tables=(first,), is_answer=True)
+    figures = ("sensitivity",) if study.plane else ()
+    answer = replace(block, paragraphs=(legend,), tables=(first,), figures=figures, is_answer=True)
     rest = "Table 3 with the matched baseline"
     return answer, Block("table3-matched", rest, tuple(bands), tuple(others))
 

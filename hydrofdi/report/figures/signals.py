@@ -60,13 +60,16 @@ def draw_signals(
 
     Or those that are chosen, and no detail.
     """
-    moving = tuple(panel for panel in _MOVING_PANELS if np.ptp(columns[panel[0]][0]) > 0.0)
+    if names.CHAMBER_1_PRESSURE not in columns:
+        raise ReportError("the signals of the run are not stored; set store: {signals: all} and sweep again")
+    usual = [panel for panel in (*PANELS, *_MOVING_PANELS) if panel[0] in columns]
+    usual = [panel for panel in usual if panel in PANELS or np.ptp(columns[panel[0]][0]) > 0.0]
     known = {panel[0]: panel for panel in (*PANELS, *_MOVING_PANELS)}
     own = {each.name: _READABLE.get(each.units, each.units) for each in chosen}
     panels = tuple(known.get(name, (name, f"{name} [{unit}]", unit)) for name, unit in own.items())
     if panels:
         return shown(draw_beside(columns, [title], None, panels, start))
-    return shown(draw_beside(columns, [title], wavelet, PANELS + moving, start))
+    return shown(draw_beside(columns, [title], wavelet, tuple(usual), start))
 
 
 def draw_beside(
@@ -83,28 +86,17 @@ def draw_beside(
     figure = Figure(figsize=(width, 2.0 + len(labels)), layout="constrained")
     axes = figure.subplots(len(labels), len(titles), sharex=True, sharey="row", squeeze=False)
     for row, (title, color) in enumerate(zip(titles, (BLUE, ORANGE), strict=False)):
-        lines = [(time, convert(1.0, unit) * columns[name][row]) for name, _, unit in panels]
+        lines = [(name, time, convert(1.0, unit) * columns[name][row]) for name, _, unit in panels]
         if level:
-            instants, details = detail_coefficients(
-                columns[names.CHAMBER_1_PRESSURE][row], wavelet, level, time
-            )
-            lines.append((instants, 1e-3 * details))
-        reference = columns[names.REFERENCE_POSITION][row]
-        for axis, (x, y), name in zip(
-            axes[:, row], lines, [*(panel[0] for panel in panels), ""][: len(lines)], strict=True
-        ):
+            pressure = columns[names.CHAMBER_1_PRESSURE][row]
+            instants, details = detail_coefficients(pressure, wavelet, level, time)
+            lines.append(("", instants, 1e-3 * details))
+        for axis, (name, x, y) in zip(axes[:, row], lines, strict=True):
             axis.plot(x[x >= start], y[x >= start], color=color, linewidth=0.7)
-            if name == "piston_position" and np.isfinite(reference).any():
-                ink = INK if len(titles) > 1 else ORANGE
-                later = time >= start
-                axis.plot(
-                    time[later],
-                    1e3 * reference[later],
-                    color=ink,
-                    linewidth=0.7,
-                    linestyle="--",
-                    label="reference",
-                )
+            reference = columns.get(names.REFERENCE_POSITION)
+            if name == "piston_position" and reference is not None and np.isfinite(reference[row]).any():
+                ink, values = INK if len(titles) > 1 else ORANGE, 1e3 * reference[row][x >= start]
+                axis.plot(x[x >= start], values, "--", color=ink, linewidth=0.7, label="reference")
                 legend_above(axis)
         axes[0, row].set_title(title)
         time_axis(axes[-1, row], time[time >= start])

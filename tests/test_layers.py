@@ -1,6 +1,7 @@
 """The house rules, read from the sources: who may import whom, and where outside libraries live."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -111,13 +112,23 @@ def test_commands_act_through_the_public_api():
     }
 
 
-def test_there_are_no_circles_between_rooms():
-    below = {}
-    for place in INSIDE:
-        below.setdefault(room(place), set()).update(rooms_imported(place))
-    while leaves := {name for name, others in below.items() if not others & below.keys()}:
-        below = {name: others for name, others in below.items() if name not in leaves}
-    assert not below
+def test_no_files_import_each_other_in_a_circle():
+    """Neither at the top, nor inside functions, nor for types."""
+    names = {place: place.removesuffix(".py").removesuffix("/__init__").replace("/", ".") for place in INSIDE}
+    files = {f"hydrofdi.{name}": set(imported(TREES[place])) for place, name in names.items()}
+    below = {name: others & files.keys() - {name} for name, others in files.items()}
+    while ends := {
+        n for n in below if not below[n] & below.keys() or all(n not in o for o in below.values())
+    }:
+        below = {name: others for name, others in below.items() if name not in ends}
+    assert not below.keys()
+
+
+def test_the_drawing_of_the_layers_is_that_of_this_test():
+    text = (PACKAGE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    (drawn,) = re.findall(r"^    cli →.*?(?=\n\n)", text, re.DOTALL | re.MULTILINE)
+    layers = [set(re.findall(r"\w+", layer)) for layer in drawn.split("→")]
+    assert layers == LAYERS
 
 
 def test_an_outside_library_is_imported_only_at_home():

@@ -14,6 +14,8 @@ from functools import cache, wraps
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 from hydrofdi.physics.equation import EQUATIONS, FAST_MATH
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
@@ -115,3 +117,8 @@ def _source_hash(room: str) -> str:
     for file in sorted(file for each in rooms for file in (package / each).rglob("*.py")):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def is_dynamic(argument: Any) -> bool:
+    """Whether machine code takes an argument; all others are constants of it."""
+    return isinstance(argument, (np.ndarray, float, int, np.integer)) and not isinstance(argument, bool)

@@ -20,7 +20,14 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from hydrofdi.compilation.compiling import belongs_here, cache_directory, compiled, dispatcher, room_of
+from hydrofdi.compilation.compiling import (
+    belongs_here,
+    cache_directory,
+    compiled,
+    dispatcher,
+    is_dynamic,
+    room_of,
+)
 from hydrofdi.physics.equation import FAST_MATH
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., None])
@@ -73,11 +80,6 @@ def recorded_kernel(function: _Kernel) -> _Kernel:
         calls[key](*dynamic)
 
     return cast(_Kernel, call)
-
-
-def is_dynamic(argument: Any) -> bool:
-    """Whether machine code takes an argument; all others are constants of it."""
-    return isinstance(argument, (np.ndarray, float, int, np.integer)) and not isinstance(argument, bool)
 
 
 def _prepared(

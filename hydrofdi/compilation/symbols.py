@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from hydrofdi.compilation.object_code import is_dynamic
+from hydrofdi.compilation.compiling import is_dynamic
 from hydrofdi.physics.equation import FAST_MATH
 
 ir: Any

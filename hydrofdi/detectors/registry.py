@@ -5,46 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import nearest
-from hydrofdi.settings.quantities import Section
 
 if TYPE_CHECKING:
     from hydrofdi.detectors.charts import Chart
     from hydrofdi.detectors.scores.contract import Score
-
-Chosen = TypeVar("Chosen", bound=Section)
-
-
-class Method(Generic[Chosen]):
-    """A score or a chart.
-
-    Attributes
-    ----------
-    name : str
-        Name in files and on the command line.
-    summary : str
-        What it computes, in one sentence.
-    caution : str
-        Limitations that users must know.
-    Options : type of Section
-        Model of its options; all of them have defaults.
-    options : Section
-        Options of this instance.
-    """
-
-    name: ClassVar[str]
-    summary: ClassVar[str]
-    caution: ClassVar[str]
-    Options: ClassVar[type[Section]] = Section
-    options: Chosen
-
-    def __init__(self, options: Chosen | None = None) -> None:
-        chosen: Any = self.Options() if options is None else options
-        self.options = chosen
-
 
 Made = TypeVar("Made")
 

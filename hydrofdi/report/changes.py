@@ -32,16 +32,16 @@ from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
 
 if TYPE_CHECKING:
-    from hydrofdi.report.composition import Report
+    from hydrofdi.report.data import ReportData
 
 
-def varied_block(report: Report) -> Block:
+def varied_block(report: ReportData) -> Block:
     """Parameters with their values, or quantiles of them; runs; and the baseline in words."""
     table = _values_table([found.axis for found in report.responses.axes])
     return Block("varied", "What was varied", tuple(_baseline(report)), (table,))
 
 
-def summary_block(report: Report) -> Block:
+def summary_block(report: ReportData) -> Block:
     """Counts of runs, and what moves most."""
     n_swept = int(report.responses.runs.sum())
     n_added = len(report.table) - n_swept
@@ -51,7 +51,7 @@ def summary_block(report: Report) -> Block:
     return Block("strongest", "What moves most", tuple(filter(None, said)), (table,), is_answer=True)
 
 
-def _baseline(report: Report) -> Iterator[str]:
+def _baseline(report: ReportData) -> Iterator[str]:
     if report.no_changes:
         yield report.no_changes
     for name in report.baselines:
@@ -159,7 +159,7 @@ def baseline_words(table: RunTable, baseline: str) -> str:
     return ", ".join([*state, *(["otherwise the same parameters as the run"] if is_alike else [])])
 
 
-def changes_block(report: Report, title: str, key: str) -> Block:
+def changes_block(report: ReportData, title: str, key: str) -> Block:
     """The table of all runs for each baseline; the RMS alone if no run has another one as its baseline."""
     table = report.table
     if not report.baselines:
@@ -181,7 +181,7 @@ def rms_table(table: RunTable) -> Table:
     )
 
 
-def settled_block(report: Report) -> Block | None:
+def settled_block(report: ReportData) -> Block | None:
     """The same table of the settled records; None if no run has settled."""
     if not (report.table.has_settled and report.baselines):
         return None
@@ -201,7 +201,7 @@ def settled_block(report: Report) -> Block | None:
     return Block("settled", "The same of settled records, all start phases together", (sentence,), tables)
 
 
-def _delta_table(report: Report, key: str, title: str, rms: str, baseline: str) -> Table:
+def _delta_table(report: ReportData, key: str, title: str, rms: str, baseline: str) -> Table:
     table = report.table
     breaks = group_breaks(table.leakage_requests.tolist())
     return replace(

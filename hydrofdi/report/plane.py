@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +13,12 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.run_table.runs import spread
 from hydrofdi.report.axes import Axis
-from hydrofdi.report.responses import AGAINST, Array, Feature
+from hydrofdi.report.responses import AGAINST, Array, Feature, ResponseStudy
 from hydrofdi.report.table import Block, Column, Table
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import number_text
+from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
-
-if TYPE_CHECKING:
-    from hydrofdi.report.composition import Report
 
 _LEAST_FILLED = 0.5
 """Share of the cells that have a run, below which points are no plane."""
@@ -90,9 +88,8 @@ class Plane:
         return "; ".join(filter(None, (against, medians)))
 
 
-def plane_of(report: Report) -> Plane | None:
+def plane_of(data: ExperimentData, study: ResponseStudy) -> Plane | None:
     """The grid of an experiment over the two parameters that move its features most; None if it has none."""
-    study = report.responses
     ranked = sorted(study.axes, key=lambda each: -max((one.reach for one in each.responses), default=0.0))
     axes = [each.axis for each in ranked if each.responses]
     for pair in combinations(axes, 2):
@@ -113,7 +110,7 @@ def plane_of(report: Report) -> Plane | None:
             against,
             (*study.details[against], *study.measured),
             tuple(axis.header for axis in axes if axis not in pair),
-            _baseline(report, cell >= 0, {rows.name: row_values, columns.name: column_values}),
+            _baseline(data, cell >= 0, {rows.name: row_values, columns.name: column_values}),
         )
     return None
 
@@ -135,15 +132,15 @@ def _has_numbers(feature: Feature) -> bool:
 
 
 def _baseline(
-    report: Report, inside: NDArray[np.bool_], values: Mapping[str, list[Any]]
+    data: ExperimentData, inside: NDArray[np.bool_], values: Mapping[str, list[Any]]
 ) -> tuple[float, float] | None:
-    row, *others = np.unique(report.data.fixed_baseline[inside]).tolist()
+    row, *others = np.unique(data.fixed_baseline[inside]).tolist()
     if row == names.NO_BASELINE or others:
         return None
     found = []
     for name, own in values.items():
         is_leakage = name in INTERNAL_LEAKAGE_FORMS
-        value = report.data.leakage_requests[row] if is_leakage else report.data.values(name)[row]
+        value = data.leakage_requests[row] if is_leakage else data.values(name)[row]
         is_number = all(isinstance(each, int | float) for each in (value, *own))
         if value in own:
             found.append(float(own.index(value)))

@@ -17,7 +17,7 @@ from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
 if TYPE_CHECKING:
-    from hydrofdi.report.composition import Report
+    from hydrofdi.report.data import ReportData
     from hydrofdi.report.table import ComposedReport
 
 _DELTAS = {
@@ -31,7 +31,7 @@ _DELTAS = {
 _BASELINES = ("fixed", "matched")
 
 
-def general_record(report: Report, *, with_rows: bool = True) -> dict[str, Any]:
+def general_record(report: ReportData, *, with_rows: bool = True) -> dict[str, Any]:
     """Data of every experiment, with or without its rows; missing numbers are None."""
     table = report.table
     record: dict[str, Any] = {"experiment": report.data.experiment.name}
@@ -75,7 +75,7 @@ def _level_columns(table: RunTable) -> dict[str, Array]:
     return columns
 
 
-def _row_records(report: Report) -> list[dict[str, Any]]:
+def _row_records(report: ReportData) -> list[dict[str, Any]]:
     table = report.table
     columns = _run_columns(table) | _level_columns(table)
     for baseline in _BASELINES:
@@ -97,7 +97,7 @@ def _row_records(report: Report) -> list[dict[str, Any]]:
     return row_records(columns)
 
 
-def tidy_columns(report: Report) -> dict[str, list[Any]]:
+def tidy_columns(report: ReportData) -> dict[str, list[Any]]:
     """Header with unit → values, one per run and level; None if a number is missing."""
     table = report.table
     columns = _run_columns(table)
@@ -122,7 +122,7 @@ def tidy_columns(report: Report) -> dict[str, list[Any]]:
     }
 
 
-def wide_columns(report: Report) -> dict[str, list[Any]]:
+def wide_columns(report: ReportData) -> dict[str, list[Any]]:
     """Header with unit → values, one per run: what varies, and δ of each level against the fixed baseline."""
     table = report.table
     columns: dict[str, Any] = {"run_id": table.texts(names.RUN_ID)}

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +26,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from hydrofdi.report.composition import Report
-    from hydrofdi.report.detection.report import DetectionReport
-
-    ComposedReport: TypeAlias = Report | DetectionReport
 
 _SHOWN = 30
 """Rows that a notebook shows."""
@@ -528,3 +525,37 @@ class FigureKind:
 
     caption: str
     draw: Callable[[], Any]
+
+
+class ComposedReport(Protocol):
+    """A report before it is written in any form, whatever it is about."""
+
+    @property
+    def name(self) -> str:
+        """The experiment."""
+
+    @property
+    def path(self) -> Path:
+        """The experiment file."""
+
+    @property
+    def usual_figure(self) -> str:
+        """The figure that is drawn by default."""
+
+    def document(self) -> Document:
+        """Its sections."""
+
+    def record(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Header → values of CSV."""
+
+    def wide(self) -> dict[str, list[Any]]:
+        """Header → values, one per run."""
+
+    def figures(self) -> Mapping[str, FigureKind]:
+        """Name → figure."""
+
+    def checks(self) -> dict[str, bool | None]:
+        """Claim that the experiment lists → whether it holds."""

@@ -7,30 +7,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.shown_values import shown_values
-from hydrofdi.papers.maddahi2015.claims import CLAIMS, D3, ClaimResult, Outcome, Standing, alarms
+from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Standing, alarms
+from hydrofdi.papers.maddahi2015.data import StudyData, sealed_outcomes
 from hydrofdi.report.runs import (
     Array,
     RunTable,
     best_levels,
-    leaks_out_more,
     level_names,
-    normal_bulk_modulus,
 )
 from hydrofdi.report.table import Block, Table, plain, row_records
-from hydrofdi.report.wording import joined, modulus_text
+from hydrofdi.report.wording import joined
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
-
-if TYPE_CHECKING:
-    from hydrofdi.papers.maddahi2015.report import StudyReport
-
 
 _ONE_PHASE = (
     "Only one start phase was measured. The decimated transform depends on it, so this is not a finding yet: "
@@ -41,7 +34,7 @@ _UNSETTLED = (
 )
 
 
-def claim_record(study: StudyReport, result: ClaimResult) -> dict[str, Any]:
+def claim_record(study: StudyData, result: ClaimResult) -> dict[str, Any]:
     """A claim with its checks, and how it stands over the start phases; an ensemble leaves out checks."""
     claim = result.claim
     configured, *settled = (standing.claim(claim.id, study.looked_at) for standing in study.standings)
@@ -64,7 +57,7 @@ def claim_record(study: StudyReport, result: ClaimResult) -> dict[str, Any]:
     return record
 
 
-def claims_block(study: StudyReport) -> Block:
+def claims_block(study: StudyData) -> Block:
     """All claims with their margins; one sentence if there is no grid."""
     title = "Claims: the paper's sentences as checks"
     if study.grid.lack:
@@ -72,7 +65,7 @@ def claims_block(study: StudyReport) -> Block:
     return Block("claims", title, required(study), (_claims_table(study),))
 
 
-def required(study: StudyReport) -> tuple[str, ...]:
+def required(study: StudyData) -> tuple[str, ...]:
     """Whether the claims that the file lists hold, in all feasible scenarios of an ensemble."""
     if not study.guarded:
         return ()
@@ -81,7 +74,7 @@ def required(study: StudyReport) -> tuple[str, ...]:
     return (f"The experiment file requires {joined([each.claim.id for each in study.guarded])}: {held}.",)
 
 
-def _claims_table(study: StudyReport) -> Table:
+def _claims_table(study: StudyData) -> Table:
     note = (
         "At the configured start phase. Margin: how far one δ behind a claim could move before its result"
         " turns; negative if it does not hold. If it is a difference of two δ, both may move, each by half of"
@@ -92,7 +85,7 @@ def _claims_table(study: StudyReport) -> Table:
     return Table.of_records(plain(records), nested, title="Claims", key="claims", notes=(note,))
 
 
-def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
+def standing_blocks(study: StudyData) -> tuple[Block, Block]:
     """Which claims and sealed alarms survive every start phase, as configured and settled; their numbers."""
     sentences = {claim.id: f"{claim.id}: {claim.sentence}" for claim in CLAIMS}
     named = [] if study.grid.lack else [(sentences[each.name], each) for each in study.claim_outcomes]
@@ -127,42 +120,10 @@ def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
     )
 
 
-def controls(table: RunTable) -> tuple[RunTable, RunTable]:
-    """The sealed runs above the normal EBM, and the leaky runs; by what else varies, leakage and EBM.
-
-    Both without further external leakage.
-    """
-    kept = table.of(~leaks_out_more(table.data)[table.positions])
-    varied = tuple(name for name in table.label_names if len(set(kept.values(name))) > 1)
-    kept = replace(kept, label_names=varied)
-    labels = [tuple(each.values()) for each in kept.labels]
-    order = {key: place for place, key in enumerate(dict.fromkeys(labels))}
-    codes = np.array([order[key] for key in labels])
-    moduli = kept[names.BULK_MODULUS]
-    is_raised = kept.is_sealed & (moduli > normal_bulk_modulus(table.data)) & (table.n_level > D3)
-    places = np.lexsort((moduli, kept.leakage_requests, codes))
-    return kept.of(places[is_raised[places]]), kept.of(places[~kept.is_sealed[places]])
-
-
 def alarm_verdicts(delta: Array) -> list[bool | None]:
     """Whether δd3 is positive and the largest of each run; None if it is missing or failed."""
     pairs = zip(alarms(delta), np.asarray(np.isnan(delta).any(axis=1)), strict=True)
     return [None if is_open else bool(is_alarm) for is_alarm, is_open in pairs]
-
-
-def sealed_outcomes(sealed: RunTable, standing: Standing) -> list[Outcome]:
-    """Where the d3 rule alarms, by δd3, at each EBM and further parameters."""
-    return [
-        standing.level(
-            ", ".join(filter(None, [modulus_text(modulus), shown_values(labels)])),
-            standing.fixed[:, position],
-            D3,
-            float(standing.shown[position, D3]),
-        )
-        for modulus, labels, position in zip(
-            sealed[names.BULK_MODULUS].tolist(), sealed.labels, sealed.positions, strict=True
-        )
-    ]
 
 
 def best_deltas(leaky: RunTable) -> tuple[NDArray[np.int64], Array]:

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from hydrofdi.config.experiment import ReferenceCell, ReferenceConfig
 from hydrofdi.papers.maddahi2015 import conclusions
-from hydrofdi.papers.maddahi2015.claims import CLAIMS, ClaimResult, Outcome, Standing, standings
-from hydrofdi.papers.maddahi2015.conclusions import controls, controls_record, sealed_outcomes
-from hydrofdi.papers.maddahi2015.grid import ModeGrid, arrange_modes
+from hydrofdi.papers.maddahi2015.conclusions import controls_record
+from hydrofdi.papers.maddahi2015.data import StudyData
 from hydrofdi.papers.maddahi2015.scenarios import (
-    ScenarioStudy,
     scenario_blocks,
     scenarios_record,
-    study_scenarios,
 )
 from hydrofdi.report import changes
 from hydrofdi.report.composition import Report, answers
@@ -28,95 +24,19 @@ from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.record import general_record
 from hydrofdi.report.runs import RunTable
 from hydrofdi.report.table import Block, FigureKind, Table, plain
-from hydrofdi.report.wording import mode_name
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
 
 @dataclass(frozen=True)
-class StudyReport(Report):
+class StudyReport(StudyData, Report):
     """The general report with the paper's tables, claims, controls and figures."""
 
     lead = (
         "Change δ of the RMS of the wavelet details of the chamber-1 pressure with internal leakage and with"
         " the EBM of the fluid. After Maddahi et al., CDSR 2015, paper 181; no number comes from the paper."
     )
-
-    @cached_property
-    def grid(self) -> ModeGrid:
-        """The leaky modes."""
-        return arrange_modes(self.data)
-
-    @cached_property
-    def standings(self) -> tuple[Standing, ...]:
-        """The ways to look at the records: as configured, and settled if any run is."""
-        return tuple(standings(self.grid, self.data))
-
-    @cached_property
-    def scenarios(self) -> ScenarioStudy | None:
-        """Claims and controls over the scenarios of an ensemble with a grid."""
-        is_ensemble = self.data.experiment.has_scenarios and not self.grid.lack
-        return study_scenarios(self.grid, self.data, self.standings) if is_ensemble else None
-
-    @cached_property
-    def _controls(self) -> tuple[RunTable, RunTable]:
-        return controls(self.table)
-
-    @property
-    def sealed(self) -> RunTable:
-        """The sealed runs that the d3 rule is tried on."""
-        return self._controls[0]
-
-    @property
-    def leaky(self) -> RunTable:
-        """The leaky runs."""
-        return self._controls[1]
-
-    @cached_property
-    def looked_at(self) -> Sequence[int]:
-        """Positions of the scenarios that claims have to hold in: the feasible ones, or all."""
-        if self.scenarios is None:
-            return range(len(self.grid.scenarios))
-        found: list[int] = np.flatnonzero(self.scenarios.feasible).tolist()
-        return found
-
-    @cached_property
-    def claims(self) -> tuple[ClaimResult, ...]:
-        """The result of every claim."""
-        return tuple(ClaimResult(claim, claim.checks(self.grid), self.looked_at) for claim in CLAIMS)
-
-    @property
-    def guarded(self) -> tuple[ClaimResult, ...]:
-        """The claims that the experiment file lists."""
-        listed = self.data.experiment.claims
-        return tuple(result for result in self.claims if result.claim.id in listed)
-
-    @cached_property
-    def claim_outcomes(self) -> list[Outcome]:
-        """How claims stand over the start phases, in each way to look at the records."""
-        return [each.claim(claim.id, self.looked_at) for each in self.standings for claim in CLAIMS]
-
-    @cached_property
-    def alarm_outcomes(self) -> list[Outcome]:
-        """How the alarms on the sealed actuator stand over the start phases."""
-        return [found for each in self.standings for found in sealed_outcomes(self.sealed, each)]
-
-    def check_records(self, result: ClaimResult) -> Iterator[dict[str, Any]]:
-        """Each check of a claim in each scenario; its runs are the healthy one, then the leaky ones."""
-        grid, run_ids = self.grid, self.data.columns[names.RUN_ID].astype(str)
-        for check in result.checks:
-            for scenario in result.scenarios:
-                leaky = [int(grid.positions[scenario, 1 + q, b]) for q, b in check.modes]
-                runs = [int(self.data.fixed_baseline[leaky[0]]), *leaky]
-                margin, labels = float(check.margin[scenario]), grid.scenarios[scenario]
-                yield {
-                    "runs": run_ids[runs].tolist(),
-                    "modes": [mode_name(grid.leakage_flows[q], grid.bulk_moduli[b]) for q, b in check.modes],
-                    "holds": None if math.isnan(margin) else margin > 0.0,
-                    "margin_percentage_points": margin,
-                    "each_may_move_percentage_points": float(check.allowance[scenario]),
-                } | ({"labels": labels} if labels else {})
 
     @property
     def usual_figure(self) -> str:
@@ -202,7 +122,7 @@ NONE_GIVEN = (
 )
 
 
-def table3_blocks(study: StudyReport) -> tuple[Block, Block]:
+def table3_blocks(study: StudyData) -> tuple[Block, Block]:
     """The table of all runs; the one against the fixed baseline is the answer."""
     block = changes.changes_block(study, "Table 3: change of the details with leakage and EBM", "table3")
     reason = study.no_changes
@@ -214,7 +134,7 @@ def table3_blocks(study: StudyReport) -> tuple[Block, Block]:
     return answer, Block("table3-matched", rest, tuple(bands), tuple(others))
 
 
-def table2_block(study: StudyReport) -> Block | None:
+def table2_block(study: StudyData) -> Block | None:
     """Table 2 and its sealed control; None if more than leakage and EBM varies, or they form no grid."""
     table = study.table
     if table.label_names or study.grid.lack:
@@ -258,7 +178,7 @@ def _deviation(table: RunTable, cell: ReferenceCell, general: float) -> dict[str
     }
 
 
-def reference_block(study: StudyReport) -> Block:
+def reference_block(study: StudyData) -> Block:
     """Published values beside the computed ones, or the sentence that there are none."""
     reference, title = study.data.experiment.reference, "Published values"
     found = deviations(study.table, reference)

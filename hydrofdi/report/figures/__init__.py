@@ -19,7 +19,7 @@ from hydrofdi.settings.messages import similar
 from hydrofdi.store.files import whole_file
 
 if TYPE_CHECKING:
-    from hydrofdi.report.composition import Report
+    from hydrofdi.report.data import ReportData
     from hydrofdi.report.table import ComposedReport
 
 _SENSITIVITY = "Heat maps over the two parameters that matter most"
@@ -28,7 +28,7 @@ KINDS = ("png", "svg", "pdf")
 """File types of figures."""
 
 
-def general_figures(report: Report) -> dict[str, FigureKind]:
+def general_figures(report: ReportData) -> dict[str, FigureKind]:
     """The figures of any experiment."""
     figures = {}
     if report.plane is not None:

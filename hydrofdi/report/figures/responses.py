@@ -15,7 +15,7 @@ from hydrofdi.report.figures.style import BLUE, log_axis
 from hydrofdi.report.responses import AGAINST, RANGES, AxisResponses, Response
 
 if TYPE_CHECKING:
-    from hydrofdi.report.composition import Report
+    from hydrofdi.report.data import ReportData
 
 _MOST_AXES, _MOST_FEATURES = 6, 8
 _WIDTH, _HEIGHT = 2.4, 1.25
@@ -26,7 +26,7 @@ _DECADES = 30.0
 """An axis is logarithmic if the ratio of its values is at least this."""
 
 
-def draw_responses(report: Report) -> Figure:
+def draw_responses(report: ReportData) -> Figure:
     """A row for each feature, a column for each parameter.
 
     Raises

@@ -14,7 +14,7 @@ from hydrofdi.papers.maddahi2015.scenarios import CLAIM_SETS, ScenarioStudy, val
 from hydrofdi.report.figures.style import BLUE, GREEN, INK, ORANGE, RULE
 
 if TYPE_CHECKING:
-    from hydrofdi.papers.maddahi2015.report import StudyReport
+    from hydrofdi.papers.maddahi2015.data import StudyData
 
 _SENTENCES = {claim.id: fill(f"{claim.id}: {claim.sentence}", 38) for claim in CLAIMS}
 """Claim → its sentence on short lines."""
@@ -26,7 +26,7 @@ _LOOKS = {
 """Records → colours of the phases and of the number, height above the line, and what the number is."""
 
 
-def draw_phases(study: StudyReport) -> Figure:
+def draw_phases(study: StudyData) -> Figure:
     """Margins of the claims, and δd3 of the sealed actuator, at every start phase."""
     if study.standings[0].n_phase < 2:
         raise ReportError("only one start phase was measured; set wavelet: {phase: all}")
@@ -67,7 +67,7 @@ def _draw_outcomes(axis: Any, outcomes: list[Outcome]) -> None:
     axis.set_ylim(len(names) - 0.5, -0.5)
 
 
-def draw_scenarios(study: StudyReport) -> Figure:
+def draw_scenarios(study: StudyData) -> Figure:
     """Share of the feasible scenarios that reproduce each claim, and C1–C4 by parameter value."""
     scenarios = study.scenarios
     if scenarios is None:

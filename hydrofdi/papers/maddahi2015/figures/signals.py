@@ -23,13 +23,13 @@ from hydrofdi.transforms.spectrum import power_spectrum
 from hydrofdi.transforms.wavelet import detail_coefficients
 
 if TYPE_CHECKING:
-    from hydrofdi.papers.maddahi2015.report import StudyReport
+    from hydrofdi.papers.maddahi2015.data import StudyData
 
 _NAMED = 14
 """EBM that have room side by side."""
 
 
-def _position(study: StudyReport, leakage: int, bulk_modulus: int) -> int:
+def _position(study: StudyData, leakage: int, bulk_modulus: int) -> int:
     """Row of a run of the first scenario; `leakage` 0 is the sealed actuator, 1 the smallest leakage."""
     position = int(study.grid.positions[0, leakage, bulk_modulus])
     if position == ABSENT:
@@ -40,11 +40,11 @@ def _position(study: StudyReport, leakage: int, bulk_modulus: int) -> int:
     return position
 
 
-def _flow(study: StudyReport, leakage: int) -> float:
+def _flow(study: StudyData, leakage: int) -> float:
     return study.grid.leakage_flows[leakage - 1] if leakage else 0.0
 
 
-def _small_leak(study: StudyReport) -> tuple[int, list[int]]:
+def _small_leak(study: StudyData) -> tuple[int, list[int]]:
     """The smallest leakage, or the sealed actuator if there is none; positions of the EBM with such a run."""
     leakage = min(1, len(study.grid.leakage_flows))
     return leakage, np.flatnonzero(study.grid.positions[0, leakage] != ABSENT).tolist()
@@ -56,7 +56,7 @@ def _stacked(n_panel: int, width: float, lead: float, height: float) -> tuple[Fi
     return figure, figure.subplots(n_panel, 1, sharex=True, sharey=True, squeeze=False)[:, 0]
 
 
-def draw_figure_2(study: StudyReport) -> Figure:
+def draw_figure_2(study: StudyData) -> Figure:
     """Figure 2: (a) normal and (b) with the small leakage, both at the normal EBM."""
     grid, data = study.grid, study.data
     leakages = list(dict.fromkeys((0, _small_leak(study)[0])))
@@ -74,7 +74,7 @@ def draw_figure_2(study: StudyReport) -> Figure:
     return draw_beside(columns, titles, data.experiment.wavelet)
 
 
-def draw_details(study: StudyReport, level: int) -> Figure:
+def draw_details(study: StudyData, level: int) -> Figure:
     """Figures 3 and 4: the coefficients of a level of P_1 with the small leakage, one panel per EBM."""
     wavelet, (leakage, moduli) = study.data.experiment.wavelet, _small_leak(study)
     if level > wavelet.levels:
@@ -92,7 +92,7 @@ def draw_details(study: StudyReport, level: int) -> Figure:
     return figure
 
 
-def draw_spectrum(study: StudyReport) -> Figure:
+def draw_spectrum(study: StudyData) -> Figure:
     """Spectra of P_1, sealed and with the largest leakage, one line per EBM; none if it is still."""
     leakages = list(dict.fromkeys((0, len(study.grid.leakage_flows))))
     figure, axes = _stacked(len(leakages), 8.0, 0.8, 2.6)
@@ -109,7 +109,7 @@ def draw_spectrum(study: StudyReport) -> Figure:
     return figure
 
 
-def _draw_leakage(axis: Any, study: StudyReport, leakage: int) -> bool:
+def _draw_leakage(axis: Any, study: StudyData, leakage: int) -> bool:
     """Draw the spectra of one leakage, and the bands; whether there is any spectrum."""
     data, (_, moduli), has_spectrum = study.data, _small_leak(study), False
     for number, beta in enumerate(moduli):
@@ -134,7 +134,7 @@ def _draw_leakage(axis: Any, study: StudyReport, leakage: int) -> bool:
     return has_spectrum
 
 
-def draw_mode_plane(study: StudyReport) -> Figure:
+def draw_mode_plane(study: StudyData) -> Figure:
     """The hydraulic mode of every run, linearised at its median working point."""
     grid, columns = study.grid, study.data.columns
     positions = grid.positions[0]
@@ -169,7 +169,7 @@ def draw_mode_plane(study: StudyReport) -> Figure:
     return figure
 
 
-def _name_bulk_moduli(axis: Any, study: StudyReport, frequency: Any, damping: Any) -> None:
+def _name_bulk_moduli(axis: Any, study: StudyData, frequency: Any, damping: Any) -> None:
     apart, last = np.ptp(frequency[np.isfinite(frequency)]) / _NAMED, -np.inf
     for column, beta in enumerate(study.grid.bulk_moduli):
         known = ~np.isnan(damping[:, column])
@@ -181,7 +181,7 @@ def _name_bulk_moduli(axis: Any, study: StudyReport, frequency: Any, damping: An
     axis.margins(0.12, 0.15)
 
 
-def study_figures(study: StudyReport) -> dict[str, FigureKind]:
+def study_figures(study: StudyData) -> dict[str, FigureKind]:
     """Name → figure."""
     figures: dict[str, tuple[str, Callable[..., Any]]] = {
         "figure2": ("Figure 2: signals and d2 of P_1, normal and with the small leakage", draw_figure_2),

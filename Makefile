@@ -37,13 +37,12 @@ test-oldest: .venv/installed-test  ## run what a processor may change as on the 
 
 test-all: test test-long  ## run all tests
 
-check: .venv/installed-test  ## lint, format, types, layers and generated pages
+check: .venv/installed-test  ## lint, format, types, layers and generated files
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/pytest tests/test_layers.py
 	$(BIN)/python docs/generate_configuration.py --check
-	$(BIN)/python docs/generate_indicators.py --check
 
 bench: .venv/installed-bench  ## measure kernel, sweep and start-up (two minutes; on a quiet machine)
 	@$(BIN)/python benchmarks/kernel.py > results/bench.json
@@ -58,9 +57,8 @@ bench-monitor: .venv/installed-test  ## measure the monitor: times real time, la
 torture: .venv/installed-test  ## kill sweeps at random moments and compare the bits (minutes)
 	$(BIN)/python -m tests.runner.torture
 
-docs: .venv/installed-runtime  ## generate the pages of YAML files and indicators, the schemas, and the pictures of the README
+docs: .venv/installed-runtime  ## generate the schemas, the table of symbols, and the pictures of the README
 	$(BIN)/python docs/generate_configuration.py
-	$(BIN)/python docs/generate_indicators.py
 	$(BIN)/hydrofdi sweep configs/table3.yaml
 	$(BIN)/hydrofdi report $(RESULT) --figure docs/images/phases.png
 	$(BIN)/hydrofdi sweep configs/grid.yaml

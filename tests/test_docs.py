@@ -136,12 +136,10 @@ def test_every_command_has_help_and_stands_in_the_documentation():
         assert re.search(rf"`hydrofdi {command}\b|`{command}[ `]", documentation), command
 
 
-def test_the_cross_check_by_hand_holds_and_the_page_is_what_would_be_written(tmp_path):
+def test_the_cross_check_by_hand_holds(tmp_path):
     page = (ROOT / "docs" / "indicators.md").read_text()
     (code,) = re.findall(r"<!-- a test runs this -->\s*```python\n(.*?)```", page, re.DOTALL)
     assert "pywt.wavedec" in code
-    script = ROOT / "docs" / "generate_indicators.py"
-    captured = {"cwd": tmp_path, "env": ENVIRONMENT, "capture_output": True, "text": True, "timeout": 240}
-    for command in (["-c", f"{code}\nassert len(by_hand) == 5"], [script, "--check"]):
-        done = subprocess.run([sys.executable, *command], **captured)
-        assert done.returncode == 0, done.stderr
+    command = [sys.executable, "-c", f"{code}\nassert len(by_hand) == 5"]
+    done = subprocess.run(command, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr

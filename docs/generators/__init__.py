@@ -6,10 +6,23 @@ from typing import TYPE_CHECKING
 
 from pygments.lexers.special import TextLexer
 
-from generators import commands, configurations, detectors, gallery, interface, links, outside, units
+from generators import (
+    commands,
+    configuration,
+    configurations,
+    detectors,
+    gallery,
+    indicators,
+    interface,
+    links,
+    outside,
+    units,
+)
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
+
+ROOMS = (commands, configuration, configurations, detectors, indicators, interface, outside, units)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
@@ -23,6 +36,6 @@ def setup(app: Sphinx) -> dict[str, bool]:
 
 def write_pages(app: Sphinx) -> None:
     """Write all generated pages below ``reference/``."""
-    for room in (commands, configurations, detectors, interface, outside, units):
+    for room in ROOMS:
         room.write(app.srcdir / "reference")
     gallery.draw(app.srcdir)

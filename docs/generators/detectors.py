@@ -21,7 +21,7 @@ CHARTS = """\
 ## Control charts
 
 A chart turns the numbers of a detector into alarms, on line. Their options:
-[`detection.online.charts`](../configuration.md#detectiononlinecharts).
+[`detection.online.charts`](configuration.md#detectiononlinecharts).
 """
 
 
@@ -55,4 +55,4 @@ def _row(kind: str, presets: list[str]) -> tuple[str, ...]:
     described = describe(kind)
     links = ", ".join(f"[`{preset}`](configurations/{preset}.md)" for preset in presets)
     channels = ", ".join(f"`{channel}`" for channel in described.channels)
-    return f"[`{kind}`](../indicators.md#{kind})", described.summary, channels, links
+    return f"[`{kind}`](indicators.md#{kind})", described.summary, channels, links

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -13,15 +13,21 @@ if TYPE_CHECKING:
 _LINK = re.compile(r"(?<=\]\()(?P<path>[^)\s#:]+)(?P<anchor>#[^)\s]*)?(?=\))")
 
 _PAGES = {
-    "README.md": "index.md",
-    "CHANGELOG.md": "reference/changelog.md",
-    "CONTRIBUTING.md": "reference/contributing.md",
-    "docs/decisions": "decisions/index.md",
-    "docs/deploy": "monitoring-states.md",
-    "results/table3": "reference/table3.md",
-    "results/table3/table3.md": "reference/table3.md",
+    r"README\.md": "index.md",
+    r"CHANGELOG\.md": "reference/changelog.md",
+    r"CONTRIBUTING\.md": "reference/contributing.md",
+    r"configs/schema\.json": "reference/configuration.md",
+    r"configs/(measured|monitor)-schema\.json": "reference/samples.md",
+    r"configs/fleet-schema\.json": "reference/samples.md#a-fleet",
+    r"configs(/[\w/-]+)?": "reference/configurations/index.md",
+    r"configs/(.+)\.yaml": r"reference/configurations/\1.md",
+    r"docs/decisions": "decisions/index.md",
+    r"docs/deploy": "monitoring-states.md",
+    r"hydrofdi/indicators/catalogue": "reference/indicators.md",
+    r"hydrofdi/indicators/(?:catalogue|models)/(\w+)\.py": r"reference/indicators.md#\1",
+    r"results/table3(/table3\.md)?": "reference/table3.md",
 }
-"""File or folder of the repository → the page of the site that shows it."""
+"""Pattern of files or folders of the repository → the page of the site that shows them."""
 
 
 def lead_to_pages(app: Sphinx, name: str, content: list[str]) -> None:
@@ -46,15 +52,8 @@ def led_to_pages(text: str, page: str) -> str:
 
 def _led(path: str, anchor: str, folder: PurePosixPath) -> str:
     target = os.path.normpath(folder / path)
-    shown = _PAGES.get(target) or _configuration(target)
+    matches = ((re.fullmatch(pattern, target), page) for pattern, page in _PAGES.items())
+    shown = next((found.expand(page) for found, page in matches if found), None)
     if shown is None and target.startswith("docs/") and not str(folder).startswith("docs"):
         shown = target.removeprefix("docs/")
     return f"/{shown}{anchor}" if shown else f"{path}{anchor}"
-
-
-def _configuration(target: str) -> str | None:
-    if target == "configs" or (target.startswith("configs/") and not Path(target).suffix):
-        return "reference/configurations/index.md"
-    if target.startswith("configs/") and target.endswith(".yaml"):
-        return f"reference/{target.replace('configs/', 'configurations/').removesuffix('.yaml')}.md"
-    return None

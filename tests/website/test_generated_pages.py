@@ -5,11 +5,19 @@ import shlex
 from pathlib import Path
 
 import pytest
-from generators import commands, configurations, detectors, interface, units
+from generators import ROOMS, commands
 from generators.examples import EXAMPLES
 from generators.links import led_to_pages
 
 import hydrofdi
+from hydrofdi.config import ExperimentConfig
+from hydrofdi.config.sections.machine import FluidConfig
+from hydrofdi.config.study.study import OnlineConfig
+from hydrofdi.indicators import indicator_names
+from hydrofdi.indicators.registry import describe
+from hydrofdi.monitor.configuration import MqttConfig
+from hydrofdi.monitor.fleet.configuration import FleetConfig
+from hydrofdi.records.measured.description.sections import MeasuredConfig
 from hydrofdi.settings.ready import ready_names
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -19,7 +27,7 @@ COMMANDS = commands.command_group().commands
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory):
     folder = tmp_path_factory.mktemp("reference")
-    for room in (commands, configurations, detectors, interface, units):
+    for room in ROOMS:
         room.write(folder)
     return folder
 
@@ -58,6 +66,33 @@ def test_every_ready_configuration_has_a_page_with_its_file(reference):
         assert f"]({name}.md)" in (reference / "configurations" / "index.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize(
+    ("name", "models"),
+    [
+        ("configuration", [ExperimentConfig, FluidConfig, OnlineConfig]),
+        ("samples", [MeasuredConfig, FleetConfig, MqttConfig]),
+    ],
+)
+def test_every_key_of_a_file_is_described(reference, name, models):
+    text = (reference / f"{name}.md").read_text(encoding="utf-8")
+    headings = ", ".join(re.findall(r"^##+ (.*)$", text, re.MULTILINE))
+    described = {*re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE), *re.findall(r"[`.](\w+)`", headings)}
+    assert {key for model in models for key in model.model_fields} - described == set()
+
+
+def test_keys_of_files_and_streams_stand_once(reference):
+    text = (reference / "samples.md").read_text(encoding="utf-8")
+    assert text.count("| `sampling_frequency` |") == text.count("| `piston_area` |") == 1
+
+
+def test_every_indicator_has_a_section_with_its_outputs(reference):
+    page = (reference / "indicators.md").read_text(encoding="utf-8")
+    for name in indicator_names():
+        section = page.partition(f"\n## {name}\n")[2].partition("\n## ")[0]
+        assert "Source: " in section
+        assert f"`{describe(name).outputs[0].name}`" in section
+
+
 def test_every_kind_of_figure_is_in_the_gallery():
     text = (DOCS / "gallery.md").read_text(encoding="utf-8")
     _, listed = (DOCS / "report.md").read_text(encoding="utf-8").split("## Figures")
@@ -70,6 +105,8 @@ def test_every_kind_of_figure_is_in_the_gallery():
     ("page", "link", "led"),
     [
         ("docs/results.md", "../configs/table3.yaml", "/reference/configurations/table3.md"),
+        ("docs/studies.md", "../configs/schema.json#study", "/reference/configuration.md#study"),
+        ("docs/index.md", "../hydrofdi/indicators/models/weak_rls.py", "/reference/indicators.md#weak_rls"),
         ("docs/running.md", "../configs/", "/reference/configurations/index.md"),
         ("CHANGELOG.md", "docs/files.md#layout", "/files.md#layout"),
         ("docs/measured.md", "https://example.org/a.yaml", "https://example.org/a.yaml"),

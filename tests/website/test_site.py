@@ -9,8 +9,8 @@ from tests.browser import needs_chromium, open_page, requests_of_the_page, serio
 pytestmark = pytest.mark.long
 
 SHOWN = [
-    "index.html", "tutorials/my-actuator.html", "gallery.html", "search.html", "indicators.html",
-    "reference/commands/sweep.html", "reference/api/simulate.html",
+    "index.html", "tutorials/my-actuator.html", "gallery.html", "search.html", "reference/indicators.html",
+    "reference/samples.html", "reference/commands/sweep.html", "reference/api/simulate.html",
 ]  # fmt: skip
 
 OUTSIDE = re.compile(

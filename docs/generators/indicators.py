@@ -1,52 +1,43 @@
-"""Write the second half of docs/indicators.md from the indicators themselves.
-
-::
-
-    python docs/generate_indicators.py           write it (also: make docs)
-    python docs/generate_indicators.py --check   fail if it is not what would be written (make check)
-"""
+"""The page of all indicators: channels, equations, options and outputs."""
 
 from __future__ import annotations
 
 import re
-import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from importlib.metadata import entry_points
 from itertools import groupby
 from pathlib import Path
 
+from generators.writing import table, write_page
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.registry import GROUP, Description, Option, describe
 from hydrofdi.settings.readable import typeset
 
-PAGE = Path(__file__).parent / "indicators.md"
+INTRODUCTION = """\
+# All indicators
 
-MARK = "<!-- written by docs/generate_indicators.py from hydrofdi/indicators; change the texts there -->\n"
-"""Ends what is written by hand."""
+[Indicators](../indicators.md) shows how they are measured, and how to add your own. Cheap ones cost less
+than the simulation of the record. Channels are those without options; those marked SI cannot be in counts.
+An arrow shows how a leak moves an output.
+"""
 
 
-def page() -> str:
-    """The text of docs/indicators.md."""
+def write(reference: Path) -> None:
+    """Write ``reference/indicators.md``."""
     added = {point.name for point in entry_points(group=GROUP)}
     indicators = [describe(name) for name in indicator_names() if name not in added]
     shared = _Shared(indicators)
-    parts = [*_overview(indicators), *shared.tables()]
+    head = ("indicator", "what it measures", "channels", "cost")
+    parts = [INTRODUCTION, table(head, [_row(each) for each in indicators]), *shared.tables()]
     parts += [line for each in indicators for line in _section(each, shared)]
-    return PAGE.read_text(encoding="utf-8").partition(MARK)[0] + MARK + "\n" + "\n".join(parts) + "\n"
+    write_page(reference / "indicators.md", "\n".join(parts) + "\n")
 
 
-def _overview(indicators: list[Description]) -> Iterator[str]:
-    yield "| indicator | what it measures | channels | cost |"
-    yield "|---|---|---|---|"
-    for each in indicators:
-        channels = ", ".join(f"`{channel}`" for channel in each.channels) + " (SI)" * each.needs_scale
-        yield _row(f"[`{each.name}`](#{each.name})", each.summary, channels, each.cost)
-    yield (
-        "\nCheap indicators cost less than the simulation of the record. Channels are those without options;"
-        " those marked SI cannot be in counts. An arrow shows how a leak moves an output."
-    )
+def _row(indicator: Description) -> tuple[str, ...]:
+    channels = ", ".join(f"`{channel}`" for channel in indicator.channels) + " (SI)" * indicator.needs_scale
+    return f"[`{indicator.name}`](#{indicator.name})", indicator.summary, channels, indicator.cost
 
 
 class _Shared:
@@ -69,9 +60,9 @@ class _Shared:
         return self.outputs.get(output.name) == _meaning(output)
 
     def tables(self) -> Iterator[str]:
-        yield "\n### Shared options\n\nOptions of several indicators, with the usual default:\n"
+        yield "\n## Shared options\n\nOptions of several indicators, with the usual default:\n"
         yield from (_option(name, self.default(name), text) for name, text in self.options.items())
-        yield "\n### Shared outputs\n"
+        yield "\n## Shared outputs\n"
         units = {out.name: typeset(out.unit) for each in self._indicators for out in each.outputs}
         yield from (f"- `{name}` [{units[name]}]: {meaning}" for name, meaning in self.outputs.items())
 
@@ -83,7 +74,7 @@ def _common(pairs: Iterable[tuple[str, str]]) -> dict[str, str]:
 
 
 def _section(indicator: Description, shared: _Shared) -> Iterator[str]:
-    yield f"\n### {indicator.name}\n"
+    yield f"\n## {indicator.name}\n"
     if indicator.equation:
         yield f"Equation: {indicator.equation}."
     yield f"Source: {indicator.source}."
@@ -125,14 +116,3 @@ def _arrow(output: Output) -> str:
 
 def _meaning(output: Output) -> str:
     return output.long_name + "".join(f" × {length} {name}" for name, length in output.dims.items())
-
-
-def _row(*cells: str) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
-
-
-if __name__ == "__main__":
-    if "--check" not in sys.argv[1:]:
-        PAGE.write_text(page(), encoding="utf-8")
-    elif PAGE.read_text(encoding="utf-8") != page():
-        sys.exit(f"{PAGE.name} is not up to date; run 'make docs'")

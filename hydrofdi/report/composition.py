@@ -57,11 +57,11 @@ class Report(ReportData):
             changes.varied_block(self),
             changes.holes_block(self.data),
             *changes.doubts_blocks(self.data),
+            matrix_block(self.plane) if self.plane else None,
             *(block for block, _ in self.views),
             responses_block(self.responses),
             *(own if self.responses.axes else answers(*own)),
             indicators_block(self.indicators, has_replicates=self.data.has_replicates),
-            matrix_block(self.plane) if self.plane else None,
             changes.summary_block(self),
             provenance_block(self.data),
         )

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -73,7 +72,8 @@ class SweepStatus:
         )
 
 
-class Explanation(SimpleNamespace):
+@dataclass(frozen=True, repr=False)
+class Explanation:
     """Why a run is as it is.
 
     ``reason`` to compute it: what of its request is not stored, its record or its analysis; empty where it is
@@ -83,12 +83,34 @@ class Explanation(SimpleNamespace):
     baseline, or of the nominal run without one, value of the run), in SI; ``is_baseline``: whether it is this
     baseline. ``analysis``: label of an indicator → its ``analysis_id``, its ``options`` that differ from the
     defaults, in SI, and these in readable units (``shown``). ``calibration``: conditions under which its K_i
-    was solved, or None. ``shard``: where it is stored, or empty; ``provenance``: the latest sweep on the
-    folder. ``verdict``: how far it can be believed, empty if it is not stored; ``doubts``: word of it → the
-    number behind it, what it means, and what to do; ``remedy`` of a failure. ``changes``: key of the
-    experiment → (value of the sweep that last stored results, value now), where they differ. ``units``:
-    dotted parameter → the unit that the experiment is written in.
+    was solved. ``shard``: where it is stored, or empty; ``provenance``: the latest sweep on the folder.
+    ``verdict``: how far it can be believed, empty if it is not stored; ``doubts``: word of it → the number
+    behind it, what it means, and what to do; ``remedy`` of a failure. ``changes``: key of the experiment →
+    (value of the sweep that last stored results, value now). ``units``: dotted parameter → the unit that the
+    experiment is written in.
     """
+
+    run_id: str
+    record_id: str
+    reason: str
+    status: str
+    message: str
+    log: str
+    causes: list[str]
+    position: int
+    role: dict[str, Any] | str | None
+    request: dict[str, dict[str, Any]]
+    differences: dict[str, tuple[Any, Any]]
+    analysis: dict[str, dict[str, Any]]
+    calibration: dict[str, dict[str, Any]] | None
+    shard: str
+    provenance: dict[str, Any] | None
+    verdict: str
+    doubts: dict[str, dict[str, Any]]
+    remedy: str
+    changes: dict[str, tuple[Any, Any]]
+    is_baseline: bool
+    units: dict[str, str]
 
     def __repr__(self) -> str:
         said = [self.verdict or self.status, self.message, self.remedy, self.reason]

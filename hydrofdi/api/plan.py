@@ -11,7 +11,6 @@ from itertools import islice
 from math import prod
 from os import PathLike
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Unpack
 
 from numpy import bincount
@@ -233,20 +232,45 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
     return least, _MOST_FACTOR * least + _START_SECONDS
 
 
-class Plan(SimpleNamespace):
+@dataclass(frozen=True, repr=False)
+class Plan:
     """What a sweep will do, as `hydrofdi.plan` returns it.
 
-    ``experiment`` and ``file``: its name, and where its file will be. Runs: ``planned``, all; ``swept``;
-    ``controls_added``, healthy ones to compare with; ``stored``; ``failed_before``; ``missing``, those to be
-    computed, with ``reasons`` → how many. For these ``simulated_records`` and ``measured_analyses``, from
+    Runs: ``planned``, all; ``controls_added``, healthy ones to compare with; ``missing``, those to be
+    computed, with ``reasons`` → how many. For these, ``simulated_records``, ``measured_analyses`` from
     stored signals, and the ``solutions``: leakage flows, conditions and total of the K_i to solve,
-    ``calibrated_at`` each run or the nominal actuator. ``study``: populations and designs of a study, and
-    what varies, or None. ``axes``: dotted parameter → its values, and what ``first_point`` and ``last_point``
-    of the sweep set, in SI. ``predicted_seconds`` to ``predicted_seconds_most``: wall time to expect with so
-    many ``workers``, from a few runs that were tried [s]. ``predicted_file_bytes`` (the shards take as much
-    again) of ``free_bytes``. ``warnings``, one sentence each; those on ``unusual_values`` and
-    ``idle_parameters``; and ``units``: dotted parameter → the unit that the experiment is written in.
+    ``calibrated_at`` each run or the nominal actuator. ``axes``: dotted parameter → its values, and what
+    ``first_point`` and ``last_point`` of the sweep set, in SI. ``predicted_seconds`` to
+    ``predicted_seconds_most``: wall time to expect [s], from a few runs that were tried. The shards take
+    as much as the file. ``units``: dotted parameter → the unit that the experiment is written in.
     """
+
+    experiment: str
+    file: str
+    planned: int
+    swept: int
+    controls_added: int
+    study: dict[str, Any] | None
+    axes: dict[str, Any]
+    first_point: dict[str, Any]
+    last_point: dict[str, Any]
+    stored: int
+    failed_before: int
+    missing: int
+    simulated_records: int
+    measured_analyses: int
+    reasons: dict[str, int]
+    solutions: dict[str, int]
+    calibrated_at: str
+    workers: int
+    predicted_seconds: float
+    predicted_seconds_most: float
+    predicted_file_bytes: int
+    free_bytes: int
+    warnings: list[str]
+    unusual_values: list[str]
+    idle_parameters: list[str]
+    units: dict[str, str]
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi plan --json`` prints."""

@@ -17,7 +17,7 @@ from hydrofdi.report.plane import Plane, matrix_block, plane_of
 from hydrofdi.report.provenance import machine_block, provenance_block
 from hydrofdi.report.record import general_record, tidy_columns, wide_columns
 from hydrofdi.report.responses import ResponseStudy, responses_block, responses_record, study_responses
-from hydrofdi.report.runs import RunTable, run_table, table_runs
+from hydrofdi.report.runs import RunTable, run_table
 from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.report.views import View, asked_views
 from hydrofdi.store.experiment_data import ExperimentData
@@ -79,11 +79,7 @@ class Report:
     @cached_property
     def baselines(self) -> tuple[str, ...]:
         """``fixed`` and ``matched``, without a baseline for which δ is zero or the same as for the other."""
-        runs = table_runs(self.data)
-        own, fixed, matched = (
-            rows[runs]
-            for rows in (np.arange(self.data.n_run), self.data.fixed_baseline, self.data.matched_baseline)
-        )
+        own, fixed, matched = np.arange(self.data.n_run), self.data.fixed_baseline, self.data.matched_baseline
         tells = {
             "fixed": (fixed != own) & (fixed != names.NO_BASELINE),
             "matched": (matched != own) & (matched != fixed),
@@ -139,7 +135,7 @@ class Report:
             *(block for block, _ in self.views),
             responses_block(self.responses),
             *(own if self.responses.axes else answers(*own)),
-            indicators_block(self.indicators, has_replicates=self.data.has_replicates),
+            indicators_block(self.indicators),
             matrix_block(self.plane) if self.plane else None,
             changes.summary_block(self),
             provenance_block(self.data),

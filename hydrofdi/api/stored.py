@@ -214,7 +214,7 @@ def _changes(before: dict[str, Any], asked: ExperimentConfig) -> dict[str, tuple
     return {
         key: (old.get(key), now.get(key))
         for key in dict.fromkeys([*old, *now])
-        if old.get(key) != now.get(key) and not key.startswith(("units: ", "replicates."))
+        if old.get(key) != now.get(key) and not key.startswith("units: ")
     }
 
 

@@ -242,7 +242,6 @@ def read_experiment(path: Path) -> ExperimentData:
         }
         physics = int(file.attrs["physics_version"])
         configuration = json.loads(file.attrs["configuration"])
-        configuration.pop("replicates", None)
         absent = {
             label: AbsentIndicator(why, file[f"{label}{names.ANALYSIS_ID}"].attrs)
             for label, why in experiment.indicator_choice.absent.items()

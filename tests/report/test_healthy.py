@@ -51,15 +51,15 @@ def test_each_run_is_compared_with_the_other_sealed_ones_at_its_bulk_modulus(dat
 
 
 def test_another_sealed_run_lies_outside_of_the_range_as_often_as_is_said(data):
-    generator, n_repeat, outside = np.random.default_rng(11), 1500, 0
+    generator, n_repeat, outside, n_emphasized = np.random.default_rng(11), 1500, 0, 0
     for _ in range(n_repeat):
         rms = generator.normal(100.0, 5.0, data.columns[names.DETAIL_RMS].shape)
-        sealed, leaky = (
-            np.array(group["delta_percent"])
-            for group in healthy_view(with_rms(data, rms))[1]["healthy_ranges"][:2]
-        )
+        block, record = healthy_view(with_rms(data, rms))
+        sealed, leaky = (np.array(group["delta_percent"]) for group in record["healthy_ranges"][:2])
+        n_emphasized += sum(len(column.strong) for column in block.tables[0].content)
         outside += ((leaky[0] < sealed.min(axis=0)) | (leaky[0] > sealed.max(axis=0))).sum()
     assert 0.15 < outside / (5 * n_repeat) < 2 / 8 + 0.02
+    assert n_emphasized / (10 * n_repeat) < 0.002
 
 
 def test_runs_that_failed_are_left_out(data):

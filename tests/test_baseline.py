@@ -98,9 +98,6 @@ def test_the_nominal_value_is_that_of_the_file_and_of_settings(tmp_path):
     )
     ends = [each.sweep.sample.over["fluid.bulk_modulus"]["uniform"] for each in (in_file, set_later)]
     assert ends == [pytest.approx([540e6, 660e6]), pytest.approx([0.9e9, 1.1e9])]
-    replicates = "replicates={count: 2, over: {friction.viscous: {uniform: ±10 %}}}"
-    replicated = load_experiment(settings=[replicates]).replicates.over
-    assert replicated == {"friction.viscous": {"uniform": pytest.approx([45.0, 55.0])}}
 
 
 def test_whole_numbers_are_drawn_with_both_ends(tmp_path):

@@ -30,10 +30,7 @@ hydrofdi report results/table3 --figure phases.png
 hydrofdi schema > experiment.schema.json
 hydrofdi schema measured > measured.schema.json
 """,
-    "check": """\
-hydrofdi check mine.yaml
-hydrofdi check mine.yaml --converge
-""",
+    "check": "hydrofdi check mine.yaml\n",
     "calibrate": "hydrofdi calibrate --flow '0.12 L/min' --flow '0.25 L/min'\n",
     "configs": """\
 hydrofdi configs

@@ -84,8 +84,6 @@ class Check(SimpleNamespace):
         ``change`` if they are outside; see `plausibility`.
     problems, warnings : list of str
         What makes results wrong, and what to keep in mind when reading them.
-    convergence : dict or None
-        Change of the features when the step is halved (see `converge`); None if this was not requested.
     """
 
     def to_dict(self) -> dict[str, Any]:
@@ -100,24 +98,13 @@ class Check(SimpleNamespace):
         return "\n".join([*lines, *(f"warning: {each}" for each in self.warnings)] or ["no warnings"])
 
 
-def check(
-    experiment: Experiment | None = None,
-    /,
-    *,
-    halve_step: bool = False,
-    tolerance: float = 1e-3,
-    **settings: Unpack[Settings],
-) -> Check:
+def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings]) -> Check:
     """Look at an experiment before running it, as ``hydrofdi check`` does.
 
     Parameters
     ----------
     experiment : path, mapping or ExperimentConfig, optional
         By default the nominal actuator.
-    halve_step : bool
-        Whether to halve the step until the detail RMS no longer change.
-    tolerance : float
-        Accepted relative change of a detail RMS.
     **settings
         As in `hydrofdi.simulate`.
 
@@ -135,7 +122,6 @@ def check(
     >>> found.problems[0]
     'the step of 0.001 s is too long for the friction zone: ...'
     """
-    accepted = positive_of("tolerance", tolerance, "1", "a relative change such as 0.001")
     loaded = load_experiment(experiment, settings)
     selection = select_runs(loaded)
     jobs, distinct = selection.jobs, selection.distinct
@@ -158,9 +144,6 @@ def check(
     told = {end: f"{end[1]}: {n} of {counted(len(modes), 'run')}" for end, n in ends.items()}
     problems += [text for (status, _), text in told.items() if status != "ok"]
     problems += selection.unreached
-    convergence = converge(jobs, accepted) if halve_step else None
-    if convergence is not None and convergence["good_enough"] is None:
-        problems.append("none of the tested steps is short enough")
     with shown_in(loaded.units):
         warnings = experiment_warnings(loaded, distinct)
     unusual = unusual_parameters(loaded)
@@ -183,7 +166,6 @@ def check(
         plausibility=plausibility(unusual, distinct, [job.parameters for job in jobs], rows, modes),
         problems=problems,
         warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
-        convergence=convergence,
     )
 
 
@@ -338,25 +320,6 @@ def noise_text(found: Check) -> str:
     return ", ".join(f"d{level} {share}" for level, share in enumerate(shares, 1))
 
 
-def convergence_table(found: Mapping[str, Any]) -> Table:
-    """The change of the features from step to step."""
-    good, changes = found["good_enough"], np.array(found["changes"])
-    tried = f"no step down to {found['steps'][-1]:g} s" if good is None else f"a step of {good:g} s"
-    return Table(
-        (
-            quantity("step", found["steps"], "s"),
-            *(
-                Column(f"d{level}", own, text="{:.1e}".format)
-                for level, own in enumerate(changes.T.tolist(), 1)
-            ),
-        ),
-        title="Largest change of the detail RMS when the step is halved",
-        notes=(f"{tried} stays within {found['tolerance']:g}",),
-    )
-
-
-MOST_HALVINGS = 6
-
 _USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")
 
 
@@ -431,25 +394,3 @@ def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:
                 name: values[position] for name, values in columns.items() if len(values) == len(group)
             }
     return [rows[job.run_id] for job in jobs]
-
-
-def converge(jobs: Sequence[Job], tolerance: float) -> dict[str, Any]:
-    """Halve the step of runs until none of their detail RMS moves by more than a tolerance.
-
-    Returns the ``tolerance``, the largest relative change that is accepted [-]; the ``steps`` tried, longest
-    first [s]; for every step the ``changes``: the largest relative change of each detail RMS over the runs
-    when it is halved, NaN where a run failed; and the longest step that is ``good_enough``, or None.
-    """
-    steps: list[float] = []
-    changes: list[list[float]] = []
-    coarse = np.array([row["detail_rms"] for row in computed_rows(jobs)])
-    while len(steps) < MOST_HALVINGS and not (changes and max(changes[-1]) <= tolerance):
-        steps.append(step := jobs[0].parameters.record.step)
-        half = {"record.step": 0.5 * step}
-        jobs = [replace(job, parameters=job.parameters.with_values(half)) for job in jobs]
-        fine = np.array([row["detail_rms"] for row in computed_rows(jobs)])
-        changes.append(np.max(np.abs(coarse / fine - 1.0), axis=0).tolist())
-        coarse = fine
-    tried = zip(steps, changes, strict=True)
-    good_enough = next((step for step, change in tried if max(change) <= tolerance), None)
-    return {"tolerance": tolerance, "steps": steps, "changes": changes, "good_enough": good_enough}

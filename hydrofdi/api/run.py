@@ -347,7 +347,7 @@ class Run:
             np.where(rows[:1] == 0, 0, names.NO_BASELINE)
             for rows in (whole.fixed_baseline, whole.matched_baseline)
         )
-        table = RunTable(whole.runs[:1], {}, 1, fixed, matched, np.array([names.NO_BASELINE]))
+        table = RunTable(whole.runs[:1], {}, 1, fixed, matched)
         with TemporaryDirectory() as folder:
             write_shard(Path(folder), self.columns, alone.store)
             results = ShardResults([self.run_id], read_index(Path(folder)), {})

@@ -330,7 +330,6 @@ class Settings(TypedDict, total=False):
     units: Any
     limits: Any
     ensemble: Any
-    replicates: Any
     study: Any
     detection: Any
     paper: Any

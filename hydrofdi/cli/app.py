@@ -82,7 +82,6 @@ _HOMES = {
 
 _KEYWORDS = {
     "calibrate": ("flows --flow",),
-    "check": ("halve_step --converge", "tolerance"),
     "detect": ("sampling_frequency",),
     "diagnose": ("healthy", "sampling_frequency"),
     "evaluate": ("indicators", "healthy", "false_alarm_rate", "confidence", "usual_scores"),

@@ -86,7 +86,7 @@ def configs(
     return 0
 
 
-def check(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
+def check(config: Config = None, settings: Settings = None, json: Json = False) -> int:
     """Inspect an experiment before running it.
 
     Shows what is unusual about the machine and what to change; statics and speeds, hydraulic mode and
@@ -98,7 +98,7 @@ def check(config: Config = None, settings: Settings = None, json: Json = False, 
     from hydrofdi.config.shown_values import shown_in
 
     experiment = hydrofdi.load_experiment(config, settings or ())
-    found = hydrofdi.check(experiment, **more)
+    found = hydrofdi.check(experiment)
     with shown_in(experiment.units):
         answer(found, _checked, json=json)
     return 0 if found else 1
@@ -108,7 +108,7 @@ def _checked(found: Check) -> Iterator[Any]:
     """Machine, modes, step, record, noise and warnings."""
     from rich.text import Text
 
-    from hydrofdi.api.check import MOST_ROWS, convergence_table, machine_text, modes_table, noise_text
+    from hydrofdi.api.check import MOST_ROWS, machine_text, modes_table, noise_text
     from hydrofdi.api.plausible import plausibility_table
 
     yield from (plausibility_table(found.plausibility), "", Text("Machine, nominal", "bold"))
@@ -128,8 +128,6 @@ def _checked(found: Check) -> Iterator[Any]:
     yield f"{counted(found.n_sample, 'sample')}{periods}; coefficients at ends [%]: {', '.join(shares)}"
     if found.noise:
         yield f"P_1 noise over the weakest run [%]: {noise_text(found)}"
-    if found.convergence is not None:
-        yield from ("", convergence_table(found.convergence))
     yield ""
     yield from (Text(f"problem: {problem}", "bold red") for problem in found.problems)
     yield from (Text(f"warning: {warning}") for warning in found.warnings)

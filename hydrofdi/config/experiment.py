@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
-from hydrofdi.config.request import SENSING, RunRequest, parameter_names, parameter_unit
+from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
 from hydrofdi.config.sections.machine import FluidConfig
 from hydrofdi.config.study.study import DetectionConfig, StudyConfig
-from hydrofdi.config.sweeps.sweep import ReplicatesConfig, SweepConfig
+from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.faults import AbsentIndicator
@@ -312,9 +312,6 @@ class ExperimentConfig(RunRequest):
     ensemble: SweepConfig = SweepConfig()
     """Scenarios: what is not known for certain. The sweep is run in every scenario."""
 
-    replicates: ReplicatesConfig = ReplicatesConfig()
-    """Replicates: healthy actuators with normal variation."""
-
     study: StudyConfig | None = None
     """Populations of healthy and leaking actuators. The points of ``sweep`` are then designs: each repeats
     the whole study with the same draws. Its runs have no baselines. K_i is solved once for each level at the
@@ -331,6 +328,13 @@ class ExperimentConfig(RunRequest):
 
     reference: ReferenceConfig = ReferenceConfig()
     """Published values to compare with; needs ``paper``."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_replicates(cls, given: Any, info: ValidationInfo) -> Any:
+        """What earlier versions stored of an experiment that had no replicates, which are gone."""
+        is_empty = info.context == STORED and not given.get("replicates", {}).get("count")
+        return {k: v for k, v in given.items() if k != "replicates"} if is_empty else given
 
     @field_validator("indicators")
     @classmethod
@@ -396,17 +400,6 @@ class ExperimentConfig(RunRequest):
         return self
 
     @model_validator(mode="after")
-    def _replicates_differ(self) -> Self:
-        if self.replicates.count == 1:
-            raise ValueError("one replicate has no range; set replicates.count to 2 or more")
-        if leaks := [name for name in self.replicates.over if name.startswith("leakage.")]:
-            raise ValueError(f"replicates are healthy: {leaks[0]} does not belong under replicates.over")
-        is_noisy = any(not self.is_shown_exactly(name) for name in SENSING if name != "measurement")
-        if self.replicates.count and not self.replicates.over and not is_noisy:
-            raise ValueError("all replicates would be equal; set replicates.over, or give sensors noise")
-        return self
-
-    @model_validator(mode="after")
     def _a_study_stands_alone(self) -> Self:
         if self.study is None:
             if self.detection != DetectionConfig():
@@ -414,8 +407,6 @@ class ExperimentConfig(RunRequest):
             return self
         if self.ensemble.names:
             raise ValueError("a study has no ensemble: put uncertain parameters into its population")
-        if self.replicates.count:
-            raise ValueError("a study has no replicates: each of its records is already one")
         return self
 
     @property

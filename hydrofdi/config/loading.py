@@ -261,7 +261,7 @@ def _setting_path(source: Source, key: str, origin: str = "") -> Path:
         source.mistakes.append(Issue(f"unknown key{meant(key, known)}", key, origin))
         return ()
     parts = tuple(full.split("."))
-    is_below = parts[0] in ("baseline", "sweep", "ensemble", "replicates", "study") and len(parts) > 2
+    is_below = parts[0] in ("baseline", "sweep", "ensemble", "study") and len(parts) > 2
     is_within = (
         is_below and parts[-3] in (*PARAMETER_MAPPINGS, "faults") and parts[-2] not in PARAMETER_MAPPINGS
     )

@@ -64,7 +64,6 @@ def normalize(source: Source) -> None:
             source.report(("baseline", name), message)
     for section in ("sweep", "ensemble"):
         _normalize_block(source, (section,), data.get(section))
-    _convert(source, data.get("replicates"), ("replicates", "over"), distribution_in_si)
     if isinstance(study := data.get("study"), dict):
         _normalize_study(source, study)
 

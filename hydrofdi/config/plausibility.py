@@ -222,8 +222,6 @@ def seeds_of(experiment: ExperimentConfig) -> dict[str, int | list[int] | str]:
     }
     parts: dict[str, Section | None] = {"ensemble": experiment.ensemble, "sweep": experiment.sweep}
     parts["study"] = experiment.study
-    if experiment.replicates.count:
-        parts["replicates"] = experiment.replicates
     if experiment.study is not None:
         parts["detection"] = experiment.detection
     for name, part in parts.items():
@@ -244,8 +242,6 @@ def _seeds(name: str, experiment: ExperimentConfig) -> int | list[int] | str:
     blocks = (experiment.ensemble, experiment.sweep)
     own = {value for block in blocks for key, value in _block_values(block) if key == name}
     seeds = own or {experiment.value(name)}
-    if name == "measurement.seed":
-        seeds |= {experiment.value(name) + 1 + k for k in range(experiment.replicates.count)}
     return sorted(seeds) if len(seeds) > 1 else seeds.pop()
 
 

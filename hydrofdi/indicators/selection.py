@@ -23,7 +23,7 @@ from hydrofdi.settings.yaml_source import Source
 LABEL_PATTERN = "^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 
 _IN_FILES = """
-run time level phase run_id record_id status message verdict bulk_modulus replicate_of_run fixed_baseline_run
+run time level phase run_id record_id status message verdict bulk_modulus fixed_baseline_run
 matched_baseline_run internal_leakage_level internal_leakage_coefficient internal_leakage_flow
 chamber_1_pressure chamber_2_pressure piston_position piston_velocity spool_position input_voltage
 reference_position load_force valve_supply_pressure detail_rms approximation_rms phase_detail_rms

@@ -14,7 +14,6 @@ from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
 from hydrofdi.config.shown_values import shown_parameter
 from hydrofdi.config.sweeps.points import count_points
-from hydrofdi.report.runs import table_runs
 from hydrofdi.report.wording import litres_per_minute, shown_modulus
 from hydrofdi.settings.readable import HOLE, K_I_UNIT, typeset
 from hydrofdi.store.experiment_data import ExperimentData
@@ -86,8 +85,8 @@ class Axis:
 
 
 def swept_runs(data: ExperimentData) -> NDArray[np.bool_]:
-    """Runs that the experiment requests; the others were added as healthy baselines or replicates."""
-    return np.asarray(table_runs(data) & (np.arange(data.n_run) < _count_swept(data.experiment)))
+    """Runs that the experiment requests; the others were added as healthy baselines."""
+    return np.arange(data.n_run) < _count_swept(data.experiment)
 
 
 def _count_swept(experiment: ExperimentConfig) -> int:

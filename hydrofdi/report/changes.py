@@ -14,7 +14,7 @@ from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of, samples_per_period
 from hydrofdi.report.axes import MOST_VALUES, Axis
 from hydrofdi.report.responses import QUANTILES, strongest_table
-from hydrofdi.report.runs import EXTERNAL, RunTable, normal_bulk_modulus, table_runs
+from hydrofdi.report.runs import EXTERNAL, RunTable, normal_bulk_modulus
 from hydrofdi.report.table import Block, Column, Table, group_breaks
 from hydrofdi.report.wording import (
     band_sentence,
@@ -98,8 +98,7 @@ def remarks_block(data: ExperimentData) -> Block | None:
 
 def holes_block(data: ExperimentData) -> Block | None:
     """Runs without results by status and reason, with the remedy; None if all runs have results."""
-    runs = table_runs(data)
-    statuses, messages = (data.columns[name][runs].astype(str).tolist() for name in (STATUS, MESSAGE))
+    statuses, messages = (data.columns[name].astype(str).tolist() for name in (STATUS, MESSAGE))
     holes = Counter(each for each in zip(statuses, messages, strict=True) if each[0] != "ok").most_common()
     if not holes:
         return None
@@ -119,13 +118,12 @@ def holes_block(data: ExperimentData) -> Block | None:
 
 def doubts_blocks(data: ExperimentData) -> tuple[Block, ...]:
     """How many runs have which verdict; then what it means, by the worst number, and the remedy."""
-    runs = table_runs(data)
-    found = [doubts_of(verdict) for verdict in data.columns.get(VERDICT, np.empty(0))[runs].astype(str)]
+    found = [doubts_of(verdict) for verdict in data.columns.get(VERDICT, np.empty(0)).astype(str)]
     rows = []
     for doubt in DOUBTS.values():
         own = np.array([doubt in each for each in found])
         if own.any():
-            worst = 100.0 * float(np.nanmax(data.columns[doubt.number][runs][own]))
+            worst = 100.0 * float(np.nanmax(data.columns[doubt.number][own]))
             meaning = doubt.meaning.format(f"{worst:.2g}" if worst < 99.5 else f"{worst:.0f}")
             rows.append((f"{doubt.word} ({doubt.mark})", int(own.sum()), meaning, doubt.remedy))
     if not rows:

@@ -61,7 +61,7 @@ class Report(ReportData):
             *(block for block, _ in self.views),
             responses_block(self.responses),
             *(own if self.responses.axes else answers(*own)),
-            indicators_block(self.indicators, has_replicates=self.data.has_replicates),
+            indicators_block(self.indicators),
             changes.summary_block(self),
             provenance_block(self.data),
         )

@@ -12,7 +12,7 @@ from hydrofdi.config.experiment import DWT
 from hydrofdi.report.indicators import MeasuredIndicator, measured_indicators
 from hydrofdi.report.plane import Plane, plane_of
 from hydrofdi.report.responses import ResponseStudy, study_responses
-from hydrofdi.report.runs import RunTable, run_table, table_runs
+from hydrofdi.report.runs import RunTable, run_table
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 
@@ -71,11 +71,7 @@ class ReportData:
     @cached_property
     def baselines(self) -> tuple[str, ...]:
         """``fixed`` and ``matched``, without a baseline for which δ is zero or the same as for the other."""
-        runs = table_runs(self.data)
-        own, fixed, matched = (
-            rows[runs]
-            for rows in (np.arange(self.data.n_run), self.data.fixed_baseline, self.data.matched_baseline)
-        )
+        own, fixed, matched = np.arange(self.data.n_run), self.data.fixed_baseline, self.data.matched_baseline
         tells = {
             "fixed": (fixed != own) & (fixed != names.NO_BASELINE),
             "matched": (matched != own) & (matched != fixed),

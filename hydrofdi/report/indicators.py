@@ -1,4 +1,4 @@
-"""Outputs of indicators over the runs of an experiment, against healthy runs and their replicates."""
+"""Outputs of indicators over the runs of an experiment, against healthy runs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from hydrofdi.config.experiment import DWT
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
 from hydrofdi.report.intervals import span_of
-from hydrofdi.report.runs import table_runs
 from hydrofdi.report.table import Block, Column, Table, group_breaks, plain
 from hydrofdi.report.wording import span_text
 from hydrofdi.settings.readable import HOLE, readable_unit
@@ -33,60 +32,23 @@ class Changes(NamedTuple):
     """Changes of all runs against one kind of baseline; each of shape (n_run,), NaN if there is none.
 
     `absolute` is in the unit of the number, above zero where it rose; `percent` of the size of the healthy
-    value, NaN if that is near zero; `low` and `high` the smallest and largest change of the healthy
-    replicates of the baseline, in the unit of the number.
+    value, NaN if that is near zero.
     """
 
     absolute: Array
     percent: Array
-    low: Array
-    high: Array
-
-    @property
-    def is_healthy(self) -> NDArray[np.bool_]:
-        """Whether the change lies within those of the healthy replicates."""
-        with np.errstate(invalid="ignore"):
-            return np.asarray((self.absolute >= self.low) & (self.absolute <= self.high))
 
 
-class HealthySpread(NamedTuple):
-    """Spread of the healthy replicates of each run, shape (n_run,); NaN for runs without replicates.
-
-    `low` and `high` are the smallest and largest change of a replicate against the mean of the others, in the
-    unit of the number; `width` is the largest minus the smallest, zero without replicates.
-    """
-
-    mean: Array
-    low: Array
-    high: Array
-    width: Array
-
-
-def relative_change(healthy: Array, values: Array, width: Array | float = 0.0) -> Array:
+def relative_change(healthy: Array, values: Array) -> Array:
     """Change from a healthy value in percent of its size, above zero if the number rose.
 
-    NaN if the healthy value is near zero: its size is below 1 % of the largest size over all runs, or
-    below the width of its replicates.
+    NaN if the healthy value is near zero: its size is below 1 % of the largest size over all runs.
     """
     largest = np.nanmax(np.abs(values), initial=0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        known = np.abs(healthy) > np.maximum(LEAST_SHARE * largest, width)
+        known = np.abs(healthy) > LEAST_SHARE * largest
         change: Array = np.where(known, 100.0 * (values - healthy) / np.abs(healthy), np.nan)
     return change
-
-
-def healthy_spread(values: Array, data: ExperimentData) -> HealthySpread:
-    """The spread of the replicates of each healthy run."""
-    mean, low, high = (np.full(data.n_run, np.nan) for _ in range(3))
-    width = np.zeros(data.n_run)
-    for position in np.unique(data.replicate_of[data.replicate_of >= 0]).tolist():
-        found = values[data.replicate_of == position]
-        found = found[np.isfinite(found)]
-        if len(found) > 1:
-            own = found - (found.sum() - found) / (len(found) - 1)
-            mean[position], low[position], high[position] = found.mean(), own.min(), own.max()
-            width[position] = np.ptp(found)
-    return HealthySpread(mean, low, high, width)
 
 
 @dataclass(frozen=True)
@@ -135,39 +97,17 @@ class MeasuredOutput:
             means: Array = np.where(np.isfinite(flat), flat, 0.0).sum(axis=1) / count
         return means
 
-    @cached_property
-    def spread(self) -> HealthySpread:
-        """Of the replicates of each healthy run."""
-        return healthy_spread(self.means, self.data)
-
-    @property
-    def baselines(self) -> NDArray[np.int64]:
-        """The fixed baselines."""
-        rows = self.data.fixed_baseline[table_runs(self.data)]
-        return np.unique(rows[rows != names.NO_BASELINE])
-
     @property
     def healthy(self) -> Array:
-        """The values, or the means of their replicates if there are any."""
-        return self.spread.mean if self.data.has_replicates else self.means
-
-    @property
-    def n_healthy(self) -> int:
-        """Number of fixed baselines, or of their replicates, that have a number."""
-        of = self.data.replicate_of if self.data.has_replicates else np.arange(self.data.n_run)
-        return int(np.isfinite(self.means[np.isin(of, self.baselines)]).sum())
-
-    @property
-    def healthy_changes(self) -> Array:
-        """The smallest and the largest changes of the replicates of the fixed baselines."""
-        return np.concatenate([self.spread.low[self.baselines], self.spread.high[self.baselines]])
+        """The values of the fixed baselines."""
+        rows = self.data.fixed_baseline
+        healthy: Array = self.means[np.unique(rows[rows != names.NO_BASELINE])]
+        return healthy
 
     def changes(self, baseline: NDArray[np.int64]) -> Changes:
-        """Changes against the healthy run of each run, or the mean of its replicates if there are any."""
-        against = np.where(baseline == names.NO_BASELINE, np.nan, self.healthy[baseline])
-        percent = relative_change(against, self.means, self.spread.width[baseline])
-        low, high = self.spread.low[baseline], self.spread.high[baseline]
-        return Changes(self.means - against, percent, low, high)
+        """Changes against the healthy run of each run."""
+        against = np.where(baseline == names.NO_BASELINE, np.nan, self.means[baseline])
+        return Changes(self.means - against, relative_change(against, self.means))
 
 
 @dataclass(frozen=True)
@@ -198,14 +138,14 @@ def measured_indicator(label: str, indicator: Indicator[Any], data: ExperimentDa
         return MeasuredIndicator(label, indicator, (), {})
     has_number = np.isfinite([output.means for output in outputs]).any(axis=0)
     obstacles, reasons = data.columns.get(f"{label}{names.OBSTACLE}"), {}
-    for row in np.flatnonzero(table_runs(data) & ~has_number).tolist():
+    for row in np.flatnonzero(~has_number).tolist():
         status = str(data.columns[names.STATUS][row])
         obstacle = "" if obstacles is None else str(obstacles[row])
         reasons[row] = (obstacle or indicator.absence) if status == "ok" else status
     return MeasuredIndicator(label, indicator, outputs, reasons)
 
 
-def indicators_block(studies: tuple[MeasuredIndicator, ...], *, has_replicates: bool) -> Block | None:
+def indicators_block(studies: tuple[MeasuredIndicator, ...]) -> Block | None:
     """Outputs of the indicators beside the details without a leak, and what has none; None without any."""
     if not studies:
         return None
@@ -217,23 +157,20 @@ def indicators_block(studies: tuple[MeasuredIndicator, ...], *, has_replicates: 
     }
     holes = Table.of(unmeasured, title="Could not be measured", key="indicator-holes")
     outputs = [output for each in studies for output in each.outputs]
-    return Block("indicators", "Indicators", (), (_outputs_table(outputs, has_replicates), holes))
+    return Block("indicators", "Indicators", (), (_outputs_table(outputs), holes))
 
 
-def _outputs_table(outputs: list[MeasuredOutput], has_replicates: bool) -> Table:
+def _outputs_table(outputs: list[MeasuredOutput]) -> Table:
     columns = [
         Column("Output", [each.title for each in outputs], is_text=True),
         Column("Meaning", [each.output.long_name for each in outputs], is_text=True),
         Column("Unit", [each.unit or HOLE for each in outputs], is_text=True),
-        Column("Value", [_value(each, each.healthy[each.baselines]) for each in outputs]),
-        Column("Healthy runs", [each.n_healthy for each in outputs]),
+        Column("Value", [_value(each, each.healthy) for each in outputs]),
+        Column("Healthy runs", [int(np.isfinite(each.healthy).sum()) for each in outputs]),
     ]
-    if has_replicates:
-        columns.append(Column("Their changes", [_value(each, each.healthy_changes) for each in outputs]))
-    notes = ("Their changes: each replicate against the mean of the others.",) if has_replicates else ()
     title = "Outputs without a leak, under the conditions of the fixed baseline"
     breaks = group_breaks([each.label for each in outputs])
-    return Table(tuple(columns), title, "indicator-outputs", notes, breaks)
+    return Table(tuple(columns), title, "indicator-outputs", breaks=breaks)
 
 
 def _value(output: MeasuredOutput, values: Any) -> str:
@@ -259,24 +196,22 @@ def indicator_record(study: MeasuredIndicator) -> dict[str, Any]:
 
 
 def _output_record(measured: MeasuredOutput) -> dict[str, Any]:
-    output, rows, data = measured.output, measured.baselines, measured.data
+    output = measured.output
     return {
         "name": output.name,
         "unit": output.unit,
         "long_name": output.long_name,
         "dims": dict(output.dims),
-        "runs": int(np.isfinite(measured.means[table_runs(data)]).sum()),
-        "healthy_runs": measured.n_healthy,
-        "healthy": plain(span_of(measured.healthy[rows])),
-        "healthy_change": plain(span_of(measured.healthy_changes)) if data.has_replicates else None,
+        "runs": int(np.isfinite(measured.means).sum()),
+        "healthy_runs": int(np.isfinite(measured.healthy).sum()),
+        "healthy": plain(span_of(measured.healthy)),
     }
 
 
 def output_columns(study: MeasuredIndicator, rows: NDArray[np.int64]) -> dict[str, Any]:
     """Header with unit → number of each run, and its changes; each number of an array by itself.
 
-    With replicates also the healthy range of a change, and 1 if it lies within. If a run of the experiment
-    could not be measured, ``label.obstacle`` gives the reason.
+    If a run of the experiment could not be measured, ``label.obstacle`` gives the reason.
     """
     columns: dict[str, Any] = {}
     for output in study.outputs:
@@ -289,10 +224,6 @@ def output_columns(study: MeasuredIndicator, rows: NDArray[np.int64]) -> dict[st
             changes, change = output.changes(baseline), f"{name} change_{kind}"
             columns[f"{change} [%]"] = changes.percent[rows]
             columns[f"{change}{shown}"] = changes.absolute[rows]
-            if data.has_replicates:
-                columns[f"{change} healthy_low{shown}"] = changes.low[rows]
-                columns[f"{change} healthy_high{shown}"] = changes.high[rows]
-                columns[f"{change} within_healthy"] = changes.is_healthy[rows].astype(int)
     if study.unmeasured:
         reasons = [study.unmeasured.get(row, "") for row in rows.tolist()]
         columns[f"{study.label}{names.OBSTACLE}"] = reasons

@@ -123,8 +123,8 @@ class RunTable:
 
 
 def run_table(data: ExperimentData) -> RunTable:
-    """The runs without replicates: sealed ones first, by leakage, EBM, and what else varies."""
-    table = RunTable(data, np.flatnonzero(table_runs(data)), tuple(label_names(data)))
+    """The runs: sealed ones first, by leakage, EBM, and what else varies."""
+    table = RunTable(data, np.arange(data.n_run), tuple(label_names(data)))
     others = (_sortable(table.values(name)) for name in reversed(table.label_names))
     return table.of(np.lexsort((*others, table[names.BULK_MODULUS], table.leakage_requests)))
 
@@ -135,11 +135,6 @@ def _sortable(values: list[Any]) -> Array:
         return np.array(values, dtype=float)
     places = {value: place for place, value in enumerate(dict.fromkeys(values))}
     return np.array([places[value] for value in values], dtype=float)
-
-
-def table_runs(data: ExperimentData) -> NDArray[np.bool_]:
-    """Which runs the table contains: swept runs and their baselines, without replicates."""
-    return np.asarray(data.replicate_of == names.NO_BASELINE)
 
 
 def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> dict[str, Array]:

@@ -1,44 +1,41 @@
-"""What an experiment asks for beyond its indicators: external leakage, and healthy replicates.
+"""What an experiment asks for beyond its indicators: external leakage, and how healthy actuators differ.
 
 External leakage: does an approximation separate it from internal leakage and from a change of EBM? After
 Goharrizi and Sepehri, International Journal of Fluid Power, who use the level-4 approximation. Its RMS is the
 choice made here.
-
-Replicates: is a δ larger than between healthy actuators? A sealed run is its own matched baseline: its
-δ is zero by construction. Against the mean of replicates, each with its own noise and its own draw of what
-varies without a fault, it need not be; and the δ of each replicate against the mean of the others says how
-large a δ may be without a leak.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from hydrofdi.report.intervals import clustered_share, span_of
-from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
-from hydrofdi.report.table import Block, Column, Table, finite, row_records
-from hydrofdi.report.wording import modulus_column, share_text, signed, span_text
-from hydrofdi.settings.messages import counted
-from hydrofdi.store.experiment_data import ExperimentData
+from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
+from hydrofdi.report.intervals import span_of
+from hydrofdi.report.runs import EXTERNAL, Array, RunTable
+from hydrofdi.report.table import Block, Column, Table, finite
+from hydrofdi.report.wording import joined, lead_columns, signed, span_text
 from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import percentage_change
-from hydrofdi.units import convert
 
 View = tuple[Block, dict[str, Any]]
+
+_SEED = "measurement.seed"
 
 _D2, _LEVEL = 1, 3
 """Positions of d2, and of a4; the deepest level if there are fewer."""
 
 
 def asked_views(table: RunTable) -> Iterator[View]:
-    """Sections and data of the varied external leakage, and of replicates."""
+    """Sections and data of the varied external leakage, and of what varies without a leak."""
     if table.varies_external:
         yield external_view(table)
-    if table.data.has_replicates and (view := replicates_view(table, table.data)):
+    if view := healthy_view(table):
         yield view
 
 
@@ -105,96 +102,55 @@ def _deltas(table: RunTable, level: int) -> dict[str, Array]:
     }
 
 
-def replicates_view(table: RunTable, data: ExperimentData) -> View | None:
-    """Does a leak move the details more than healthy actuators differ; None if no replicate succeeded."""
-    rms = data.columns[names.SETTLED_DETAIL_RMS if table.has_settled else names.DETAIL_RMS]
-    deltas, ends, means = _healthy_ranges(rms, data)
-    if not deltas:
+def healthy_view(table: RunTable) -> View | None:
+    """Does a leak move the details more than sealed actuators differ by what is drawn, and by their noise?"""
+    sweep = table.data.experiment.sweep
+    chance = sweep.drawn | ({_SEED} & {*sweep.names})
+    if not chance or chance & {"fluid.bulk_modulus", *INTERNAL_LEAKAGE_FORMS}:
         return None
-    n_level, moduli = rms.shape[1], data.columns[names.BULK_MODULUS]
-    columns = [Column("Level", [f"d{k + 1}" for k in range(n_level)], is_text=True)]
-    rows: list[dict[str, Any]] = []
-    for kind, name, baseline in (
-        ("Leaky", "matched", data.matched_baseline),
-        ("Sealed", "fixed", data.fixed_baseline),
-    ):
-        own = table.of(np.isin(baseline[table.positions], [*deltas]))
-        against = baseline[own.positions].tolist()
-        low, high = np.array([ends[each] for each in against]).reshape(-1, 2, n_level).swapaxes(0, 1)
-        healthy = np.array([means[each] for each in against]).reshape(-1, n_level)
-        delta = percentage_change(healthy, rms[own.positions])
-        outside, kept = (delta < low) | (delta > high), own.is_sealed == (kind == "Sealed")
-        texts = [f"{n} of {kept.sum()}" for n in outside[kept].sum(axis=0).tolist()]
-        columns.append(Column(f"{kind} outside", texts))
-        values = {"delta_percent": delta, "outside_healthy_range": outside}
-        lead = {"run_id": own.texts(names.RUN_ID), "baseline": [name] * len(own)}
-        rows = row_records(lead | values) + rows
-    best = best_levels(np.concatenate([*deltas.values()]))
-    # replicates of one healthy run share their mean, so they depend on each other slightly
-    alarms = [clustered_share(best == level, np.arange(len(best))) for level in range(n_level)]
-    texts = [share_text(share, with_interval=True) for share in alarms]
-    columns.append(Column("Largest positive of a replicate", texts))
-    counts, spans = [len(each) for each in deltas.values()], np.stack([*ends.values()])
-    ranges = (
-        modulus_column([float(moduli[position]) for position in deltas]),
-        Column("Replicates", counts),
-        *(
-            Column(f"δd{k + 1}", [span_text(*map(signed, each)) for each in spans[:, :, k].tolist()])
-            for k in range(n_level)
-        ),
+    labels = tuple(name for name in table.label_names if name not in chance)
+    groups = [*_against_sealed(replace(table, label_names=labels))]
+    if not groups:
+        return None
+    first = replace(table.of([rows[0] for rows, _ in groups]), label_names=labels)
+    spans = np.array([(delta.min(axis=0), delta.max(axis=0)) for _, delta in groups])
+    sealed = spans[np.maximum.accumulate(np.where(first.is_sealed, np.arange(len(first)), 0))]
+    beyond = (spans[:, 0] > sealed[:, 1]) | (spans[:, 1] < sealed[:, 0])
+    lead = [*lead_columns(first), Column("Runs", [len(rows) for rows, _ in groups])]
+    levels = (
+        Column(
+            f"δd{level} [%]",
+            [span_text(*map(signed, ends)) for ends in spans[:, :, level - 1].tolist()],
+            strong=np.flatnonzero(beyond[:, level - 1]).tolist(),
+        )
+        for level in range(1, table.n_level + 1)
     )
-    note = (
-        "Outside: runs outside of the range of their healthy replicates; leaky ones against the matched"
-        " baseline, sealed ones against the fixed one."
+    said = (
+        f"{'Settled records' if table.has_settled else 'Records'} of actuators that differ in"
+        f" {joined(sorted(chance))}. δ is against the mean of the sealed ones; of each of these, against the"
+        " mean of the others. Another one would lie outside of the range of n in about 2 of n + 1 cases."
+        " Emphasized: the whole range lies outside of that of the sealed ones."
     )
-    tables = (
-        Table(tuple(columns), "Levels against the healthy replicates", "replicates-levels", (note,)),
-        Table(ranges, "δ [%] of replicates, each against the mean of the others", "replicates-ranges"),
-    )
-    record = {
-        "settled": table.has_settled,
-        "ranges": [
-            {
-                "bulk_modulus_MPa": convert(float(moduli[position]), "MPa"),
-                "replicates": len(deltas[position]),
-                "low_percent": span[0].tolist(),
-                "high_percent": span[1].tolist(),
-            }
-            for position, span in ends.items()
-        ],
-        "rows": rows,
-        "alarms_on_healthy": {
-            f"d{level}": {"alarms": share.count, "of": share.total, "interval_95": [share.low, share.high]}
-            for level, share in enumerate(alarms, 1)
-        },
-    }
-    title, said = "Healthy replicates: what differs without a leak", tuple(_sentences(table, counts))
-    return Block("replicates", title, said, tables), {"replicates": record}
+    breaks = np.flatnonzero(first.is_sealed)[1:].tolist()
+    sheet = Table((*lead, *levels), "Ranges of δ", "healthy-ranges", breaks=breaks, n_lead=len(lead))
+    block = Block("healthy", "Leaks against what differs without a leak", (said,), (sheet,), is_answer=True)
+    record = [
+        {"run_id": table.of(rows).texts(names.RUN_ID), "delta_percent": delta.tolist()}
+        for rows, delta in groups
+    ]
+    return block, {"healthy_ranges": record}
 
 
-def _healthy_ranges(rms: Array, data: ExperimentData) -> tuple[dict[int, Array], ...]:
-    """Healthy run → δ of each replicate against the mean of the others, the ends of δ, the mean; by β."""
-    deltas, ends, means = {}, {}, {}
-    healthy = np.unique(data.replicate_of[data.replicate_of >= 0])
-    order = np.argsort(data.columns[names.BULK_MODULUS][healthy], kind="stable")
-    for position in healthy[order].tolist():
-        found = rms[data.replicate_of == position]
-        found = found[np.isfinite(found).all(axis=1)]
-        if len(found) > 1:
-            delta = percentage_change((found.sum(axis=0) - found) / (len(found) - 1), found)
-            deltas[position], means[position] = delta, found.mean(axis=0)
-            ends[position] = np.stack([delta.min(axis=0), delta.max(axis=0)])
-    return deltas, ends, means
-
-
-def _sentences(table: RunTable, counts: list[int]) -> Iterator[str]:
-    config, n = table.data.experiment.replicates, max(counts)
-    records = "settled records" if table.has_settled else "records as configured"
-    over = ", ".join(config.over) or "noise alone"
-    yield (
-        f"Each healthy run has {counted(n, 'independent replicate')} ({over}; {records}). δ is taken against"
-        " their mean; their own range is that of each against the mean of the others. Another healthy one"
-        f" would lie outside the range of a level in about 2 of {n + 1} cases."
-    )
-    if lost := config.count * len(counts) - sum(counts):
-        yield f"Left out because they failed or have not settled: {counted(lost, 'replicate')}."
+def _against_sealed(table: RunTable) -> Iterator[tuple[NDArray[np.intp], Array]]:
+    """Rows and δ of the sealed runs, then of each leak, where several sealed runs have the same labels."""
+    rms = table[names.SETTLED_DETAIL_RMS if table.has_settled else names.DETAIL_RMS]
+    known, leaks = np.isfinite(rms).all(axis=1), table.leakage_requests
+    values = (table[names.BULK_MODULUS].tolist(), *map(table.values, table.label_names))
+    conditions = list(zip(*values, strict=True))
+    for condition in dict.fromkeys(conditions):
+        own = known & np.array([each == condition for each in conditions])
+        sealed = rms[own & (leaks == 0.0)]
+        for leak in np.unique(leaks[own]) if len(sealed) > 1 else ():
+            rows = np.flatnonzero(own & (leaks == leak))
+            others = (sealed.sum(axis=0) - sealed) / (len(sealed) - 1)
+            yield rows, percentage_change(sealed.mean(axis=0) if leak else others, rms[rows])

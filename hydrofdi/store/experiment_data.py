@@ -198,16 +198,6 @@ class ExperimentData:
         """Row of each run's sealed run under its own conditions; `NO_BASELINE` if there is none."""
         return self._sealed(self.columns[names.MATCHED_BASELINE])
 
-    @cached_property
-    def replicate_of(self) -> NDArray[np.int64]:
-        """Row of the healthy run that each run replicates; `NO_BASELINE` if it is not a replicate."""
-        return self.columns.get(names.REPLICATE_OF, np.full(self.n_run, names.NO_BASELINE))
-
-    @property
-    def has_replicates(self) -> bool:
-        """Whether any run is a replicate."""
-        return bool((self.replicate_of != names.NO_BASELINE).any())
-
     def _sealed(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Baseline rows, without those of leaking runs."""
         return np.where((rows >= 0) & (self.leakage_requests[rows] == 0.0), rows, names.NO_BASELINE)

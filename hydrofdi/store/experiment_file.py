@@ -184,7 +184,7 @@ def requested_columns(table: RunTable) -> dict[Variable, NDArray[Any]]:
         flow or (np.nan if coefficient else 0.0)
         for flow, coefficient in zip(flows, coefficients, strict=True)
     ]
-    rows = (table.fixed_baseline, table.matched_baseline, table.replicate_of)
+    rows = (table.fixed_baseline, table.matched_baseline)
     values = (np.array(table.runs.values("fluid.bulk_modulus")), np.array(levels, dtype=float), *rows)
     columns: dict[Variable, NDArray[Any]] = dict(zip(names.REQUESTED, values, strict=True))
     for name in table.axes:
@@ -229,10 +229,9 @@ def read_experiment(path: Path) -> ExperimentData:
             file.attrs["configuration"], f"{path}: its configuration (hydrofdi {writer} wrote it)"
         )
         stored = (*names.REQUESTED, *names.stored_variables("none", phases=names.PHASE in file))
-        required = [each.name for each in stored if each.name != names.REPLICATE_OF or each.name in file]
         axes = {names.axis_variable(name) for name in experiment.varied_names}
         others = [name for name in file if name in axes or ("." in name and not file[name].is_scale)]
-        columns = {name: values_in(file, name) for name in (*required, *others)}
+        columns = {name: values_in(file, name) for name in (*(each.name for each in stored), *others)}
         columns |= names.wavelet_numbers(columns)
         if len({len(values) for values in columns.values()}) != 1:
             raise StoreError(f"{path}: is damaged: its variables differ in their number of runs")

@@ -75,7 +75,6 @@ def dataset(unit):
         lambda: hydrofdi.evaluate(NOISE, false_alarm_rate=None, label="a", **RATE),
         lambda: hydrofdi.calibrate(flows=None),
         lambda: hydrofdi.indicators(5),
-        lambda: hydrofdi.check(tolerance="x"),
         lambda: hydrofdi.plan(None),
         lambda: hydrofdi.sweep(None),
         lambda: hydrofdi.export(NOISE, "out", channels="", **RATE),

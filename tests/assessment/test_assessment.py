@@ -5,12 +5,7 @@ import pytest
 import pywt
 
 import hydrofdi
-from hydrofdi.api.check import (
-    calibrate,
-    computed_rows,
-    converge,
-    select_runs,
-)
+from hydrofdi.api.check import calibrate, computed_rows, select_runs
 from hydrofdi.api.warnings import place_in_bands
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.leakage import internal_leakage_flow
@@ -123,15 +118,6 @@ def test_check_says_no_where_the_step_is_unstable():
     record = run_json("check", *settings, check=1)
     assert record["binding"] == "friction zone"
     assert any("friction zone" in problem for problem in record["problems"])
-
-
-def test_convergence_names_the_longest_step_whose_halving_changes_nothing_beyond_the_tolerance():
-    jobs = select_runs(load_experiment(settings=SHORT)).jobs
-    loose, tight = converge(jobs, 0.05), converge(jobs, 1e-4)
-    assert loose["good_enough"] == pytest.approx(1e-4)
-    assert tight["good_enough"] is not None
-    assert tight["good_enough"] < loose["good_enough"]
-    assert max(tight["changes"][-1]) <= 1e-4 < max(tight["changes"][-2])
 
 
 def test_calibrated_coefficient_leaks_the_flow_that_was_asked_for():

@@ -173,13 +173,11 @@ def test_seeds_are_listed_where_they_have_an_effect_and_nowhere_else():
         "input={shape: steps, seed: 5}",
         "load.random_force=1 kN",
         "pressure_1_sensor.noise=5 kPa",
-        "replicates={count: 2, seed: 8}",
         "sweep.union=[{grid: {load.seed: [1, 2, 3]}},"
         " {sample: {count: 4, seed: 7, over: {actuator.mass: {uniform: [10 kg, 12 kg]}}}}]",
     ]
     assert shown_seeds(seeds_of(load_experiment(None, settings))) == (
-        "measurement.seed 0 … 2, input.seed 5, load.seed 1 … 3, sweep.union[2].sample.seed 7,"
-        " replicates.seed 8"
+        "measurement.seed 0, input.seed 5, load.seed 1 … 3, sweep.union[2].sample.seed 7"
     )
 
 

@@ -26,7 +26,6 @@ from hydrofdi.report.table import Table
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
 from tests.conftest import sweep_in
-from tests.report.rows import rows
 
 FRICTION = """\
 name: friction
@@ -135,7 +134,6 @@ record: {duration: 6 s}
 store: {signals: none}
 pressure_1_sensor: {noise: 20 kPa}
 indicators: {dwt: {}, statistics: {kind: pressure_statistics}, ring_down: {}}
-replicates: {count: 3}
 sweep: {grid: {leakage.internal_coefficient: [0, 1e-8], friction.viscous: [40, 60]}}
 """
 
@@ -158,7 +156,7 @@ def test_numbers_and_changes_are_those_of_the_file(measured):
     assert len(record["rows"]) == 4
     for row in record["rows"]:
         place = rows[row["run_id"]]
-        healthy = means[data.replicate_of == data.matched_baseline[place]].mean()
+        healthy = means[data.matched_baseline[place]]
         change = 100.0 * (means[place] - healthy) / healthy
         assert row["indicators"]["statistics.mean"] == means[place]
         line = lines[row["run_id"]]
@@ -272,29 +270,6 @@ def lines_of(report):
     return list(csv.DictReader(io.StringIO(Table.of(report.columns()).to_csv())))
 
 
-def replicated(made_up):
-    """Four more runs: healthy replicates of the sealed run at 551 MPa."""
-    of = [0, 1, 2, 3, 4, 5, 0, 0, 0, 0]
-    columns = {name: values[of] for name, values in made_up.columns.items()}
-    columns[names.REPLICATE_OF] = np.array([-1] * 6 + [0] * 4)
-    return replace(made_up, columns=columns)
-
-
-def test_changes_within_those_of_healthy_replicates_are_marked(with_ring, made_up):
-    report = with_ring(replicated(made_up), [*FREQUENCIES, 59.0, 61.0, 60.0, 60.0])
-    (output, *_) = report.record()["indicators"][0]["outputs"]
-    assert output["healthy"] == [60.0, 60.0]
-    assert output["healthy_change"] == pytest.approx([59 - 181 / 3, 61 - 179 / 3])
-    sheet = next(sheet for sheet in block_of(report).tables if sheet.key == "indicator-outputs")
-    assert rows(sheet)[0][3:] == ["60", "4", "-1.333\xa0…\xa01.333"]
-    first, *_, leaking = (
-        each for each in lines_of(report) if each["ring.frequency [Hz]"] in ("60.0", "59.4")
-    )
-    assert float(first["ring.frequency change_fixed healthy_low [Hz]"]) == pytest.approx(59 - 181 / 3)
-    assert float(leaking["ring.frequency change_fixed [%]"]) == pytest.approx(-1.0)
-    assert first["ring.frequency change_fixed within_healthy"] == "1"
-
-
 def test_indicators_stand_in_the_data_of_runs_with_the_reason_of_a_hole(with_ring):
     report = with_ring()
     record = json.loads(json.dumps(report.record(), allow_nan=False))
@@ -317,8 +292,3 @@ def test_changes_of_a_number_near_zero_stand_in_its_own_unit(with_ring):
     line = next(each for each in lines_of(report) if each["ring.frequency [Hz]"] == "5.0")
     assert line["ring.frequency change_fixed [%]"] == ""
     assert float(line["ring.frequency change_fixed [Hz]"]) == pytest.approx(5.0)
-
-
-def test_a_healthy_value_within_the_width_of_its_replicates_is_near_zero():
-    healthy, values = np.full(2, 1.0), np.array([1.0, 2.0])
-    assert np.isnan(relative_change(healthy, values, width=np.full(2, 1.5))).all()

@@ -117,6 +117,7 @@ def test_nothing_is_collected_beside_a_running_sweep(hydrofdi, small_sweep, tmp_
         lambda file: file.attrs.__setitem__("format_version", 99),
         lambda file: file.attrs.__delitem__("configuration"),
         lambda file: file.attrs.__setitem__("configuration", "{"),
+        lambda file: file.attrs.__setitem__("configuration", '{"name": "old", "replicates": {"count": 2}}'),
         lambda file: file.__delitem__("energy_residual"),
         lambda file: (file.__delitem__("status"), file.create_dataset("status", data=[3])),
         lambda file: (file.__delitem__("energy_residual"), file.create_group("energy_residual")),

@@ -135,7 +135,7 @@ def test_designs_repeat_the_study_with_the_same_draws():
 def test_no_healthy_run_is_added_and_no_run_has_a_baseline():
     table = expanded()
     assert len(table.runs) == table.n_swept == 200 + 150 + 2 * (120 + 100)
-    assert {*table.fixed_baseline, *table.matched_baseline, *table.replicate_of} == {-1}
+    assert {*table.fixed_baseline, *table.matched_baseline} == {-1}
 
 
 def test_the_leakage_coefficient_is_solved_once_for_each_level():

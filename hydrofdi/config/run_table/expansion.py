@@ -33,7 +33,7 @@ NO_RUN = -1
 
 @dataclass(frozen=True, eq=False)
 class RunTable:
-    """The runs of an experiment: swept, then the healthy ones that the sweep lacks, then replicates.
+    """The runs of an experiment: swept, then the healthy ones that the sweep lacks.
 
     Attributes
     ----------
@@ -41,8 +41,6 @@ class RunTable:
         Dotted parameter → its different values in SI, in order of appearance.
     fixed_baseline, matched_baseline : array of int, shape (n_run,)
         The healthy run to compare with: under the baseline's conditions, and under the run's own.
-    replicate_of : array of int, shape (n_run,)
-        The healthy run that a run replicates; −1 for all others.
     study : StudyTable or None
         Who is who among the runs of a study, which have no baselines.
     """
@@ -52,7 +50,6 @@ class RunTable:
     n_swept: int
     fixed_baseline: NDArray[np.intp]
     matched_baseline: NDArray[np.intp]
-    replicate_of: NDArray[np.intp]
     study: StudyTable | None = None
 
 
@@ -75,11 +72,7 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
     rows = expansion.swept_rows()
     n_swept = rows.shape[1]
     rows, fixed, matched = expansion.with_baselines(rows)
-    healthy = np.array(sorted({*fixed.tolist(), *matched.tolist()}), dtype=np.intp)
-    rows, of_replicate = expansion.with_replicates(rows, healthy)
-    none = np.full(len(fixed), NO_RUN)
-    fixed, matched, copies = (np.concatenate([own, of_replicate]) for own in (fixed, matched, none))
-    return RunTable(expansion.runs(rows), _axes(points), n_swept, fixed, matched, copies)
+    return RunTable(expansion.runs(rows), _axes(points), n_swept, fixed, matched)
 
 
 def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
@@ -95,7 +88,7 @@ def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
         message = f"draws {counted(points.n_point - n_run, 'record')} twice; let more of them vary"
         raise ConfigError([Issue(message, "study.population")])
     none = np.full(n_run, NO_RUN)
-    return RunTable(expansion.runs(rows), _axes(points), n_run, none, none, none, table)
+    return RunTable(expansion.runs(rows), _axes(points), n_run, none, none, table)
 
 
 def study_roles(experiment: ExperimentConfig) -> StudyTable:
@@ -151,9 +144,7 @@ class Expansion:
             name: value for name, value in self._baseline.items() if name not in INTERNAL_LEAKAGE_FORMS
         }
         self._choice = experiment.indicator_choice
-        self._replicates = experiment.replicates
-        drawn = (*self._replicates.over, "measurement.seed") if self._replicates.count else ()
-        varied = {name.partition(".")[0] for name in (*points.columns, *self._baseline, *drawn)}
+        varied = {name.partition(".")[0] for name in (*points.columns, *self._baseline)}
         self._names = tuple(name for name in RunRequest.model_fields if name in varied)
         self._pools = {name: SectionPool(getattr(self._nominal, name)) for name in self._names}
 
@@ -190,28 +181,6 @@ class Expansion:
         found[by_turns] = places[n_row:]
         return rows, found[:n_fixed][of_fixed], found[n_fixed:][of_matched]
 
-    def with_replicates(self, rows: Rows, healthy: NDArray[np.intp]) -> tuple[Rows, NDArray[np.intp]]:
-        """Rows and the replicates of the healthy ones among them, and which one each is a replicate of."""
-        count = self._replicates.count
-        of_replicate = np.repeat(healthy, count)
-        if not count:
-            return rows, of_replicate
-        numbers = rows[0, of_replicate]
-        draws = self._replicates.draws(len(healthy))
-        for k, draw in enumerate(draws):
-            changes = draw | {"measurement.seed": self._nominal.measurement.seed + 1 + k % count}
-            for place, section in enumerate(self._names):
-                if fields := _fields(changes, section):
-                    pool = self._pools[section]
-                    try:
-                        changed = replace_fields(pool.sections[numbers[k, place]], fields)
-                    except ValueError as error:
-                        raise self._impossible(error, draw, None, "replicates.over") from None
-                    numbers[k, place] = pool.number(changed)
-        names = (*self._replicates.over, "measurement.seed")
-        self._require_fit(numbers, names, lambda k: draws[k])
-        return _joined(rows, np.stack([numbers, np.full_like(numbers, NONE), numbers])), of_replicate
-
     def _at_points(self, columns: Mapping[str, Column]) -> Numbers:
         """Numbers of the sections at all points where some parameters vary."""
         numbers = np.zeros((self._points.n_point, len(self._names)), dtype=np.int32)
@@ -231,16 +200,14 @@ class Expansion:
         except ValueError as error:
             raise self._impossible(error, values, point) from None
 
-    def _impossible(
-        self, error: ValueError, values: Mapping[str, Any], point: int | None, key: str = ""
-    ) -> ConfigError:
+    def _impossible(self, error: ValueError, values: Mapping[str, Any], point: int | None) -> ConfigError:
         """The error of a point, or of changes of many, with the last values [SI] that do not fit."""
         study, where = self._study, ""
         if study is not None and point is not None:
             where = f"in the population {study.populations[study.of_run[point]].title!r}, "
         named = shown_values(dict([*values.items()][-4:]))
         message = f"{where}at {named}: {first_reason(error)}"
-        return ConfigError([Issue(message, key or ("sweep" if study is None else "study"))])
+        return ConfigError([Issue(message, "sweep" if study is None else "study")])
 
     def _require_fit(
         self,

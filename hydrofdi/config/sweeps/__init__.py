@@ -1,1 +1,1 @@
-"""What an experiment varies: grids, samples, conditions and replicates."""
+"""What an experiment varies: grids, samples and conditions."""

@@ -1,4 +1,4 @@
-"""The sweep block, the samples and the replicates; distributions and their quantiles."""
+"""The sweep block and the samples; distributions and their quantiles."""
 
 from __future__ import annotations
 
@@ -199,28 +199,6 @@ class SampleConfig(Section):
         return self
 
 
-class ReplicatesConfig(Section):
-    """Independent replicates of every healthy run, each with its own sensor noise and its own draw."""
-
-    count: Annotated[int, Field(strict=True, ge=0, le=10_000)] = 0
-    """Number of replicates of each healthy run. With 2 or more, δ is also computed against their mean and
-    compared with the range of the replicates' own δ, each against the mean of the other replicates."""
-
-    seed: Annotated[int, Field(strict=True, ge=0)] = 0
-    """Seed of the draws."""
-
-    over: dict[str, Distribution] = Field(default_factory=dict)
-    """Dotted parameter → its distribution, as in ``sample``: normal variation between actuators and days.
-    Drawn independently for each replicate."""
-
-    def draws(self, n_healthy: int) -> list[dict[str, object]]:
-        """Parameter values of each replicate: all replicates of the first healthy run, then of the next."""
-        generator = np.random.default_rng(self.seed)
-        unit = generator.random((n_healthy * self.count, len(self.over)))
-        columns = {name: quantiles(law, unit[:, k]) for k, (name, law) in enumerate(self.over.items())}
-        return [{name: values[k] for name, values in columns.items()} for k in range(len(unit))]
-
-
 _VALUE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "boolean"}]}
 
 
@@ -322,6 +300,13 @@ class SweepConfig(Section):
         over = self.sample.over if self.sample else {}
         in_union = [name for block in self.union for name in block.names]
         return list(dict.fromkeys([*self.grid, *self.zip, *over, *in_union]))
+
+    @property
+    def drawn(self) -> set[str]:
+        """Parameters that are drawn from a range."""
+        over = self.sample.over if self.sample else {}
+        own = {name for name, distribution in over.items() if "choice" not in distribution}
+        return own.union(*(block.drawn for block in self.union))
 
 
 Method = Literal["sobol", "lhs", "random"]

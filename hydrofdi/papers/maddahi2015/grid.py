@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
-from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.report.runs import Array, baseline_changes, label_names, leaks_out_more, normal_bulk_modulus
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
@@ -86,7 +85,7 @@ class ModeGrid:
 
 def arrange_modes(data: ExperimentData) -> ModeGrid:
     """The grid of an experiment."""
-    kept = np.flatnonzero(~leaks_out_more(data) & (data.replicate_of == names.NO_BASELINE))
+    kept = np.flatnonzero(~leaks_out_more(data))
     scenarios, moduli, places = _axes(data, kept)
     if lack := _lack(data, tuple(int(of_axis.max()) + 1 for of_axis in places), len(kept)):
         kept = np.array([max(0, data.fixed_baseline[0])])
@@ -130,7 +129,7 @@ def _lack(data: ExperimentData, shape: tuple[int, ...], n_run: int) -> str:
     """Why an experiment has no grid of modes; empty if it has one."""
     if (data.fixed_baseline == names.NO_BASELINE).all():
         return "Without a healthy run to compare with, the claims are not evaluated."
-    drawn = {*_drawn(data.experiment.sweep), *_drawn(data.experiment.ensemble)}
+    drawn = data.experiment.sweep.drawn | data.experiment.ensemble.drawn
     is_drawn = drawn & {"fluid.bulk_modulus", *INTERNAL_LEAKAGE_FORMS}
     if not is_drawn and np.prod(shape) <= max(_FEW_CELLS, _CELLS_PER_RUN * n_run):
         return ""
@@ -138,10 +137,3 @@ def _lack(data: ExperimentData, shape: tuple[int, ...], n_run: int) -> str:
         "Leakage and EBM do not form a grid of modes: they are drawn from a range, or too few runs share"
         " them. The claims are not evaluated."
     )
-
-
-def _drawn(block: SweepConfig) -> list[str]:
-    """Parameters of a block that are drawn from a range."""
-    over = block.sample.over if block.sample else {}
-    own = [name for name, distribution in over.items() if "choice" not in distribution]
-    return own + [name for part in block.union for name in _drawn(part)]

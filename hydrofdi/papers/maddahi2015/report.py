@@ -54,7 +54,7 @@ class StudyReport(StudyData, Report):
             answer, controls = scenario_blocks(self.scenarios)
             yield from answers(answer)
             yield controls
-            yield indicators_block(self.indicators, has_replicates=self.data.has_replicates)
+            yield indicators_block(self.indicators)
             yield provenance_block(self.data)
             return
         yield changes.holes_block(self.data)
@@ -68,7 +68,7 @@ class StudyReport(StudyData, Report):
         yield from answers(standing)
         yield phases
         yield reference_block(self)
-        yield indicators_block(self.indicators, has_replicates=self.data.has_replicates)
+        yield indicators_block(self.indicators)
         figures = ("figure2", "figure3", "figure4", "spectrum", "mode_plane")
         yield Block("signals", "Signals and details", figures=figures)
         yield provenance_block(self.data)

@@ -78,7 +78,6 @@ VALVE_SUPPLY_PRESSURE, OIL_TEMPERATURE = "valve_supply_pressure", "oil_temperatu
 CHAMBER_1_PRESSURE, CHAMBER_2_PRESSURE = "chamber_1_pressure", "chamber_2_pressure"
 LARGEST_CHAMBER_1_PRESSURE = "chamber_1_pressure_max"
 FIXED_BASELINE, MATCHED_BASELINE = "fixed_baseline_run", "matched_baseline_run"
-REPLICATE_OF = "replicate_of_run"
 
 NO_BASELINE = -1
 """Row number that means "no healthy run"."""
@@ -158,7 +157,6 @@ REQUESTED = (
     Variable(LEAKAGE_LEVEL, (RUN,), "m3 s-1", "mean leakage flow that K_i was solved for"),
     Variable(FIXED_BASELINE, (RUN,), "", "row of the healthy run under the baseline's conditions, -1: none"),
     Variable(MATCHED_BASELINE, (RUN,), "", "row of the healthy run under the run's own conditions, -1: none"),
-    Variable(REPLICATE_OF, (RUN,), "", "row of the healthy run that this one replicates, -1: none"),
 )
 """Variables of each run that come from the experiment configuration."""
 
@@ -202,9 +200,7 @@ def coordinate(parameter: str) -> str:
 
 
 def is_needless(name: str, values: NDArray[Any]) -> bool:
-    """Whether a variable can be omitted: obstacles if no record has one, and of what runs are replicates."""
-    if name == REPLICATE_OF:
-        return bool((values == NO_BASELINE).all())
+    """Whether a variable can be omitted: obstacles if no record has one."""
     return name.endswith(OBSTACLE) and not any(values)
 
 

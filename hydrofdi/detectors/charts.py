@@ -84,6 +84,7 @@ class Chart(Method[Chosen]):
         direction = self.options.direction
         sign = -1.0 if direction is Direction.FALLING else 1.0
         held = np.ascontiguousarray(np.clip(sign * np.asarray(scores, dtype=float), -LARGEST, LARGEST))
+        # A copy, as the caller keeps the old state.
         memory = np.array(state["memory"], dtype=float, order="C")
         if held.ndim != 2 or held.shape[0] != memory.shape[0]:
             raise ValueError(f"expected scores of {memory.shape[0]} streams in the shape (n_stream, n_time)")
@@ -105,6 +106,7 @@ def _cusum(
         rising, falling = memory[stream, 0], memory[stream, 1]
         for instant in range(scores.shape[1]):
             score = scores[stream, instant]
+            # Only NaN differs from itself.
             if score != score:
                 statistic[stream, instant] = score
                 continue
@@ -172,6 +174,7 @@ def _ewma(
                 statistic[stream, instant] = score
                 continue
             mean = (1.0 - weight) * mean + weight * score
+            # 1 − (1 − λ)^(2t) step by step, so that a stream may be split anywhere.
             settled = kept * settled + (1.0 - kept)
             variance = limiting * settled if is_exact else limiting
             size = mean / variance**0.5
@@ -225,10 +228,12 @@ def _glr(scores: Array, statistic: Array, memory: Array, limit: float, is_two_si
                 continue
             total, largest = 0.0, 0.0
             for length in range(1, memory.shape[1] + 1):
+                # The memory, newest score first, shifts by one while the sum grows over it.
                 earlier = memory[stream, length - 1]
                 memory[stream, length - 1] = score
                 total += score
                 size = abs(total)
+                # The sum times its size keeps the sign, so that falls do not count if only rises do.
                 ratio = size * (size if is_two_sided else total) / (2.0 * length)
                 largest = ratio if ratio > largest else largest
                 score = earlier

@@ -53,6 +53,7 @@ class AlarmLimit:
 
 def time_needed(false_alarm_every: float, confidence: float) -> float:
     """Alarm-free time that demonstrates a mean time between false alarms, in the same unit."""
+    # Poisson: no alarm within t has the probability e^(−t/T).
     return -math.log(1.0 - confidence) * false_alarm_every
 
 
@@ -113,6 +114,7 @@ class FalseAlarms:
         n_group = len(self.groups)
         counts = np.array(self._counts(limit, self.n_draw))
         mean = float(counts.mean())
+        # At least that of a Poisson count, so that the effective number is at most the actual one.
         variance = max(float(counts.var(ddof=1)) * n_group / (n_group - 1), mean)
         scale = variance / mean if mean else 1.0
         effective, each = mean / scale, (1.0 - confidence) / 2.0
@@ -145,6 +147,7 @@ class FalseAlarms:
             raise NotStatedError(
                 "no limit above 0 has so many false alarms; choose a longer time between false alarms"
             )
+        # Limits that were tried before narrow the bracket.
         low = max(limit for limit, count in self._searched.items() if count >= wanted and limit < high)
         high = min(limit for limit, count in self._searched.items() if count < wanted and limit > low)
         while high - low > PRECISION * high:
@@ -155,6 +158,7 @@ class FalseAlarms:
     @cached_property
     def _highest(self) -> float:
         """Upper bound of the statistic over all resamples of the search."""
+        # Just above, as a statistic at the limit is an alarm.
         return (1.0 + 1e-9) * max(
             float(np.nanmax(each, initial=LEAST))
             for draw in self._followed(self._n_search, math.inf)
@@ -273,6 +277,7 @@ def delays(
     first = np.where(is_alarm & is_later, times, math.inf).min(axis=1, initial=math.inf)
     unscored = int((~(is_later & ~np.isnan(scores)).any(axis=1)).sum())
     early = np.sum(is_alarm & ~is_later, axis=1)
+    # An instant that rounds to the onset may lie just before it.
     return Delays(np.maximum(first - sets_in[:, 0], 0.0), early, unscored)
 
 

@@ -105,6 +105,7 @@ class FaultBalance:
         }  # fmt: skip
         if not self.both:
             for name in ("bias_2", "gain_2", "external_2", "gain_by_chamber", "lap_by_chamber"):
+                # Without the second sensor the prior holds these at zero.
                 own[name] *= 1e-6
         return np.array([own.get(name, flow / np.sqrt(at)) for name in NAMES])
 
@@ -125,10 +126,12 @@ class FaultBalance:
     def estimate(self, fitted: Fitted, variance: float) -> Estimates:
         """Estimates if the squared error of the equations is `variance` times the stated one."""
         normal, right, square = self._normal(fitted.moments)
+        # Unknowns are in prior deviations, so the prior adds the unit matrix.
         covariances = np.asarray(np.linalg.inv(normal / variance + np.eye(len(NAMES))), dtype=float)
         values = np.einsum("rij,rj->ri", covariances, right / variance)
         misfits = self._misfits(values, normal, right, square, fitted.counts)
         values = values.copy()
+        # Estimates are about the laps of the fit, which are added.
         own = fitted.laps @ np.linalg.inv(CONTRASTS).T
         for column, name in enumerate(_OF_EDGES):
             values[:, PLACE[name]] += own[:, column] / self.scales[PLACE[name]]
@@ -146,6 +149,7 @@ class FaultBalance:
         """Estimates (n_record, N) with errors that agree with the misfit of each record."""
         normal, right, square = self._normal(moments)
         variances = np.full(len(moments), 10.0)
+        # Estimates and variance depend on each other: fixed-point steps.
         for _ in range(4):
             weighted = normal / variances[:, None, None] + np.eye(len(NAMES))
             values = np.linalg.solve(weighted, (right / variances[:, None])[..., None])[..., 0]
@@ -159,6 +163,7 @@ class FaultBalance:
         return normal, scaled[:, :-1, -1] * self.scales, scaled[:, -1, -1]
 
     def _misfits(self, values: Array, normal: Array, right: Array, square: Array, counts: Array) -> Array:
+        # Residual sum of squares from sums of products; rounding can leave less than zero.
         left = square - 2.0 * np.sum(values * right, axis=1)
         left += np.einsum("ri,rij,rj->r", values, normal, values)
         return np.asarray(np.sqrt(np.maximum(left, 0.0) / np.maximum(counts, 1.0)))
@@ -181,6 +186,7 @@ class FaultBalance:
         speed = np.gradient(position, axis=1) * frequency
 
         def integral(signal: Array, row: int = 0) -> Array:
+            # A window is two adjacent blocks, each of which it shares with a neighbour.
             blocks = signal[:, : signal.shape[1] // half * half].reshape(n_record, -1, half)
             return np.asarray((blocks @ weights[0, row])[:, :-1] + (blocks @ weights[1, row])[:, 1:])
 
@@ -192,11 +198,14 @@ class FaultBalance:
                 new_sums(n_record, n_chamber),
             )  # fmt: skip
             regular = regular[:, :, chamber]
+            # (7), (8): the supply edge is open, else the return edge.
             feeds = sign * spool >= 0.0
             root = signed_root(np.where(feeds, supply - pressure, pressure - options.return_pressure))
             gain = options.flow_gain * options.area_gradient
+            # Slope of the flow over the pressure; 300 √Pa (0.9 bar) limits it where the drop vanishes.
             slope = 0.5 * gain * spool / np.maximum(np.abs(root), 300.0) * np.where(feeds, -1.0, 1.0)
             external = sign * integral(pressure)
+            # A gain error of a pressure acts on the orifice and on the compression.
             of_gain = integral(slope * pressure) - regular[:, :, PLACE_OF_MODULUS] / options.bulk_modulus
             nothing = np.zeros_like(external)
             own = [external, nothing] if chamber == 0 else [nothing, external]

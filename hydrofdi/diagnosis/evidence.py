@@ -123,6 +123,7 @@ class Judge:
         }
         chances = [self._probabilities(shifts, healthy, others, factor) for factor in self._factors()]
         best = chances[0]
+        # Rounded, so that the order is the same on all processors.
         order = sorted(best, key=lambda name: -comparable(best[name]))
         return [self._finding(name, chances, shifts, scatter, gain) for name in order]
 
@@ -137,6 +138,7 @@ class Judge:
     def _shift(
         self, difference: Array, scatter: Array, gain: Array, hypothesis: Hypothesis, *, is_free: bool = True
     ) -> _Shift:
+        # All hypotheses share the scatter of the caller.
         scatter = scatter.copy()
         for name in hypothesis.free if is_free else ():
             if name in self.history.names:
@@ -144,6 +146,7 @@ class Judge:
                 scatter[place, place] *= 1.0 + _FREE**2
         scatter[-1, -1] += _MISFIT**2
         moved = hypothesis.directions.copy()
+        # Unknowns of the balance are seen through its estimate, forces and pressure directly.
         moved[:, : len(NAMES)] = moved[:, : len(NAMES)] @ gain.T
         white, log_determinant = self._whitened(scatter, np.vstack((difference, moved)))
         return _Shift(white[0], white[1:], log_determinant)
@@ -169,6 +172,7 @@ class Judge:
         square = float(np.sum(healthy[0] ** 2)) / factor
         logs = {HEALTHY: float(self._log_density(np.array(square), healthy[1])) + np.log(PRIOR_HEALTHY)}
         spread = _SCALES**2
+        # A wider scatter adds to ln det once for each quantity.
         wide = self._log_density(square / spread, healthy[1] + size * np.log(spread))
         logs[NONE] = _log_mean(wide) + np.log((1.0 - PRIOR_HEALTHY) * PRIOR_NONE)
         n_other = len(shifts) + len(REPAIRS)
@@ -180,6 +184,7 @@ class Judge:
             found = float(self._log_density(np.array(np.sum(white**2) / factor), log_determinant))
             logs[name] = found + each
         top = max(logs.values())
+        # Over the most probable one, as densities themselves may underflow.
         weights = {name: float(np.exp(value - top)) for name, value in logs.items()}
         total = sum(weights.values())
         return {name: weight / total for name, weight in weights.items()}
@@ -188,6 +193,7 @@ class Judge:
         """Logarithm of the mean density over sizes and directions."""
         count, sizes = len(self.history.names), hypothesis.usual * _SIZES[:, None]
         moved = sizes**2 * np.sum(shift.directions**2, axis=1)
+        # abs(d − s v)² for all sizes and directions at once.
         left = np.sum(shift.difference**2) - 2.0 * sizes * (shift.directions @ shift.difference) + moved
         # The true shift differs from the model's by a share of it, in any direction.
         wider = 1.0 + hypothesis.error**2 * moved / factor / count
@@ -211,7 +217,9 @@ class Judge:
         hypothesis = next(each for each in self.hypotheses if each.name == name)
         shift = shifts[name][-1]
         moved = np.sum(shift.directions**2, axis=1)
+        # Least squares along each direction; sizes are not negative.
         sizes = np.maximum(shift.directions @ shift.difference, 0.0) / moved
+        # The direction that takes most from the squared distance.
         best = int(np.argmax(sizes**2 * moved))
         size = float(sizes[best])
         deviation = float(np.hypot(1.0 / np.sqrt(moved[best]), _SIZE * hypothesis.error * size))
@@ -273,4 +281,5 @@ class Judge:
 def _log_mean(logs: Array) -> float:
     """Logarithm of the mean of exponentials."""
     top = float(np.max(logs))
+    # Without the largest exponent no exponential overflows.
     return top + float(np.log(np.mean(np.exp(logs - top))))

@@ -54,6 +54,7 @@ def signatures(
         columns.append(forces(balance, records))
         pressures.append(records[P2])
     mean = np.mean(pressures, axis=(0, 2))
+    # The floor keeps a perfect fit from being far away in the logarithm.
     columns.append(np.stack((mean, np.log(np.maximum(found.misfits, 0.03))), axis=1))
     return np.concatenate(columns, axis=1), found
 
@@ -67,8 +68,10 @@ def forces(balance: FaultBalance, records: RecordBatch) -> Array:
     n_smooth = max(3, round(_SMOOTHING * frequency))
     speed = uniform_filter1d(np.gradient(position, axis=1) * frequency, n_smooth, axis=1)
     acceleration = np.gradient(speed, axis=1) * frequency
+    # A high quantile, as noise sets the maximum.
     slow = _SLOW * max(float(np.quantile(np.abs(speed), 0.99)), 1e-9)
     pushed = options.areas[0] * records[P1] - options.areas[1] * records[P2]
+    # Without the ends, at which the filter reflects the speed.
     columns = np.stack((np.tanh(speed / slow), speed, position, acceleration), axis=2)[:, n_smooth:-n_smooth]
     pushed = pushed[:, n_smooth:-n_smooth]
     behind = max(1, round(_DIFFERENCE * frequency))
@@ -81,8 +84,10 @@ def forces(balance: FaultBalance, records: RecordBatch) -> Array:
         for _ in range(6):
             values = np.linalg.lstsq(own * weights[:, None], change * weights, rcond=None)[0]
             left = np.abs(change - own @ values)
+            # Equations beyond twice the robust deviation lose weight; 1e-30 is for a perfect fit.
             weights = 1.0 / (1.0 + (left / (2.0 * 1.4826 * np.median(left) + 1e-30)) ** 2)
         remains = np.mean(force - columns[row] @ values)
+        # The last value, the moving mass, is fitted but not compared.
         found[row] = values[0], values[1], remains, values[2]
     return found
 
@@ -145,12 +150,14 @@ def history_of(healthy: Sequence[RecordBatch], balance: FaultBalance) -> History
     expected = np.diag(squares)
     # The errors of the model repeat from record to record, so that these scatter less than it says.
     told = np.diag(noise) > 1e-9
+    # The median over the unknowns of which the records tell anything.
     share = max(float(np.median(squares[:n_own][told] / np.diag(noise)[told])), _LEAST_SHARE)
     gain, changes = gains.mean(axis=0), np.diag(_daily(balance) ** 2)
     expected[:n_own, :n_own] = share * noise + gain @ changes @ gain.T
     expected[-1, -1] = max(squares[-1], 0.1**2)
     expected[n_own:-1, n_own:-1] += np.diag(_usual(balance, found.mean(axis=0)[n_own:-1]) ** 2)
     own = _PRIOR_RECORDS + n_record - 1
+    # 1 + 1/n for a further record, as the centre itself scatters.
     scatter = (_PRIOR_RECORDS * expected + deviations.T @ deviations) / own * (1.0 + 1.0 / n_record)
     spread = _regular(scatter)
     return History(balance, names, found.mean(axis=0), spread, own, variance, np.diag(noise), share, n_record)
@@ -177,6 +184,7 @@ def history_of_sheet(records: RecordBatch, balance: FaultBalance) -> History:
     for place in range(n_own, len(names)):
         centre[place] = float(np.mean(found[:, place]))
         scatter[place, place] = (_ANY * max(abs(centre[place]), 1e-9)) ** 2
+    # ln misfit, as the variance is about 25 (`balance._CORRELATED`) times its square.
     centre[-1], scatter[-1, -1] = 0.5 * np.log(max(1.0, variance / 25.0)), 0.5**2
     unbounded = np.full(n_own, np.inf)
     return History(balance, names, centre, _regular(scatter), _PRIOR_RECORDS, variance, unbounded, 1.0, 0)

@@ -104,6 +104,7 @@ def _all(history: History) -> Iterator[Hypothesis]:
     )  # fmt: skip
     places = np.array(balance.places)
     stroke = (places - places[0]) / (places[-1] - places[0])
+    # A flat top that covers about a third of the stroke.
     scored = [np.exp(-(((stroke - centre) / 0.19) ** 4)) for centre in np.linspace(0.2, 0.8, 5)]
     yield Hypothesis(
         "seal_scored", "scored bore", "m^3/s", flow,
@@ -117,6 +118,7 @@ def _all(history: History) -> Iterator[Hypothesis]:
             "look for oil at rod seal, fittings and hoses; a worn return edge of the valve looks the same",
         )  # fmt: skip
     for chamber, side in EDGES.values():
+        # Rows of `CONTRASTS` are orthogonal, of length 2, so a quarter of each moves one edge alone.
         parts = {"lap": 1, "offset": side, "lap_by_feeding": chamber * side, "lap_by_chamber": chamber}
         worn.append({name: -0.25 * part for name, part in parts.items()})
     yield Hypothesis(
@@ -155,8 +157,10 @@ def _all(history: History) -> Iterator[Hypothesis]:
         "soft_oil", "softer oil or hoses", "1", 0.2, moves({"compressibility": modulus}),
         advice="warm oil, an ageing hose, or air",
     )  # fmt: skip
+    # Force that a pressure of each chamber exerts, positive if it extends.
     forces = {1: first, 2: -second}
     for chamber, area in forces.items():
+        # Share of one sensor in the mean pressure.
         share = 0.5 if balance.both else 1.0
         yield Hypothesis(
             f"bias_P{chamber}", f"zero of the P{chamber} sensor", "Pa", 0.012 * supply,

@@ -31,6 +31,7 @@ _JUMP = 8.0
 """Robust standard deviations up to which a single error is not taken for a change; a choice between sudden
 changes that are missed and jumps of the machine that look like one."""
 
+# Standard deviation of a normal distribution over its median absolute deviation.
 _TO_DEVIATION = 1.4826
 
 _SEED = 28
@@ -92,9 +93,11 @@ class ChangePointModel:
             raise NotStatedError(f"{self.n_point} points are too few for a trend", FEWEST)
         ones = np.ones(self.n_point)
         others = np.atleast_2d([] if covariate is None else np.asarray(covariate, dtype=float))
+        # Centred, so that a is the level at the mean covariate.
         own = [each - each.mean() for each in others if each.size]
         self.base = np.stack([ones, *own], axis=1)
         self.onset, self.law, self._prior = self._changes()
+        # Lags in median steps, so that one grid of correlations suits any rate of records.
         self._steps = np.abs(self.time[:, None] - self.time[None]) / np.median(np.diff(self.time))
 
     def _changes(self) -> tuple[Array, NDArray[np.int64], Array]:
@@ -103,6 +106,7 @@ class ChangePointModel:
         stops = np.unique(np.linspace(1, last, min(_MOST_ONSETS, last)).round().astype(int))
         onsets, laws = [], []
         for place, law in enumerate(LAWS):
+            # A step needs as many points before it as after it; a growth may begin with the series.
             own = stops[stops >= AFTER] if law.name == "sudden" else stops
             middle = (time[own - 1] + time[own]) / 2.0
             onsets.append(middle if law.name == "sudden" else np.concatenate([time[:1], middle]))
@@ -120,11 +124,14 @@ class ChangePointModel:
     def _noise(self, correlation: float, white: float, columns: Array) -> _Noise:
         alike = correlation**self._steps if correlation else np.eye(self.n_point)
         cholesky = np.linalg.cholesky((1.0 - white) * alike + white * np.eye(self.n_point))
+        # Columns and values times the root have errors that are independent and equal.
         root = np.linalg.inv(cholesky)
         base, triangle = np.linalg.qr(root @ self.base)
         whitened = root @ columns
         across = whitened - base @ (base.T @ whitened)
+        # A change along the base has no length of its own; the floor keeps quotients finite.
         lengths = np.maximum(np.sum(across**2, axis=0), 1e-12)
+        # ½ ln det of the correlation and of the normal matrix of the base, from the integral over a and b.
         log_determinants = np.log(np.diag(cholesky)).sum() + np.log(np.abs(np.diag(triangle))).sum()
         prior = 1.0 / len(_CORRELATIONS) / len(_WHITE) if correlation else 1.0 / len(_CORRELATIONS)
         return _Noise(
@@ -141,7 +148,9 @@ class ChangePointModel:
             whitened = noise.root @ values
             left = whitened - noise.base @ (noise.base.T @ whitened)
             square = np.sum(left**2, axis=0)
+            # Pythagoras: the residual with a change from that without; the floor guards against cancellation.
             rest = np.maximum(square - (noise.across.T @ left) ** 2 / noise.lengths[:, None], 1e-12 * square)
+            # The last term is from the integral over A.
             prior = noise.log_weight + np.log(self._prior) - np.log(noise.lengths) / 2.0
             none = noise.log_weight - n_free / 2.0 * np.log(square)
             yield none, prior[:, None] - (n_free - 1) / 2.0 * np.log(rest)
@@ -168,9 +177,11 @@ class ChangePointModel:
             left -= noise.base @ (noise.base.T @ left)
             spread = _TO_DEVIATION * np.median(np.abs(left - np.median(left)))
             errors = np.clip(left - np.median(left), -_JUMP * spread, _JUMP * spread)
+            # Residuals of the series itself are drawn, so that tails that are not normal stay.
             sampled = random.choice(errors - errors.mean(), (self.n_point, int(rows.sum())))
             healthy[:, rows] = noise.cholesky @ sampled
         above = np.sum(self.bayes_factors(healthy) >= self.bayes_factors(own)[0])
+        # The series counts as one of the repeats, so that no probability is zero.
         return float((1 + above) / (1 + n_repeat))
 
     def draws(self, values: ArrayLike, n_draw: int = 4000, *, is_changed: bool = True) -> Draws:
@@ -189,10 +200,12 @@ class ChangePointModel:
             left = whitened - noise.base @ along
             lengths, projected = noise.lengths[change[rows]], across.T @ left
             rest = np.sum(left**2) - (projected**2 / lengths if is_changed else 0.0)
+            # Posterior of σ² with a flat prior in log σ: residual sum over a draw of χ².
             sigma = np.sqrt(np.maximum(rest, 0.0) / random.chisquare(n_free, rows.size))
             if is_changed:
                 spread = sigma / np.sqrt(lengths) * random.standard_normal(rows.size)
                 growth[rows] = projected / lengths + spread
+            # The base takes back what of the growth lies along it.
             taken = (noise.base.T @ noise.columns[:, change[rows]]) * growth[rows]
             errors = sigma * random.standard_normal((self.base.shape[1], rows.size))
             base[rows] = np.linalg.solve(noise.triangle, along[:, None] - taken + errors).T
@@ -214,15 +227,18 @@ def inliers(values: ArrayLike) -> NDArray[np.bool_]:
     places = first[:, None] + np.arange(n_near)
     is_other = places != np.arange(own.size)[:, None]
     others = np.sort(own[places][is_other].reshape(own.size, n_near - 1), axis=1)
+    # Distance from the two middle ones of six neighbours; negative between them.
     away = np.maximum(own - others[:, AFTER - 1], others[:, AFTER - 2] - own)
     steps = np.abs(np.diff(own))
     near = np.median(steps[first[:, None] + np.arange(n_near - 1)], axis=1)
+    # A step is the difference of two values, hence √2.
     spread = _TO_DEVIATION / np.sqrt(2.0) * np.maximum(near, np.median(steps))
     return np.asarray(away <= _OUTLYING * spread)
 
 
 def _log_sum(logs: Array) -> Array:
     largest = logs.max(axis=0)
+    # Without the largest exponent no exponential overflows.
     return np.asarray(largest + np.log(np.sum(np.exp(logs - largest), axis=0)))
 
 

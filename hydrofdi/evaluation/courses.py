@@ -39,7 +39,9 @@ def grown(time: Array, onset: Array, law: NDArray[np.int64], last: float) -> Arr
     since, power, pace = time[:, None] - onset, _POWERS[law], _PACES[law]
     share = np.maximum(since, 0.0) / (last - onset)
     with np.errstate(over="ignore", invalid="ignore"):
+        # Both forms are computed for all; without a pace the first is 0/0.
         rising = np.where(pace > 0.0, np.expm1(pace * share) / np.expm1(pace), share**power)
+    # A sudden change is s^0, which is 1 before the onset as well.
     return np.where(since > 0.0, rising, 0.0)
 
 
@@ -84,6 +86,7 @@ class Draws:
         """Derivative of the level at the last point; 0 after a step."""
         pace = _PACES[self.law]
         with np.errstate(invalid="ignore"):
+            # k e^k/(e^k − 1) in a form that cannot overflow.
             slope = np.where(pace > 0.0, -pace / np.expm1(-pace), _POWERS[self.law])
         return np.asarray(self.growth * slope / (self.time[-1] - self.onset))
 
@@ -94,6 +97,7 @@ class Draws:
         end.
         """
         last, pace, is_sudden = self.time[-1], _PACES[self.law], np.equal(self.law, 0)
+        # The side of most draws, so that all face the limit from the same one.
         side = np.sign(np.median(self.growth)) or 1.0
         with np.errstate(divide="ignore", invalid="ignore"):
             share = (limit - self.level) / self.growth

@@ -216,6 +216,7 @@ def log_likelihood(predictor: Array, tally: Tally, floor: float) -> float:
         α.
     """
     log_hit, log_above = _logarithms(predictor, floor)
+    # 1 − P = (1 − α)(1 − F), without the difference from 1, which would cancel.
     return float(_times(tally.hits, log_hit) + _times(tally.misses, log_above + np.log1p(-floor)))
 
 
@@ -243,6 +244,7 @@ def maximise(design: Array, offset: Array, tally: Tally, floor: float, start: fl
         predictor = np.clip(offset + design @ coefficients, -CERTAIN, CERTAIN)
         score, weight = _score(predictor, tally, floor)
         information = design.T @ (weight[:, None] * design)
+        # Least squares, as the information is nearly singular if hits and misses are separated.
         step = np.linalg.lstsq(information, design.T @ score, rcond=1e-12)[0]
         for halving in 0.5 ** np.arange(30):
             trial = coefficients + halving * step
@@ -270,6 +272,7 @@ def _score(predictor: Array, tally: Tally, floor: float) -> tuple[Array, Array]:
     log_density = -(predictor**2) / 2.0 - 0.5 * np.log(2.0 * np.pi)
     of_hit = np.exp(np.log1p(-floor) + log_density - log_hit)
     of_miss = np.exp(log_density - log_above)
+    # The information of a binomial, P'²/(P (1 − P)), is the product of both terms.
     return tally.hits * of_hit - tally.misses * of_miss, tally.total * of_hit * of_miss
 
 
@@ -366,6 +369,7 @@ def _coefficients(places: Array, counted: Tally, floor: float) -> tuple[float, f
     """Intercept and slope; the slope is not negative."""
     nothing, ones = np.zeros_like(places), np.ones_like(places)
     if places.size > 1:
+        # About the centre, level and slope hardly depend on each other.
         centre = float(np.average(places, weights=counted.total))
         level, slope = maximise(np.stack((ones, places - centre), axis=1), nothing, counted, floor)
         if slope > 1e-6:  # not 0, as the fit of a flat curve ends
@@ -393,6 +397,7 @@ def lack_of_fit(curve: PodCurve) -> float:
     expected = counted.total * curve.probability(counted.severity)
     cells = _cells(expected, counted.total)
     hits, expects, total = (np.bincount(cells, values) for values in (counted.hits, expected, counted.total))
+    # Level and slope are fitted.
     degrees = hits.size - 2
     if degrees < 1:
         return math.nan
@@ -453,6 +458,7 @@ def lower_bound(curve: PodCurve, severity: ArrayLike, *, confidence: float = 0.9
     -------
     low : ndarray, shape (n,)
     """
+    # One-sided: χ² of 2γ − 1 leaves 1 − γ on each side.
     drop = quantile_of_chi_square(2.0 * confidence - 1.0)
     predictors = [_lower_predictor(curve, place, drop) for place in curve.axis.place(severity)]
     rise, floor = np.exp(log_cumulative(np.array(predictors))), curve.false_alarm_rate

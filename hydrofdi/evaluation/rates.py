@@ -130,6 +130,7 @@ def clopper_pearson(count: float, total: float, confidence: float = 0.95) -> tup
     from scipy.special import betaincinv
 
     each = (1.0 - confidence) / 2.0
+    # At no alarm or all, a parameter of the Beta distribution is 0, and the limit is the end.
     low = float(betaincinv(count, total - count + 1.0, each)) if count > 0.0 else 0.0
     high = float(betaincinv(count + 1.0, total - count, 1.0 - each)) if count < total else 1.0
     return low, high
@@ -162,6 +163,7 @@ def alarm_rate(outcomes: ArrayLike, *, groups: Sequence[str] | None = None, conf
     effective, n_group = float(total), None
     if groups is not None:
         effective, n_group = _effective_number(known, np.asarray(groups)[is_known], confidence)
+    # The same rate, of fewer records.
     low, high = clopper_pearson(count * effective / total, effective, confidence)
     return Rate(count, total, missing, low, high, confidence, n_group)
 
@@ -172,12 +174,15 @@ def _effective_number(outcomes: Array, groups: np.ndarray, confidence: float) ->
     _, places = np.unique(groups, return_inverse=True)
     sizes, total, share = np.bincount(places), outcomes.size, float(outcomes.mean())
     n_group = sizes.size
+    # Sums over groups, not means: the rate is a ratio of totals, and groups may differ in size.
     departures = np.bincount(places, outcomes) - share * sizes
     if n_group == 1 or share in (0.0, 1.0):
         return float(n_group), n_group
     variance = n_group / (n_group - 1) * float(np.sum(departures**2)) / total**2
     quantile = (1.0 + confidence) / 2.0
+    # Student's quantile is larger for groups than for records, which is worth fewer records.
     fewer = float(stdtrit(total - 1, quantile) / stdtrit(n_group - 1, quantile)) ** 2
+    # Groups that agree more than independent records would are worth no more than these.
     return min(float(total), fewer * share * (1.0 - share) / max(variance, 1e-300)), n_group
 
 
@@ -192,6 +197,7 @@ def holm(p_values: ArrayLike) -> Array:
         NaN if a test is undefined; it still counts as tried.
     """
     values = np.asarray(p_values, dtype=float)
+    # NaN sorts last, but counts in the factors.
     order = np.argsort(values)
     corrected = np.empty(values.size)
     corrected[order] = np.maximum.accumulate(values[order] * (values.size - np.arange(values.size)))

@@ -41,6 +41,7 @@ class RocCurve:
         last = np.interp(false_alarm_rate, self.false_alarm_rate, self.detection_rate)
         rates = np.append(self.false_alarm_rate[inside], false_alarm_rate)
         area = float(np.trapezoid(np.append(self.detection_rate[inside], last), rates))
+        # Area under the diagonal; that of a perfect score is the rate itself.
         chance = false_alarm_rate**2 / 2.0
         return 0.5 * (1.0 + (area - chance) / (false_alarm_rate - chance))
 
@@ -70,6 +71,7 @@ def _of_both_kinds(healthy: ArrayLike, faulty: ArrayLike) -> tuple[Array, Array]
 
 def _share_at_or_above(scores: Array, thresholds: Array) -> Array:
     below = np.searchsorted(np.sort(scores), thresholds, "left")
+    # The first point is that of a threshold above all scores.
     return np.concatenate(([0.0], 1.0 - below / scores.size))
 
 
@@ -111,6 +113,7 @@ def placements(healthy: Array, faulty: Array) -> tuple[Array, Array]:
 def share_below(scores: Array, of: Array) -> Array:
     """Fraction of `scores` below each score in `of`, equal ones counted half; shape of `of`."""
     ordered = np.sort(scores)
+    # Both sides together count equal scores half, in whole numbers.
     twice = np.searchsorted(ordered, of, "left") + np.searchsorted(ordered, of, "right")
     return np.asarray(twice / (2.0 * scores.size))
 
@@ -143,9 +146,11 @@ def _interval(value: float, variance: float, n: int, m: int, confidence: float) 
 
     z = float(ndtri((1.0 + confidence) / 2.0))
     if variance > 0.0:
+        # The slope of the logit is 1/(A (1 − A)); limits on it stay between 0 and 1.
         spread = z * math.sqrt(variance) / (value * (1.0 - value))
         low, high = expit(logit(value) + np.array([-spread, spread]))
         return float(low), float(high)
+    # The upper limit is the lower one with healthy and faulty exchanged.
     return _newcombe(value, n, m, z), 1.0 - _newcombe(1.0 - value, m, n, z)
 
 
@@ -158,6 +163,7 @@ def _newcombe(value: float, n: int, m: int, z: float) -> float:
         variance = area * (1.0 - area) * (1.0 + ((n + m) / 2.0 - 1.0) * pairs) / (n * m)
         return value - area - z * math.sqrt(variance)
 
+    # Not at the estimate itself, which is a second zero of the distance if it is 1.
     return float(brentq(distance, 0.0, value - 1e-12)) if value > 1e-9 else 0.0
 
 
@@ -206,6 +212,7 @@ def clustered_area(
     area = area_under_curve(healthy, faulty, confidence=confidence)
     below, above, places, n_group = _of_groups(healthy, faulty, healthy_groups, faulty_groups, MANY_GROUPS)
     components = placements(below, above)
+    # Both kinds of a group add up before they are squared, so that their dependence counts.
     departures = np.concatenate([(own - area.value) / own.size for own in components])
     sums = np.bincount(places, departures)
     deviation = math.sqrt(n_group / (n_group - 1) * float(np.sum(sums**2)))
@@ -251,6 +258,7 @@ def grouped_area(
         wins[group] = sizes[group] * np.bincount(theirs, share, minlength=n_group)
     counts = np.random.default_rng(seed).multinomial(n_group, np.full(n_group, 1.0 / n_group), size=n_draw)
     pairs = (counts @ sizes) * (counts @ others)
+    # A pair of groups counts as often as both are drawn; a draw without one kind has no area.
     drawn = np.einsum("bi,ij,bj->b", counts, wins, counts, optimize=True)[pairs > 0] / pairs[pairs > 0]
     if drawn.size and np.ptp(drawn) < 1e-12:  # perfect separation: groups count as one record each
         low, high = _interval(
@@ -278,6 +286,7 @@ def _of_groups(
 def _percentiles(values: Array, n_group: int, confidence: float) -> tuple[float, float]:
     from scipy.special import ndtr, stdtrit
 
+    # Percentiles at Student's quantile instead of the normal one, as a bootstrap of few groups is too narrow.
     wide = math.sqrt(n_group / (n_group - 1)) * stdtrit(n_group - 1, (1.0 + confidence) / 2.0)
     low, high = np.quantile(values, [ndtr(-wide), ndtr(wide)])
     return float(low), float(high)

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 def comparable(values: ArrayLike) -> Any:
     """Round to twelve digits before a comparison, as processors differ in the last bits; same shape."""
     mantissa, exponent = np.frexp(values)
+    # 40 bits of the mantissa are twelve digits.
     return np.ldexp(np.round(np.ldexp(mantissa, 40)), exponent - 40)
 
 

@@ -87,8 +87,10 @@ def quantiles_and_draws(
         kind = "range" if len(probabilities) > 1 else "median"
         raise NotStatedError(f"a {kind} of scores needs {needed} records, not {ordered.size}", needed)
     n_space = ordered.size + 1
+    # Spacings of the probabilities are the parameters of the distribution; they need not be whole.
     distances = n_space * np.diff([0.0, *probabilities, 1.0])
     places = np.cumsum(generator.dirichlet(distances, N_DRAW), axis=1)[:, :-1]
+    # Expected probabilities of the order statistics.
     at = np.arange(1, n_space) / n_space
     return np.interp(probabilities, at, ordered), np.interp(places, at, ordered)
 
@@ -197,10 +199,12 @@ def rising(rows: Array) -> Array:
     and Dykstra, Order Restricted Statistical Inference (1988), section 1.4.
     """
     n_level = rows.shape[1]
+    # The mean of any stretch is a difference of two sums over its length.
     sums = np.cumsum(np.insert(rows, 0, 0.0, axis=1), axis=1)
     best = np.full(rows.shape, -np.inf)
     for first in range(n_level):
         means = (sums[:, first + 1 :] - sums[:, first : first + 1]) / np.arange(1, n_level - first + 1)
+        # Accumulated from the end: the minimum over all later ends of the stretch.
         least = np.minimum.accumulate(means[:, ::-1], axis=1)[:, ::-1]
         best[:, first:] = np.maximum(best[:, first:], least)
     return best
@@ -226,6 +230,7 @@ def _inverse(shifts: Array, asked: Array, severity: Array) -> Array:
     after = np.clip(place, 1, len(severity) - 1)
     rows = np.arange(len(shifts))
     low, high = shifts[rows, after - 1], shifts[rows, after]
+    # Neighbours are equal only where the result is not used.
     share = np.clip((asked - low) / np.where(high > low, high - low, 1.0), 0.0, 1.0)
     logarithm = np.log(severity)
     inside = np.exp(logarithm[after - 1] + share * (logarithm[after] - logarithm[after - 1]))

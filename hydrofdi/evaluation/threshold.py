@@ -23,6 +23,7 @@ def records_needed(false_alarm_rate: float, confidence: float, rank: int = 1) ->
     rank : int
         Rank, at least 1.
     """
+    # The range is lazy: bisection evaluates about fifty of its numbers.
     return bisect_left(
         range(2**50), comparable(confidence), rank, key=lambda n: _confidence_at(rank, n, false_alarm_rate)
     )
@@ -58,6 +59,7 @@ def tolerance_threshold(
     known, missing = measurable(healthy)
     sides, asked = direction.n_side, comparable(confidence)
     ranks = range(known.size + 1)
+    # The confidence falls with the rank, so bisection finds the first rank that fails.
     fails = bisect_left(
         ranks, True, 1, key=lambda rank: _confidence_at(rank, known.size, false_alarm_rate) < asked
     )
@@ -159,6 +161,7 @@ def quantile_threshold(
     share_between_0_and_1("the false-alarm rate", false_alarm_rate)
     known, missing = measurable(healthy)
     sides = direction.n_side
+    # Without the tolerance, rounding just below a whole number would cost a rank.
     rank = math.floor(false_alarm_rate * (known.size + 1) / sides + 1e-9) * sides
     if not rank:
         needed = math.ceil(sides / false_alarm_rate - 1e-9) - 1
@@ -192,6 +195,7 @@ class GeneralisedPareto:
         """P(Y > excess), shape (..., n)."""
         shape, scale = self.shape[..., None], self.scale[..., None]
         safe = _away_from_zero(shape)
+        # Beyond the end of a bounded tail (ξ < 0) the growth is 0, and so is the probability.
         growth = np.maximum(1.0 + safe * excess / scale, 0.0)
         with np.errstate(divide="ignore"):
             return np.asarray(np.exp(-np.log(growth) / safe))
@@ -200,6 +204,7 @@ class GeneralisedPareto:
         """Excess that is exceeded with probability `survival`, shape (..., n)."""
         shape, scale = self.shape[..., None], self.scale[..., None]
         safe = _away_from_zero(shape)
+        # expm1, as s^(−ξ) − 1 cancels at small ξ.
         return np.asarray(scale * np.expm1(-safe * np.log(survival)) / safe)
 
 
@@ -219,9 +224,11 @@ def fit_generalised_pareto(excesses: Array) -> GeneralisedPareto:
     n_grid = 20 + int(np.sqrt(n))
     quartile = excesses[..., int(n / 4.0 + 0.5) - 1]
     places = 1.0 - np.sqrt(n_grid / (np.arange(1, n_grid + 1) - 0.5))
+    # Trials of −ξ/σ, all below 1 over the largest excess, so that no logarithm is of a negative number.
     ratios = 1.0 / excesses[..., -1, None] + places / (3.0 * quartile[..., None])
     shapes = np.stack([_shape_at(ratio, excesses) for ratio in np.moveaxis(ratios, -1, 0)], axis=-1)
     likelihood = n * (np.log(-ratios / shapes) - shapes - 1.0)
+    # Over the largest likelihood, so that none overflows.
     weights = np.exp(likelihood - likelihood.max(axis=-1, keepdims=True))
     ratio = np.sum(ratios * weights, axis=-1) / weights.sum(axis=-1)
     shape = _shape_at(ratio, excesses)
@@ -239,6 +246,7 @@ def anderson_darling(distribution: GeneralisedPareto, excesses: Array) -> Array:
         Ascending along the last axis.
     """
     n = excesses.shape[-1]
+    # Probabilities of 0 and 1 would have infinite logarithms.
     above = np.clip(distribution.survival(excesses), 1e-300, 1.0 - 1e-16)
     terms = np.log1p(-above) + np.log(above[..., ::-1])
     return np.asarray(-n - np.sum((2.0 * np.arange(1, n + 1) - 1.0) * terms, axis=-1) / n)
@@ -308,6 +316,7 @@ def tail_threshold(
         high, drawn = _one_tail(known, n_tail, rate, significance, draw)
         rates = rates + drawn
     if direction is not Direction.RISING:
+        # The lower tail is the upper one of the negated scores.
         limit, drawn = _one_tail(-known, n_tail, rate, significance, draw)
         low, rates = -limit, rates + drawn
     least, most = np.quantile(rates, [(1.0 - confidence) / 2.0, (1.0 + confidence) / 2.0])
@@ -336,12 +345,15 @@ def _one_tail(
     ordered = np.sort(scores)
     start, tail = ordered[-n_tail - 1], ordered[-n_tail:]
     excesses = tail - start
+    # The fit divides by the lower quartile, which is no smaller than the lowest fifth.
     if not np.all(np.isfinite(excesses)) or excesses[n_tail // 5] <= 0.0:
         raise NotStatedError(
             "the tail of the healthy scores is infinite or made of equal scores: no model fits"
         )
     model = fit_generalised_pareto(excesses)
+    # How many scores lie in the tail is a matter of chance, too.
     counts = draw.binomial(scores.size, n_tail / scores.size, N_BOOTSTRAP)
+    # 1 − random is never 0, at which the excess could be infinite.
     drawn = np.sort(model.excess(1.0 - draw.random((N_BOOTSTRAP, n_tail))), axis=-1)
     again = fit_generalised_pareto(drawn)
     beyond = np.mean(anderson_darling(again, drawn) >= anderson_darling(model, excesses))
@@ -352,6 +364,7 @@ def _one_tail(
         )
     share = n_tail / scores.size
     limit = float(start + model.excess(np.array([rate / share]))[0])
+    # A rate above the share of the tail has its limit at the start of the tail.
     limits = again.excess(np.minimum(rate * scores.size / np.maximum(counts, 1), 1.0)[:, None])[:, 0]
     return limit, share * model.survival(limits)
 

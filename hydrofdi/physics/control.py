@@ -24,9 +24,11 @@ def converted(value: Quantity, lowest: Quantity, highest: Quantity, resolution: 
     float
         Equations (m5) and (m6).
     """
-    within = np.minimum(np.maximum(value, lowest), highest)
+    within = np.minimum(np.maximum(value, lowest), highest)  # (m5)
     has_levels = resolution > 0.0
+    # Both branches are computed: level 0 and step 1 spare the unused one ∞ − ∞ and a division by zero.
     first, step = np.where(has_levels, lowest, 0.0), np.where(has_levels, resolution, 1.0)
+    # (m6): rint rounds halves to the even level.
     return np.where(has_levels, first + step * np.rint((within - first) / step), within)
 
 
@@ -65,7 +67,9 @@ def pid_step(
         (anti-windup).
     """
     integrated = integral + integral_gain * sample_time * error
+    # (c1), before the limit.
     wanted = proportional_gain * error + integrated + derivative_gain * (error - previous_error) / sample_time
     voltage = limited(wanted, limit)
+    # Positive only if the voltage is limited on the side to which the error drives it.
     winds_up = (wanted - voltage) * error > 0.0
     return voltage, np.where(winds_up, integral, integrated)

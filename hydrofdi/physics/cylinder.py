@@ -25,7 +25,7 @@ def axial_weight(mass: float, inclination: float) -> float:
     float
         m g sin φ [N], g = 9.80665 m/s².
     """
-    return mass * STANDARD_GRAVITY * math.sin(inclination)
+    return mass * STANDARD_GRAVITY * math.sin(inclination)  # (2d)
 
 
 @equation
@@ -46,7 +46,7 @@ def pressure_force(
     float or array
         A_1 P_1 − A_2 P_2 [N], positive if it extends the rod.
     """
-    return area_1 * pressure_1 - area_2 * pressure_2
+    return area_1 * pressure_1 - area_2 * pressure_2  # (2c)
 
 
 @equation
@@ -71,7 +71,7 @@ def piston_acceleration(
     float or array
         v_p' [m/s²]. Equation (2).
     """
-    return (force - resistance - stiffness * position) / mass
+    return (force - resistance - stiffness * position) / mass  # (2)
 
 
 @equation
@@ -106,10 +106,12 @@ def chamber_pressure_rates(
     tuple of two float or array
         P_1' and P_2' [Pa/s]. Equations (5) and (6).
     """
+    # Not +=, which would change an array of the caller.
     volume_1 = volume_1 + area_1 * position
     volume_2 = volume_2 - area_2 * position
+    # One division serves both rates, β/V_1 = β V_2/(V_1 V_2): it costs more than the products it saves.
     stiffness = bulk_modulus / (volume_1 * volume_2)
-    return stiffness * volume_2 * net_flow_1, stiffness * volume_1 * net_flow_2
+    return stiffness * volume_2 * net_flow_1, stiffness * volume_1 * net_flow_2  # (5), (6)
 
 
 @equation
@@ -130,7 +132,8 @@ def end_stop_force(position: Quantity, limit: Quantity, stiffness: Quantity) -> 
     float
         F_stop = k_stop (x_p − sat(x_p, ±limit)) [N].
     """
-    return stiffness * (position - limited(position, limit))
+    # Between the stops, the limited position is the position itself: a difference of zero without a branch.
+    return stiffness * (position - limited(position, limit))  # (2a)
 
 
 @equation
@@ -153,7 +156,7 @@ def line_flow_rate(
     float or array
         q_h' = (Δp − R_h q_h)/I_h [m³/s²].
     """
-    return (pressure_drop - resistance * flow) / inertance
+    return (pressure_drop - resistance * flow) / inertance  # (5d)
 
 
 @equation
@@ -172,7 +175,7 @@ def line_pressure_rate(net_flow: Quantity, bulk_modulus: Quantity, volume: Quant
     float or array
         β_h Δq/V_h [Pa/s].
     """
-    return bulk_modulus * net_flow / volume
+    return bulk_modulus * net_flow / volume  # (5d)
 
 
 @equation
@@ -195,7 +198,7 @@ def foundation_velocity(
     float or array
         x_b' = (F − K_b x_b)/D_b [m/s].
     """
-    return (force - stiffness * displacement) / damping
+    return (force - stiffness * displacement) / damping  # (2b)
 
 
 BOILING_RANGE = 1e3
@@ -223,5 +226,7 @@ def supported_pressure_rate(pressure: Quantity, rate: Quantity, least: Quantity)
     float
         P' if positive; if negative, P' times (P − P_vapour)/ε limited to 0 … 1, with ε = 1 kPa [Pa/s].
     """
+    # A ramp over ε instead of a switch: the rate stays a continuous function of the pressure.
     share = np.minimum(np.maximum((pressure - least) / BOILING_RANGE, 0.0), 1.0)
-    return np.maximum(rate, 0.0) + share * np.minimum(rate, 0.0)
+    # Only a fall is slowed; a rise out of the vapour keeps its full rate.
+    return np.maximum(rate, 0.0) + share * np.minimum(rate, 0.0)  # (5b)

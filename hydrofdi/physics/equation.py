@@ -31,6 +31,7 @@ def equation(function: _Function) -> _Function:
 @equation
 def signed_root(value: Quantity) -> Quantity:
     """sgn(x) √abs(x), elementwise."""
+    # The root of the absolute value is real for both signs, so no branch separates lanes of different sign.
     return np.copysign(np.sqrt(np.abs(value)), value)
 
 
@@ -47,9 +48,12 @@ def sine(turns: Quantity) -> Quantity:
     The turns are folded into a quarter of one, where the Taylor polynomial of degree 13 has an error below
     1e-9.
     """
+    # The rest after the nearest whole number of turns, −½ … ½.
     part = turns - np.floor(turns + 0.5)
+    # sin(π − x) = sin x folds the outer quarters back, so that the angle stays within 0 … π/2 rad.
     folded = (0.25 - np.abs(np.abs(part) - 0.25)) * (2.0 * np.pi)
     u = folded * folded
+    # An odd series, so Horner's scheme runs in the square of the angle, from 1/13! down.
     series = 1.0 / 362880.0 - u * (1.0 / 39916800.0 - u * (1.0 / 6227020800.0))
     series = 1.0 - u * (1.0 / 6.0 - u * (1.0 / 120.0 - u * (1.0 / 5040.0 - u * series)))
     return np.copysign(folded * series, part)
@@ -66,4 +70,5 @@ more slowly. The margin covers products of states and small parameters.
 @equation
 def settled(value: float) -> float:
     """The state, or zero if it is negligible; NaN stays NaN."""
+    # A comparison with NaN is false, so NaN takes the second way.
     return 0.0 if abs(value) < NEGLIGIBLE else value

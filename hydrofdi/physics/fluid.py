@@ -35,12 +35,16 @@ def binary_logarithm(value: Quantity) -> Quantity:
     truncated after z^13.
     """
     bits = _bits(value)
+    # The exponent of x/√½, rounded down by the arithmetic shift, so that the mantissa lies in √½ … √2.
     exponent = (bits - _ROOT_HALF) >> 52
+    # Subtracting k from the bits of the exponent divides by 2^k without rounding.
     mantissa = _number(bits - (exponent << 52))
+    # abs(z) ≤ 0.172, so the powers of its square fall fast.
     z = (mantissa - 1.0) / (mantissa + 1.0)
     u = z * z
     series = 1.0 / 7.0 + u * (1.0 / 9.0 + u * (1.0 / 11.0 + u * (1.0 / 13.0)))
     series = 1.0 + u * (1.0 / 3.0 + u * (1.0 / 5.0 + u * series))
+    # k becomes a double by the counter, whose spacing is 1: its bits are added, and the offset subtracted.
     return (_number(exponent + _COUNTER_BITS) - _COUNTER) + (2.0 / LN_2) * z * series
 
 
@@ -51,11 +55,14 @@ def binary_exponential(exponent: Quantity) -> Quantity:
     With y = k + f, k an integer and abs(f) ≤ ½, 2^y = 2^k e^(f ln 2); the series is truncated after the tenth
     power.
     """
+    # The sum rounds y to the nearest integer k, which remains in its last bits; needs no reassociation.
     counter = exponent + _COUNTER
+    # f ln 2, within ±0.347.
     w = (exponent - (counter - _COUNTER)) * LN_2
     series = 1.0 / 5040.0 + w * (1.0 / 40320.0 + w * (1.0 / 362880.0 + w * (1.0 / 3628800.0)))
     series = 1.0 / 24.0 + w * (1.0 / 120.0 + w * (1.0 / 720.0 + w * series))
     series = 1.0 + w * (1.0 + w * (0.5 + w * (1.0 / 6.0 + w * series)))
+    # The shift leaves only k, and adds it to the exponent of the series: a product with 2^k.
     return _number(_bits(series) + (_bits(counter) << 52))
 
 
@@ -82,7 +89,7 @@ def stiffening_bulk_modulus(pressure: Quantity, modulus: Quantity, slope: Quanti
         β = β_0 + m max(P, 0) [Pa], so that V/V_0 = (1 + m P/β_0)^(−1/m). Murnaghan, *The compressibility of
         media under extreme pressures*, Proc. Natl. Acad. Sci. 30, 1944.
     """
-    return modulus + slope * np.maximum(pressure, 0.0)
+    return modulus + slope * np.maximum(pressure, 0.0)  # (5e)
 
 
 @equation
@@ -113,10 +120,14 @@ def effective_bulk_modulus(
         E = e^(−P/β_l); this is −V dp/dV. After Cho et al. The gas-to-liquid ratio X (p_0/p)^(1/n)/E is
         limited to 2^64 X.
     """
+    # The floor keeps logarithm and quotient finite where the model falls below vacuum.
     absolute = np.maximum(pressure + atmosphere, LEAST_ABSOLUTE_PRESSURE)
     strain = absolute / liquid
+    # (5a) over E in numerator and denominator: P/β_l and the gas law join in one exponent, to the base 2.
     binary = (strain - atmosphere / liquid) / LN_2 - binary_logarithm(absolute / atmosphere) / exponent
+    # The limit keeps the exponential in its range while a run diverges.
     gas = free_air * binary_exponential(np.minimum(binary, 64.0))
+    # Numerator and denominator times p, as p/β_l is known: one division fewer.
     return absolute * (1.0 + gas) / (strain + gas / exponent)
 
 
@@ -140,4 +151,4 @@ def temperature_factor(time: Quantity, rise: Quantity, drift: Quantity, slope: Q
     float or array
         e^(k (θ_0 + r_θ t)) [-].
     """
-    return binary_exponential(slope * (rise + drift * time) / LN_2)
+    return binary_exponential(slope * (rise + drift * time) / LN_2)  # (5c)

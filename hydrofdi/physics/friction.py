@@ -54,6 +54,7 @@ def _slope_at_rest(friction: Friction) -> Eigenvalues:
     """Eigenvalue function of a law without bristles: damping rate of a piston near rest [1/s]."""
 
     def eigenvalues(p: FrictionParameters, mass: float, speed: float) -> list[complex]:
+        # So slow that the force is linear in the velocity, and their quotient is the slope at rest.
         slow = 1e-3 * p.velocity_threshold
         rate = friction(slow, 0.0, p)[0] / slow / mass
         return [complex(-rate)] if rate > 0.0 else []
@@ -68,11 +69,14 @@ def decaying_exponential(exponent: Quantity) -> Quantity:
     The 6th-degree Taylor polynomial of e^(−x/64), raised to the power of 64; x is limited to 64. The absolute
     error is below 3e-12.
     """
+    # e^(−64) = 2e-28 is far below the stated error, and keeps y within −1 … 0.
     y = np.minimum(exponent, 64.0) * (-1.0 / 64.0)
     y2 = y * y
+    # Estrin's scheme: pairs of terms in parallel, a shorter chain of dependent operations than Horner's.
     low = (1.0 + y) + y2 * (0.5 + y * (1.0 / 6.0))
     high = (1.0 / 24.0 + y * (1.0 / 120.0)) + y2 * (1.0 / 720.0)
     root = low + (y2 * y2) * high
+    # Six squarings raise the root to the power of 64.
     power = root * root
     power = power * power
     power = power * power
@@ -112,8 +116,9 @@ def dry_friction_factor(
     float
         (1 + c_P abs(P_1 − P_2)) (1 + c_x sin(2π x_p/λ)) [-], on F_c and F_brk.
     """
+    # A turn of the sine is a period of the stroke.
     place: float = 1.0 + share * sine(position / period)
-    return (1.0 + pressure_slope * abs(pressure_difference)) * place
+    return (1.0 + pressure_slope * abs(pressure_difference)) * place  # (12c)
 
 
 @equation
@@ -123,6 +128,7 @@ def threshold_friction(velocity: float, bristle: float, p: FrictionParameters) -
     Equation (12) without a branch: above and below v_th f v_p plus the Stribeck force at max(abs(v_p), v_th),
     times v_p/v_th limited to ±1.
     """
+    # (12): the floor holds the Stribeck force of v_th within the zone, so the force has no step at its ends.
     speed = np.maximum(np.abs(velocity), p.velocity_threshold)
     stribeck = stribeck_force(speed, p)
     direction = np.minimum(np.maximum(velocity / p.velocity_threshold, -1.0), 1.0)
@@ -146,6 +152,7 @@ def smooth_friction(velocity: float, bristle: float, p: FrictionParameters) -> t
     """
     speed = abs(velocity)
     stribeck = stribeck_force(speed, p)
+    # (12a): tanh x = (1 − e^(−2x))/(1 + e^(−2x)) for x ≥ 0, an exponential that cannot overflow.
     decay = decaying_exponential(2.0 * speed / p.velocity_threshold)
     size = stribeck * (1.0 - decay) / (1.0 + decay)
     return p.viscous * velocity + size * np.copysign(1.0, velocity), 0.0
@@ -172,6 +179,7 @@ def bristle_friction(velocity: float, bristle: float, p: FrictionParameters) -> 
     F_f = σ_0 z + σ_1 z' + f v_p; in steady motion, the Stribeck force plus f v_p.
     """
     speed = abs(velocity)
+    # (12b): the floor keeps the quotient finite if there is no dry friction.
     stribeck = np.maximum(stribeck_force(speed, p), SMALLEST_FORCE)
     rate = velocity - p.bristle_stiffness * speed * bristle / stribeck
     return p.bristle_stiffness * bristle + p.bristle_damping * rate + p.viscous * velocity, rate
@@ -182,9 +190,11 @@ def _eigenvalues(p: FrictionParameters, mass: float, speed: float) -> list[compl
     stiffness, damping = p.bristle_stiffness, p.bristle_damping
     if not stiffness:
         return []
+    # Sticking, z' = v_p: a mass on the spring σ_0 and the damper σ_1 + f.
     frequency = math.sqrt(stiffness / mass)
     ratio = (damping + p.viscous) / (2.0 * mass * frequency)
     stribeck = stribeck_force(speed, p)
+    # Just after a reversal z = −sgn(v_p) g/σ_0, so z' = 2 v_p: hence 2 σ_1; last term: the rate of z alone.
     sliding = (2.0 * damping + p.viscous) / mass + stiffness * speed / max(stribeck, SMALLEST_FORCE)
     return [*second_order_eigenvalues(frequency, ratio), complex(-sliding)]
 

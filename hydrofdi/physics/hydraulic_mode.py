@@ -39,6 +39,7 @@ def mode_frequency(bulk_modulus: float, areas: Pair, volumes: Pair, mass: float,
     float
         ω_h = √(β (A_1²/V_1 + A_2²/V_2)/m + K_ex/m) [rad/s].
     """
+    # (h1): stiffness of the oil of each chamber over the mass [1/s²].
     first, second = (
         bulk_modulus * area**2 / (volume * mass) for area, volume in zip(areas, volumes, strict=True)
     )
@@ -61,7 +62,7 @@ def softest_position(areas: Pair, volumes: Pair) -> float:
     """
     (area_1, area_2), (volume_1, volume_2) = areas, volumes
     difference = volume_2 / math.pow(area_2, 1.5) - volume_1 / math.pow(area_1, 1.5)
-    return difference / (1.0 / math.sqrt(area_1) + 1.0 / math.sqrt(area_2))
+    return difference / (1.0 / math.sqrt(area_1) + 1.0 / math.sqrt(area_2))  # (h1a)
 
 
 def damping_of_chamber_1(areas: Pair, volumes: Pair, coefficients: Pair, conductance: float) -> Pair:
@@ -88,8 +89,10 @@ def damping_of_chamber_1(areas: Pair, volumes: Pair, coefficients: Pair, conduct
     (area_1, area_2), (volume_1, volume_2) = areas, volumes
     stiffness_1, stiffness_2 = area_1**2 / volume_1, area_2**2 / volume_2
     share_1, share_2 = (each / (stiffness_1 + stiffness_2) for each in (stiffness_1, stiffness_2))
+    # h4 divides by V_1, so chamber 2 counts V_1/V_2 times; `ratio` is abs(p_2/p_1) of the swing.
     of_volume, ratio = share_2 * (volume_1 / volume_2), area_2 * volume_1 / (area_1 * volume_2)
     valve = share_1 * coefficients[0] + of_volume * coefficients[1]
+    # (h4a): G sees p_1 − p_2, so s_1 (1 + r)² with s_1 r² = s_2 V_1/V_2; halved, as h4 doubles it.
     return valve, 0.5 * conductance * (share_1 + 2.0 * share_1 * ratio + of_volume)
 
 
@@ -112,7 +115,7 @@ def valve_flow_pressure_coefficient(
     float
         K_c = K_v w abs(x_v)/(2√Δp) [m³/(s·Pa)].
     """
-    return flow_gain * area_gradient * spool_opening / (2.0 * math.sqrt(orifice_drop))
+    return flow_gain * area_gradient * spool_opening / (2.0 * math.sqrt(orifice_drop))  # (h2)
 
 
 def leakage_conductance(pressure_difference: float, coefficient: float) -> float:
@@ -130,12 +133,12 @@ def leakage_conductance(pressure_difference: float, coefficient: float) -> float
     float
         G = K_i/(2√abs(ΔP)) [m³/(s·Pa)].
     """
-    return coefficient / (2.0 * math.sqrt(pressure_difference))
+    return coefficient / (2.0 * math.sqrt(pressure_difference))  # (h3)
 
 
 def laminar_conductance(coefficient: float, reference: float) -> float:
     """Conductance of the laminar leakage: G = K_i/√Δp_ref [m³/(s·Pa)]."""
-    return coefficient / math.sqrt(reference)
+    return coefficient / math.sqrt(reference)  # (h3a)
 
 
 def blended_conductance(pressure_difference: float, coefficient: float, blending_pressure: float) -> float:
@@ -155,7 +158,7 @@ def blended_conductance(pressure_difference: float, coefficient: float, blending
     """
     squares = pressure_difference**2 + blending_pressure**2
     slope: float = (0.5 * pressure_difference**2 + blending_pressure**2) / math.pow(squares, 1.25)
-    return coefficient * slope
+    return coefficient * slope  # (h3b)
 
 
 def mode_damping_ratio(
@@ -185,7 +188,7 @@ def mode_damping_ratio(
     """
     mechanical = viscous / (2.0 * mass * frequency)
     hydraulic = bulk_modulus * (valve_coefficient + 2.0 * leakage_conductance) / (2.0 * volume * frequency)
-    return mechanical + hydraulic
+    return mechanical + hydraulic  # (h4)
 
 
 def amplification(product: complex) -> complex:
@@ -201,7 +204,7 @@ def amplification(product: complex) -> complex:
     complex
         R(hλ) = 1 + hλ + (hλ)²/2 + (hλ)³/6 + (hλ)⁴/24.
     """
-    return 1.0 + product * (1.0 + product / 2.0 * (1.0 + product / 3.0 * (1.0 + product / 4.0)))
+    return 1.0 + product * (1.0 + product / 2.0 * (1.0 + product / 3.0 * (1.0 + product / 4.0)))  # (s1)
 
 
 def largest_stable_step(eigenvalue: complex) -> float:
@@ -217,12 +220,14 @@ def largest_stable_step(eigenvalue: complex) -> float:
     float
         h [s] with abs(R(hλ)) = 1; 2.785/abs(λ) on the real and 2.828/abs(λ) on the imaginary axis.
     """
+    # The region of stability depends on hλ alone, so the search is cached by the direction of λ.
     return _largest_stable_product(eigenvalue / abs(eigenvalue)) / abs(eigenvalue)
 
 
 @lru_cache(maxsize=65536)
 def _largest_stable_product(direction: complex) -> float:
     """Largest abs(hλ) that does not amplify a mode with this direction in the complex plane."""
+    # Outward in coarse steps to the first unstable product, then bisection; 50 halvings exhaust a double.
     stable, unstable = 0.0, 0.05
     while abs(amplification(unstable * direction)) <= 1.0 + 1e-12:
         stable, unstable = unstable, unstable + 0.05
@@ -237,5 +242,6 @@ def _largest_stable_product(direction: complex) -> float:
 
 def second_order_eigenvalues(frequency: float, damping_ratio: float) -> tuple[complex, complex]:
     """Eigenvalues of a second-order lag: λ = −ζω ± ω√(ζ² − 1) [1/s], ω in rad/s."""
+    # (s2): the complex root covers a damping ratio below 1 as well.
     root = cmath.sqrt(damping_ratio**2 - 1.0)
     return frequency * (-damping_ratio - root), frequency * (-damping_ratio + root)

@@ -29,7 +29,7 @@ def internal_leakage_flow(pressure_difference: Quantity, coefficient: Quantity) 
     float or array
         q_il [m³/s]. Equation (11).
     """
-    return coefficient * signed_root(pressure_difference)
+    return coefficient * signed_root(pressure_difference)  # (11)
 
 
 @equation
@@ -52,7 +52,7 @@ def laminar_leakage_flow(
     float or array
         q_il = K_i (P_1 − P_2)/√Δp_ref [m³/s].
     """
-    return coefficient * pressure_difference / np.sqrt(reference)
+    return coefficient * pressure_difference / np.sqrt(reference)  # (11a)
 
 
 @equation
@@ -75,8 +75,9 @@ def blended_leakage_flow(
     float or array
         q_il = K_i ΔP/(ΔP² + Δp_small²)^¼ [m³/s].
     """
+    # Two roots in series give the power ¼ without a power function; Δp_small keeps the divisor above zero.
     size = np.sqrt(pressure_difference * pressure_difference + blending_pressure * blending_pressure)
-    return coefficient * pressure_difference / np.sqrt(size)
+    return coefficient * pressure_difference / np.sqrt(size)  # (11b)
 
 
 @equation
@@ -99,7 +100,7 @@ def dragged_pressure_difference(
     float or array
         P_1 − P_2 + d v_p [Pa]: the sum of Poiseuille and Couette flow in a plane gap.
     """
-    return pressure_difference + drag * velocity
+    return pressure_difference + drag * velocity  # (11e)
 
 
 @equation
@@ -118,24 +119,27 @@ def scored_share(position: Quantity, centre: Quantity, width: Quantity) -> Quant
     float or array
         1/(1 + (2 (x_p − x_c)/l)^8) [-]: near 1 within, ½ at the ends, near 0 outside.
     """
+    # Squared three times for the eighth power; an infinite length gives u = 0 and a share of 1.
     u = 2.0 * (position - centre) / width
     u = u * u
     u = u * u
-    return 1.0 / (1.0 + u * u)
+    return 1.0 / (1.0 + u * u)  # (11f)
 
 
 @equation
 def onset_ramp(time: Quantity, start: Quantity, duration: Quantity) -> Quantity:
     """Open fraction of the leak: rises from 0 at `start` to 1 within `duration` [-]; times in s."""
-    return np.minimum(np.maximum((time - start) / duration, 0.0), 1.0)
+    return np.minimum(np.maximum((time - start) / duration, 0.0), 1.0)  # (11c)
 
 
 @equation
 def intermittent_onset(time: Quantity, start: Quantity, period: Quantity, duty: Quantity) -> Quantity:
     """Open fraction of the leak: 1 for the first `duty` [-] of each period after `start`, else 0 [-]."""
+    # Without the tolerance, rounding could move an edge on a step to the step after it.
     elapsed = (time - start) / period + EDGE_ROUNDING
+    # With floor, the phase is 0 … 1 before the start as well; the sign of `elapsed` tells them apart.
     phase = elapsed - np.floor(elapsed)
-    return np.where((elapsed >= 0.0) & (phase < duty), 1.0, 0.0)
+    return np.where((elapsed >= 0.0) & (phase < duty), 1.0, 0.0)  # (11d)
 
 
 @equation
@@ -154,4 +158,4 @@ def external_leakage_flow(pressure: Quantity, coefficient: Quantity) -> Quantity
     float or array
         q_el [m³/s]. Equations (9) and (10).
     """
-    return coefficient * pressure
+    return coefficient * pressure  # (9), (10)

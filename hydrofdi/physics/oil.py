@@ -38,6 +38,7 @@ def walther_viscosity(
     float
         ν [m²/s] with lg lg(ν + 0.7 mm²/s) = A − B lg T through both points. Walther (1931); ASTM D341.
     """
+    # (o1): linear interpolation does not depend on the base, so natural logarithms serve; ν in mm²/s.
     first, second = (math.log(math.log(1e6 * each + _WALTHER)) for each in (viscosity_1, viscosity_2))
     share = math.log(temperature / temperature_1) / math.log(temperature_2 / temperature_1)
     return 1e-6 * (math.exp(math.exp(first + share * (second - first))) - _WALTHER)
@@ -60,6 +61,7 @@ def secant_bulk_modulus(temperature: float, pressure: float, viscosity_20: float
         [Pa]. Hayward, *How to estimate the bulk modulus of hydraulic fluids*, Hydraulic Pneumatic Power,
         1970; within 5 % for mineral oils.
     """
+    # (o2): K_s at 20 °C and atmospheric pressure [Pa], from ν in mm²/s.
     at_20 = 1e9 * (1.57 + 0.15 * math.log10(1e6 * viscosity_20))
     return at_20 * math.exp(-COOLING * (temperature - KELVIN - 20.0)) + SECANT_SLOPE * pressure
 
@@ -77,7 +79,7 @@ def tangent_bulk_modulus(secant: float, pressure: float) -> float:
     float
         K_s (K_s − P)/(K_s − 5.6 P) [Pa], from V = V_0 (1 − P/K_s).
     """
-    return secant * (secant - pressure) / (secant - SECANT_SLOPE * pressure)
+    return secant * (secant - pressure) / (secant - SECANT_SLOPE * pressure)  # (o3)
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,7 @@ class Oil:
 
     def density(self, temperature: float, pressure: float = 0.0) -> float:
         """ρ_15 (1 − α (T − 15 °C))/(1 − P/K_s) [kg/m³], at [K] and gauge [Pa]."""
+        # Heated at atmospheric pressure first, then compressed: 1 − P/K_s is V/V_0.
         cold = self.density_15 * (1.0 - self.expansion * (temperature - REFERENCE))
         return cold / (1.0 - pressure / self.secant(temperature, pressure))
 
@@ -142,6 +145,7 @@ class Oil:
             Neither; the message lists the known oils.
         """
         plain = re.sub(r"[\s_-]+", "", text).upper()
+        # The lookbehind keeps the number of a specification, such as H515, which is no viscosity grade.
         stem = re.sub(r"(?<![\dH])\d+$", "", plain)
         plain = _SPELLINGS.get(plain, _SPELLINGS.get(stem, stem) + plain[len(stem) :])
         for name, oil in OILS.items():

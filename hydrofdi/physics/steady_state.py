@@ -30,7 +30,7 @@ def rest_pressures(
         P_r and no higher than P_s, which a larger force would need.
     """
     total, areas = supply + ret, area_1 + area_2
-    pressures = (area_2 * total + force) / areas, (area_1 * total - force) / areas
+    pressures = (area_2 * total + force) / areas, (area_1 * total - force) / areas  # (r1)
     first, second = (min(max(pressure, ret), supply) for pressure in pressures)
     return first, second
 
@@ -62,6 +62,7 @@ def steady_speed(
     float
         v = √[(A_in P_s − A_out P_r − F)/(A_in³/k_in² + A_out³/k_out²)] [m/s]; 0 if the force is too large.
     """
+    # (r2): each edge takes Δp = (A v/k)², a force A³ v²/k² on the piston.
     excess = area_in * supply - area_out * ret - force
     return math.sqrt(max(excess, 0.0) / (area_in**3 / conductance_in**2 + area_out**3 / conductance_out**2))
 
@@ -84,6 +85,7 @@ def pressure_gain(area_ratio: float, gains: tuple[float, float], coefficients: t
         K_p = K_q1/K_c1 + (A_2/A_1) K_q2/K_c2 [Pa/m], the slope of P_1 − P_2 A_2/A_1; infinite without
         clearance. Merritt, *Hydraulic Control Systems*, 1967, ch. 5, for each chamber.
     """
+    # (r3)
     first, second = (
         gain / coefficient if coefficient else math.inf
         for gain, coefficient in zip(gains, coefficients, strict=True)

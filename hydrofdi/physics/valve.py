@@ -31,7 +31,7 @@ def supply_pressure_rate(
     float or array
         P_s' = (P_s0 − R_s q_s − P_s)/τ_s [Pa/s].
     """
-    return (rated - resistance * flow - pressure) / time_constant
+    return (rated - resistance * flow - pressure) / time_constant  # (7b)
 
 
 @equation
@@ -58,7 +58,7 @@ def return_pressure_rate(
     float or array
         P_r' = (P_r0 + R_r q_r − P_r)/τ_r [Pa/s].
     """
-    return (tank + resistance * flow - pressure) / time_constant
+    return (tank + resistance * flow - pressure) / time_constant  # (7f)
 
 
 @equation
@@ -79,6 +79,7 @@ def ripple_rate(time: Quantity, amplitude: Quantity, frequency: Quantity) -> Qua
     float or array
         2π f_w p_w cos(2π f_w t) [Pa/s], added to P_s'.
     """
+    # (7e): a quarter of a turn ahead, the sine is a cosine.
     return 2.0 * np.pi * frequency * amplitude * sine(frequency * time + 0.25)
 
 
@@ -111,6 +112,7 @@ def spool_acceleration(
     float or array
         v_v' [m/s²]. Equation (4).
     """
+    # (4), with the command minus the position formed first: at rest there, the difference is exactly zero.
     return frequency * frequency * (gain * voltage - position) - 2.0 * damping_ratio * frequency * velocity
 
 
@@ -134,6 +136,7 @@ def acting_voltage(voltage: Quantity, previous: Quantity, width: Quantity) -> Qu
         u_h = min(max(u_h,prev, u − h/2), u + h/2) [V]. Visintin, *Differential Models of Hysteresis*, 1994,
         ch. III.
     """
+    # (4b): the acting voltage rests while the input moves within ±h/2 of it.
     return np.minimum(np.maximum(previous, voltage - 0.5 * width), voltage + 0.5 * width)
 
 
@@ -156,7 +159,7 @@ def null_position(time: Quantity, offset: Quantity, drift: Quantity) -> Quantity
         x_n = x_n0 + r_n t [m]; the ports see x_v − x_n. Null bias and null shift (Merritt, *Hydraulic Control
         Systems*, 1967; ISO 10770-1) expressed as spool travel.
     """
-    return offset + drift * time
+    return offset + drift * time  # (7c)
 
 
 @equation
@@ -178,6 +181,7 @@ def chamber_1_orifice_drop(
         Argument of the root in equation (7) [Pa]; negative if the flow is reversed.
     """
     side = np.copysign(1.0, spool_position)
+    # (7): P_s − P_1 if the spool is at 0 or above, P_1 − P_r below; copysign is never 0, unlike sgn.
     return 0.5 * (supply - ret) + side * (0.5 * (supply + ret) - pressure)
 
 
@@ -200,6 +204,7 @@ def chamber_2_orifice_drop(
         Argument of the root in equation (8) [Pa]; negative if the flow is reversed.
     """
     side = np.copysign(1.0, spool_position)
+    # (8): P_2 − P_r if the spool is at 0 or above, P_s − P_2 below.
     return 0.5 * (supply - ret) + side * (pressure - 0.5 * (supply + ret))
 
 
@@ -226,7 +231,7 @@ def control_flow(
         q_1 (into chamber 1) or q_2 (out of chamber 2) [m³/s]. Equations (7) and (8); a negative drop
         gives reverse flow.
     """
-    return flow_gain * area_gradient * spool_position * signed_root(orifice_drop)
+    return flow_gain * area_gradient * spool_position * signed_root(orifice_drop)  # (7), (8)
 
 
 @equation
@@ -262,6 +267,7 @@ def edge_flow(
         edge drains it at −x_v. With x_0 = 0 and c_lap = 0, equations (7) and (8).
     """
     opening = np.maximum(spool_position - lap, 0.0)
+    # (7a): the clearance lies in parallel with the opening, and passes at every spool position.
     flow: float = control_flow(opening, orifice_drop, flow_gain, area_gradient) + lap_leakage * orifice_drop
     return flow
 
@@ -285,5 +291,6 @@ def worn_opening(travel: Quantity, rounding: Quantity, slope: Quantity) -> Quant
         y (1 + g y) with y = [s + √(s² + r²)]/2 [m]; it replaces max(x_v − x_0, 0). An open edge has y = s for
         s ≫ r, a shut edge leaks through r²/(4 abs(s)), and both through r/2 at s = 0.
     """
+    # (7d): for s ≪ −r the sum cancels, but the lost 1e-16 abs(s) is no opening that matters.
     opening = 0.5 * (travel + np.sqrt(travel * travel + rounding * rounding))
     return opening * (1.0 + slope * opening)

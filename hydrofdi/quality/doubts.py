@@ -62,6 +62,7 @@ def settled_start(run: RunParameters, n_period: int, settled_from: float, n_disc
     if math.isnan(settled_from):
         return record.n_sample
     first = max(round(settled_from * record.sampling_frequency), n_discarded)
+    # Whole periods, counted from the end of the record.
     n_whole = (record.n_sample - first) // n_period
     return record.n_sample - n_whole * n_period if n_whole > 1 else record.n_sample
 
@@ -104,8 +105,10 @@ def _settling(rms: NDArray[np.float64], least: float, n_period: int, n_sample: i
     """Settling from the RMS of details of each whole period, shape (n_whole, n_level)."""
     rms, n_whole = np.maximum(rms, least), len(rms)
     changes = np.abs(rms / rms[-1] - 1.0).max(axis=1)
+    # Negated, so that NaN counts as unsettled.
     unsettled = np.flatnonzero(~(changes <= SETTLED_CHANGE))
     first = int(unsettled[-1]) + 1 if unsettled.size else 0
+    # At least two periods agree: the last one always does with itself.
     start = n_sample - (n_whole - first) * n_period if first < n_whole - 1 else None
     return Settling(float(changes[-2]), start)
 

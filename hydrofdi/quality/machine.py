@@ -85,7 +85,7 @@ def natural_frequency(run: RunParameters, position: float = 0.0, modulus: float 
 def _damping_ratio(run: RunParameters, coefficients: Pair) -> float:
     """ζ with the piston centred, from K_c of each chamber [m³/(s·Pa)]."""
     actuator, beta = run.actuator, run.mean_modulus
-    flows = damping_of_chamber_1(actuator.areas, actuator.volumes_at(0.0), coefficients, 0.0)
+    flows = damping_of_chamber_1(actuator.areas, actuator.volumes_at(0.0), coefficients, 0.0)  # (h4a)
     omega = 2.0 * math.pi * natural_frequency(run)
     return mode_damping_ratio(
         omega, beta, actuator.chamber_volume, actuator.mass, run.friction.viscous, *flows
@@ -106,6 +106,7 @@ def _null(run: RunParameters, rest: Pair) -> tuple[Pair, Pair]:
         drops = supply.pressure - pressure, pressure - supply.return_pressure
         for edge, drop in zip(own, drops, strict=True):
             distance = math.hypot(edge.lap, run.valve.edge_rounding)
+            # Slope of (7d) at the null: ½ (1 + s/√(s² + r²)), s = −x_0; ½ if the edge has neither.
             slope = 0.5 * (1.0 - edge.lap / distance) if distance else 0.5
             gain += edge.flow_gain * width * slope * math.sqrt(drop)
             opening = _opening(run, edge, 0.0)
@@ -129,6 +130,7 @@ def at_speed(run: RunParameters, motion: float) -> tuple[float, Pair]:
         edge.flow_gain * run.valve.area_gradient * _opening(run, edge, largest_travel(run))
         for edge in (first, second)
     ]
+    # Reversed if the piston retracts: chamber 2 is fed then.
     (area_in, fed), (area_out, drained) = list(zip(areas, opened, strict=True))[:: round(motion)]
     if not fed or not drained:
         return 0.0, external

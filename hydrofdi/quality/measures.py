@@ -58,6 +58,7 @@ def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int =
         or, with a leak, the median pressure difference vanishes.
     """
     actuator = parameters.actuator
+    # NumPy's scalars, whose division by zero gives infinity instead of an error.
     area_1, area_2 = map(np.float64, actuator.areas)
     mass, areas, volumes = np.float64(actuator.mass), (area_1, area_2), actuator.volumes_at(0.0)
     pressure_1, pressure_2 = trajectory.chamber_1_pressure[run], trajectory.chamber_2_pressure[run]
@@ -329,6 +330,7 @@ def _unusual_share(run: RunParameters, damping_ratio: float) -> float:
     share = max(0.0, 1.0 - damping_ratio / _USUAL_DAMPING_RATIO)
     for section, field, low, high in _usual_ranges():
         value = getattr(getattr(run, section), field)
+        # Zero means that a part is absent.
         if isinstance(value, float) and value:
             size = abs(value)
             share = max(share, 1.0 - size / low if low else 0.0, 1.0 - high / size)
@@ -340,5 +342,6 @@ def _clipped_share(run: RunParameters, shown: NDArray[np.float64]) -> float:
     sensor = run.pressure_1_sensor
     lowest = -math.inf if sensor.lowest is None else sensor.lowest
     highest = math.inf if sensor.highest is None else sensor.highest
+    # The level at an end may differ from the end by rounding.
     slack = 0.5 * sensor.resolution
     return float(np.mean((shown <= lowest + slack) | (shown >= highest - slack)))

@@ -110,16 +110,16 @@ def sensor_reading(channel: Channel, run: RunParameters, samples: Signal, time: 
     `samples` (n_time,) are true values after all lags, `time` the nominal sampling instants [s].
     """
     sensor = channel.sensor(run)
-    reading = np.asarray(sensor.gain * samples + systematic_error(time, sensor.bias, sensor.drift))
+    reading = np.asarray(sensor.gain * samples + systematic_error(time, sensor.bias, sensor.drift))  # (m4)
     if sensor.hum:
         phase = hum_phase(run, channel.section)
         reading = reading + hum(time, sensor.hum, sensor.hum_frequency, phase)
     noise = noise_autocovariance(sensor, run.measurement, run.record)
     if noise[0] > 0.0:
         reading = reading + gaussian_noise(noise, time.size, random_generator(run, channel.section))
-    reading = saturated(reading, sensor.lowest, sensor.highest)
+    reading = saturated(reading, sensor.lowest, sensor.highest)  # (m5)
     if sensor.bits is not None and sensor.lowest is not None:
-        reading = quantised(reading, sensor.lowest, sensor.resolution)
+        reading = quantised(reading, sensor.lowest, sensor.resolution)  # (m6)
     return np.asarray(reading, dtype=float)
 
 
@@ -146,7 +146,7 @@ def saturated(signal: Value, lowest: float | None, highest: float | None) -> Val
 
 def quantised(signal: Value, lowest: float, resolution: float) -> Value:
     """The signal rounded to the nearest levels of a converter, from the lowest on."""
-    return lowest + resolution * np.round((np.asarray(signal) - lowest) / resolution)
+    return lowest + resolution * np.round((np.asarray(signal) - lowest) / resolution)  # (m6)
 
 
 def quantisation_noise(resolution: float) -> float:
@@ -160,7 +160,7 @@ def quantisation_noise(resolution: float) -> float:
     resolution : float
         Step between adjacent levels (LSB).
     """
-    return resolution / math.sqrt(12.0)
+    return resolution / math.sqrt(12.0)  # (m7)
 
 
 class LaggedRuns:
@@ -195,6 +195,7 @@ def _clocks(runs: Sequence[RunParameters], channel: Channel) -> Clocks:
         if jitter := parameters.measurement.jitter:
             deviations[lane] = sampling_instants(time, jitter, random_generator(parameters, CLOCK)) - time
         if delay := channel.sensor(parameters).delay:
+            # (m3): not before the record.
             deviations[lane] = np.maximum(deviations[lane] - delay, -time)
     return Clocks(record, deviations)
 

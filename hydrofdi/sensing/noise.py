@@ -119,6 +119,7 @@ def noise_autocovariance(
         return (sensor.noise**2,)
     if corner is None:
         return (sensor.density**2 * max(half, sensor.noise_bandwidth or 0.0),)
+    # Decay per sample of the slowest pole, whose damping ratio is sin(π/(2n)).
     decay = 2.0 * math.pi * corner * math.sin(0.5 * math.pi / order) / record.sampling_frequency
     delays = (
         np.arange(min(1 + math.ceil(_NEGLIGIBLE / decay), 10 * record.n_sample)) / record.sampling_frequency
@@ -138,7 +139,7 @@ def filtered_noise_autocovariance(
     poles = np.exp(1j * half_turn * np.arange(1, 2 * order, 2))
     turns = 2.0 * math.pi * corner * np.abs(np.asarray(delay, dtype=float))
     responses = np.exp(1j * np.multiply.outer(turns, poles)) @ poles
-    return np.asarray(density**2 * corner * half_turn * np.imag(responses))
+    return np.asarray(density**2 * corner * half_turn * np.imag(responses))  # (m9)
 
 
 def gaussian_noise(
@@ -160,8 +161,10 @@ def gaussian_noise(
     if len(autocovariance) == 1:
         return math.sqrt(autocovariance[0]) * generator.standard_normal(n_time)
     n_distance = len(autocovariance)
+    # A power of two for the transform, and so long that no lag reaches round the circle into the record.
     ring = np.zeros(1 << (max(n_time, n_distance) + n_distance - 2).bit_length())
     ring[:n_distance], ring[1 - n_distance :] = autocovariance, autocovariance[:0:-1]
+    # A covariance has no negative power; rounding can leave some.
     power = np.maximum(np.fft.rfft(ring).real, 0.0)
     colours = np.sqrt(power) * np.fft.rfft(generator.standard_normal(ring.size))
     return np.asarray(np.fft.irfft(colours, ring.size)[:n_time])

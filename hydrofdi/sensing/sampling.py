@@ -38,6 +38,7 @@ class Lag(NamedTuple):
 def first_order_lag(angle: float) -> Lag:
     """First-order lag y' = ω (u − y); the angle is ω times the step [rad]."""
     decay = math.exp(-angle)
+    # (m1): expm1 keeps the digits of 1 − a if the step is short.
     return Lag(decay, 0.0, 0.0, 0.0, math.expm1(-angle) / angle, 0.0)
 
 
@@ -46,6 +47,7 @@ def second_order_lag(angle: float, damping_ratio: float) -> Lag:
     """Second-order lag y'' = ω² (u − y) − 2 ζ ω y'; the angle is ω times the step [rad]."""
     from scipy.linalg import expm
 
+    # (m2): the third state is the rise of u over the step, which is constant.
     rates = np.array([[0.0, 1.0, -1.0 / angle], [-1.0, -2.0 * damping_ratio, 0.0], [0.0, 0.0, 0.0]])
     (ee, er, eu), (re, rr, ru), _ = expm(angle * rates).tolist()
     return Lag(ee, er, re, rr, eu, ru)
@@ -56,7 +58,7 @@ def butterworth_lags(angle: float, order: int) -> tuple[Lag, ...]:
 
     The angle is 2π times the −3 dB corner frequency times the step [rad].
     """
-    ratios = [math.sin(math.pi * k / (2 * order)) for k in range(1, order, 2)]
+    ratios = [math.sin(math.pi * k / (2 * order)) for k in range(1, order, 2)]  # (m10)
     return tuple(second_order_lag(angle, ratio) for ratio in ratios)
 
 
@@ -97,6 +99,7 @@ def advance_lag(signals: NDArray[np.float64], lag: NDArray[np.float64], state: N
             value, error, rate = signals[i, k], state[1, k], state[2, k]
             change = value - state[0, k]
             state[0, k] = value
+            # Zero instead of subnormal numbers, in which a constant signal would end.
             state[1, k] = settled(lag[0, k] * error + lag[1, k] * rate + lag[4, k] * change)
             state[2, k] = settled(lag[2, k] * error + lag[3, k] * rate + lag[5, k] * change)
             signals[i, k] = value + state[1, k]
@@ -109,7 +112,7 @@ def sampling_instants(
 
     They are limited to the first and last of those.
     """
-    instants = time + jitter * generator.standard_normal(time.size)
+    instants = time + jitter * generator.standard_normal(time.size)  # (m3)
     return np.clip(instants, time[0], time[-1])
 
 
@@ -139,8 +142,10 @@ class Clocks:
         if not self._is_exact:
             nominal = record.steps_per_sample * np.arange(record.n_sample)
             places = nominal + deviations / record.step
+            # Two nodes on each side of the instant, except at the ends of the record.
             self._first_nodes = np.clip(np.floor(places).astype(np.int64) - 1, 0, record.n_step - 4)
             self._offsets = places - self._first_nodes
+            # How far the nodes of a sample lie from its nominal step, perhaps in another block.
             self._reach = 4 + int(np.abs(self._first_nodes - nominal).max())
 
     def sample(self, values: NDArray[np.float64], first_step: int, samples: NDArray[np.float64]) -> None:
@@ -150,6 +155,7 @@ class Clocks:
         """
         every = self._steps_per_sample
         if self._is_exact:
+            # From the first step of the block that is a sample.
             picked = values[-first_step % every :: every].T
             samples[:, -(-first_step // every) :][:, : picked.shape[1]] = picked
             return
@@ -164,6 +170,7 @@ def cubic_weight(node: int, place: float) -> float:
     weight = 1.0
     for other in range(4):
         if other != node:
+            # Lagrange's form: 1 at its own node, 0 at the others.
             weight *= (place - other) / (node - other)
     return weight
 

@@ -165,6 +165,7 @@ def balance_residuals(runs: Sequence[RunParameters], trajectory: Trajectory) -> 
             1.0 / runs[0].record.sampling_frequency, options, part,
         )  # fmt: skip
         totals[members] = part
+    # Diverged runs, and runs without flow, give infinity or NaN without a warning.
     with np.errstate(all="ignore"):
         return BalanceResiduals(np.abs(totals[:, 0]) / totals[:, 1], np.abs(totals[:, 2]) / totals[:, 3])
 
@@ -203,23 +204,27 @@ def account_rates(
     through, position = flows.valve, position_in_cylinder(state, options)
     stopped = end_stop_force(position, p.stop_position, p.stop_stiffness) if options.end_stops else 0.0
     support = support_velocity(state, friction + stopped, p, options)
+    # Power that leaves oil and piston as heat, or with the oil that leaks out [W].
     lost = (
         through.throttling
         + (p1 - p2) * flows.internal
         + p1 * flows.external_1
         + p2 * flows.external_2
+        # Friction acts between piston and cylinder, so on their relative velocity.
         + (state.velocity - support) * friction
     )
     if options.foundation:
         lost += p.support_damping * support * support
     if options.hoses:
         squares = state.line_flow_1 * state.line_flow_1 + state.line_flow_2 * state.line_flow_2
+        # Δp q = R_h q² (5d).
         lost += p.hose_resistance * squares
     area_2, volume_2 = chamber_2(p, options)
     passed = abs(through.control_1)
     if options.unequal_chambers:
         passed += abs(through.control_2)
     ret = p.ret if not options.return_line else state.return_pressure
+    # The returning oil carries P_r q_r away again.
     supplied = state.supply * through.supply - ret * through.returned
     return AccountRates(
         flows.into_1 - flows.internal - flows.external_1,
@@ -227,6 +232,7 @@ def account_rates(
         passed,
         supplied - lost,
         abs(supplied),
+        # V/β by the β of the chamber: volume stored per rise of pressure.
         (p.volume + p.area * position) / bulk_modulus_at(p1, p, options),
         (volume_2 - area_2 * position) / bulk_modulus_at(p2, p, options),
     )
@@ -237,14 +243,17 @@ def held_energy(state: State, p: LaneParameters, options: ModelOptions) -> float
     x, v = state.position, state.velocity
     energy: float = 0.5 * (p.mass * v * v + p.stiffness * x * x)
     if options.inclined:
+        # m g times the height above the centre (2d).
         energy += p.weight * x
     if options.end_stops:
         force = end_stop_force(position_in_cylinder(state, options), p.stop_position, p.stop_stiffness)
+        # F²/(2k) of the spring (2a), which is zero between the stops.
         energy += 0.5 * force * force / p.stop_stiffness
     if options.foundation:
         energy += 0.5 * p.support_stiffness * state.support * state.support
     if options.hoses:
         p1, p2, q1, q2 = state.line_pressure_1, state.line_pressure_2, state.line_flow_1, state.line_flow_2
+        # Compression and kinetic energy of the oil in the hoses (5d).
         energy += 0.5 * p.hose_volume / p.hose_modulus * (p1 * p1 + p2 * p2)
         energy += 0.5 * p.hose_inertance * (q1 * q1 + q2 * q2)
     return energy
@@ -283,6 +292,7 @@ def integrate_balances(
         Zeros on entry; filled with the residual of the volume balance and the volume through port 1 [m³], the
         residual of the energy balance and the energy supplied [J].
     """
+    # Trapezoidal rule: half the interval times the sum of its ends.
     half = 0.5 * interval
     state_before, rates_before, held = local(len(State._fields)), local(len(AccountRates._fields)), local(1)
     for run in each(position.shape[0]):
@@ -301,7 +311,9 @@ def integrate_balances(
             before = AccountRates(*map(rates_before.__getitem__, range(len(after))))
             with when(k > 0):
                 rise_1, rise_2 = z.pressure_1 - y.pressure_1, z.pressure_2 - y.pressure_2
+                # ∫ V/β dP over the pressure, so that no pressure rate is needed.
                 compressed = 0.5 * (before.compliance_1 + after.compliance_1) * rise_1
+                # ∫ P V/β dP, the work of compression; the product is averaged, not its factors.
                 work_1 = (
                     0.5 * (y.pressure_1 * before.compliance_1 + z.pressure_1 * after.compliance_1) * rise_1
                 )
@@ -309,9 +321,11 @@ def integrate_balances(
                     0.5 * (y.pressure_2 * before.compliance_2 + z.pressure_2 * after.compliance_2) * rise_2
                 )
                 travel = z.position - y.position
+                # The load is held from the sample before.
                 work_on_load = load[run, k - 1] * travel
                 stored = half * (before.stored_volume + after.stored_volume)
                 relative = position_in_cylinder(z, options) - position_in_cylinder(y, options)
+                # (5) integrated over an interval; (6) is subtracted below.
                 total[0] += stored - p.area * relative - compressed
                 if options.unequal_chambers:
                     compressed = 0.5 * (before.compliance_2 + after.compliance_2) * rise_2
@@ -321,6 +335,7 @@ def integrate_balances(
                 total[2] += half * (before.stored_power + after.stored_power)
                 total[2] -= holds - held[0] + work_1 + work_2 + work_on_load
                 total[3] += half * (before.supplied_power + after.supplied_power)
+            # Only the instant before is kept: memory does not grow with the record.
             for place, value in enumerate(z):
                 state_before[place] = value
             for place, value in enumerate(after):

@@ -160,6 +160,7 @@ class _Block:
             stretch = chunk.part(first, first + _STRETCH_STEPS)
             states = self._samples(stretch, first_step + first, 1)
             self._reader(first_step + first, partial(self._signal, stretch, states, first_step + first))
+            # From the first sample at or after the start; a stretch need not begin with one.
             samples[-(-first // per_sample) : -(-(first + len(states)) // per_sample)] = states[
                 -first % per_sample :: per_sample
             ]
@@ -284,8 +285,10 @@ def outcome_of(parameters: RunParameters, states: NDArray[np.float64]) -> Outcom
     pressure_limit = ABSURD_PRESSURE_RATIO * parameters.supply.pressure
     low, high = _outermost(parameters.actuator)
     with np.errstate(invalid="ignore"):
+        # Comparisons with NaN are false, so the pressures alone would not show it.
         diverged = ~np.all(np.isfinite(states), axis=0) | np.any(np.abs(states[2:]) > pressure_limit, axis=0)
         beyond = (states[0] < low) | (states[0] > high)
+    # Beyond the stroke a volume vanishes and pressures diverge, so the sample before tells the cause.
     at_the_stop = diverged.any() and bool(beyond[np.argmax(diverged) - 1])
     if diverged.any() and not at_the_stop:
         time = np.argmax(diverged) / record.sampling_frequency
@@ -339,6 +342,7 @@ def leakage_signal(
     for options, members in positions_by(map(ModelOptions.of, runs)).items():
         rows = slice(None) if len(members) == len(runs) else members  # no copies
         columns = singles[rows].view(np.recarray)
+        # All runs as lanes: fields (n_run, 1) broadcast with the time (n_time,).
         parameters = lane_parameters(columns, ..., time, time, options)
         flow[rows] = leakage_of(
             pressure_difference[rows], position[rows], velocity[rows], parameters, options

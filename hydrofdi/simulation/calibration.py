@@ -80,6 +80,7 @@ def _request(condition: RunParameters) -> tuple[float, float]:
     """The flow of a condition, and the K_i that leaks it at a quarter of the supply pressure."""
     target = condition.leakage.internal_flow or 0.0
     from_valve = no_load_flow(condition)
+    # No more than the valve can feed: a larger K_i only equalises the pressures.
     start = min(target, from_valve) if from_valve > 0.0 else target
     return target, start / math.sqrt(0.25 * condition.supply.pressure)
 
@@ -91,20 +92,24 @@ def search_coefficient(target: float, trial: float) -> Generator[float, float, C
     proportional to K_i; a bracket guards them.
     """
     below, above, most = 0.0, math.inf, 0.0
+    # A secant may go beyond the largest K_i tried, but by a factor of three at most.
     ceiling, n_tripled, n_trial = 3.0 * trial, 0, 0
     points: list[tuple[float, float]] = []
     while math.isinf(above) or above - below > RELATIVE_TOLERANCE * above:
         flow = yield trial
         n_trial += 1
         most = max(most, 0.0 if math.isnan(flow) else flow)
+        # A comparison with NaN is false, so a failed run raises the lower end of the bracket.
         below, above = (below, trial) if flow >= target else (trial, above)
         if flow > 0.0:
             points.append((math.log(trial), math.log(flow / target)))
         estimate, error = _secant(points[-2:])
+        # Steps also shrink towards a jump of the flow, so the flow itself has to agree.
         if error < _LAST_STEPS and abs(flow / target - 1.0) < _LARGEST_SURPLUS:
             return Calibration(estimate, most)
         is_inside = below < estimate < min(above, ceiling)
         if math.isfinite(above):
+            # Bisection in between bounds the number of trials if secants keep to one end of the bracket.
             halves = not is_inside or (n_trial > _QUICK_TRIALS and n_trial % 2 == 0)
             trial = 0.5 * (below + above) if halves else estimate
         elif is_inside:
@@ -125,6 +130,7 @@ def _secant(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     slope = (y - before[1]) / (x - before[0])
     if slope <= 0.0:
         return math.nan, math.inf
+    # The error of a secant is proportional to the product of the step to come and the one before.
     return math.exp(min(x - y / slope, _LARGEST_LOGARITHM)), abs(y / slope * (x - before[0]))
 
 
@@ -133,5 +139,6 @@ def _mean_flows(runs: Sequence[RunParameters], coefficients: Sequence[float]) ->
     trajectory = simulate_batch(runs, coefficients)
     flow = trajectory.mean_internal_leakage_flow
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
+    # More than continuity allows is an oscillation of the solver, not a leak.
     chatters = flow > largest_leakage_flows(runs, trajectory)
     return np.where(failed | chatters, np.nan, flow)

@@ -62,6 +62,7 @@ def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.in
     """
     match drive.shape:
         case "square":
+            # (u1) in whole steps: time over period would be rounded, and an edge could come a step late.
             half_period = round(drive.period / (2.0 * record.step))
             return np.where((steps // half_period) % 2 == 0, drive.amplitude, -drive.amplitude)
         case "steps":
@@ -76,8 +77,9 @@ def _wave(drive: InputConfig, record: RecordConfig, time: NDArray[Any]) -> NDArr
     wave: NDArray[np.float64]
     match drive.shape:
         case "sine":
-            wave = np.sin(2.0 * np.pi * time / drive.period)
+            wave = np.sin(2.0 * np.pi * time / drive.period)  # (u2)
         case "sweep":
+            # (u2): the phase is the integral of the frequency, so its rise over the record counts half.
             rise = (drive.end_frequency - 1.0 / drive.period) / (2.0 * record.duration)
             wave = np.sin(2.0 * np.pi * time * (1.0 / drive.period + rise * time))
         case _:
@@ -106,7 +108,9 @@ def largest_voltage(drive: InputConfig, record: RecordConfig) -> float:
 
 def _held_rows(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
     rows = parse_rows(drive.file or "")
+    # (u4): a time that is a step but for rounding does not wait for the next step.
     first_steps = np.ceil(rows.times / record.step - _STEP_ROUNDING)
+    # The last row that has begun; of rows that begin in the same step, the later one.
     return rows.values[np.searchsorted(first_steps, steps, side="right") - 1]
 
 
@@ -114,12 +118,13 @@ def _multisine(phase: NDArray[np.float64], harmonics: int) -> NDArray[np.float64
     """Multisine with Schroeder phases −πk(k−1)/n, for a low crest factor; `phase` in periods."""
     total = np.zeros_like(phase)
     for k in range(1, harmonics + 1):
-        total += np.sin(2.0 * np.pi * k * phase - np.pi * k * (k - 1) / harmonics)
+        total += np.sin(2.0 * np.pi * k * phase - np.pi * k * (k - 1) / harmonics)  # (u3)
     return total
 
 
 @cache
 def _peak(harmonics: int) -> float:
+    # 64 points per period of the highest harmonic find the peak to about 0.1 %.
     return float(np.abs(_multisine(np.arange(64 * harmonics) / (64 * harmonics), harmonics)).max())
 
 
@@ -143,7 +148,9 @@ class Spools:
         self._record = record
         self._groups = list(_groups_of_spools(drives))
         order = [k for group in self._groups for k in group]
+        # The inverse of the order by groups.
         self.columns = np.argsort(order)
+        # Inputs that differ in amplitude only are computed once, with amplitude 1.
         units = [drives[k].input.model_copy(update={"amplitude": 1.0}) for k in order]
         places = {unit: place for place, unit in enumerate(dict.fromkeys(units))}
         self._units, self._unit_of_drive = list(places), np.array([places[unit] for unit in units], dtype=int)
@@ -152,6 +159,7 @@ class Spools:
         self._spools = np.zeros(len(self._groups), SPOOLS)
         for spool, group in zip(self._spools, self._groups, strict=True):
             for place, field in enumerate(SPOOL_PARAMETERS):
+                # Unused spools repeat the others: a gain of zero would be divided by.
                 spool[field] = np.resize([drives[k].spool[place] for k in group], WIDTH)
         self._choices = [drives[group[0]].choices for group in self._groups]
 
@@ -207,6 +215,7 @@ def random_levels(
         Levels, uniformly distributed in −1 … 1 [-].
     """
     hold = round(period / record.step)
+    # All levels of the record each time, so that they do not depend on where a chunk begins.
     levels = np.random.default_rng(seed).uniform(-1.0, 1.0, -(-record.n_step // hold))
     return levels[steps // hold]
 
@@ -218,9 +227,11 @@ def no_load_flow(parameters: RunParameters, opening: float | None = None) -> flo
     """
     valve, supply = parameters.valve, parameters.supply
     gain = max(edge.flow_gain for edge in parameters.edges)
+    # With equal areas both open edges take half of the drop each.
     share = 0.5 if parameters.actuator.area_2 == parameters.actuator.piston_area else 1.0
     drop = share * (supply.pressure - supply.return_pressure)
     most = largest_opening(parameters) if opening is None else opening
+    # Factor 1 + g y of (7d) at the largest opening.
     gain *= 1.0 + max(valve.gain_slope, 0.0) * most
     return float(control_flow(most, drop, gain, valve.area_gradient))
 

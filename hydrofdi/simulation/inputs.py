@@ -197,4 +197,5 @@ def reading_errors(
         return np.zeros(steps.shape)
     sensor = run.position_sensor
     errors = np.asarray(sensor.bias + sensor.drift * run.record.step * steps, dtype=float)
+    # The noise of a sample is held until the controller takes the next.
     return errors if noise is None else errors + noise[steps // steps_per_control(run)]

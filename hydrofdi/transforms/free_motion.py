@@ -27,18 +27,23 @@ def common_motion(pieces: Array, group: NDArray[np.intp]) -> tuple[Array, Array]
     n_time = pieces.shape[1]
     first = np.flatnonzero(np.diff(group, prepend=-1))
     products = _pencil_products(pieces, first, min(n_time // 3, _LONGEST_PENCIL))
+    # One group that is not finite could fail the decomposition of all; its result means nothing.
     products[~np.isfinite(products).all(axis=(1, 2))] = np.eye(products.shape[1])
     # Shift invariance of the two-dimensional signal space: its step over one sample has the poles as roots.
     space = np.linalg.eigh(products)[1][:, :, -2:]
     last = space[:, -1]
     step = space[:, :-1].transpose(0, 2, 1) @ space[:, 1:]
+    # Least squares: without its last row u the space has the products I − u uᵀ (inverse: Sherman, Morrison).
     left = np.sum(last[:, :, None] * step, axis=1) / (1.0 - np.sum(np.square(last), axis=1))[:, None]
     step = step + last[:, :, None] * left[:, None, :]
+    # Roots of the characteristic polynomial of the step, a 2 × 2 matrix; complex if the motion swings.
     half = 0.5 * (step[:, 0, 0] + step[:, 1, 1])
     split = half**2 - step[:, 0, 0] * step[:, 1, 1] + step[:, 0, 1] * step[:, 1, 0]
     roots = half[:, None] + np.sqrt(split[:, None] + 0j) * np.array([1.0, -1.0])
+    # From per sample to per piece.
     rates = np.log(roots) * n_time
     of_piece = np.cumsum(np.diff(group, prepend=-1) != 0) - 1
+    # Sum and product of the roots; noise can make the product negative.
     a, b = -rates.sum(axis=1).real, np.abs(rates.prod(axis=1).real)
     return a[of_piece], b[of_piece]
 
@@ -123,6 +128,7 @@ def fit_free_motion(
         moving = moving[is_moving]
     power = np.sum(np.square(rest), axis=1)
     left += power
+    # Degrees of freedom: samples less degree + 1 of the trend, and four of the motion.
     covariance *= (np.maximum(left, 0.0) / (n_time - degree - 5))[:, None, None]
     return _in_frequency(a, b, covariance, 1.0 - left / power, sampling_frequency / n_time)
 
@@ -134,15 +140,18 @@ def _improvement(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, 
     normal = slopes @ products @ slopes.transpose(0, 2, 1)
     size = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
     sizes = size[:, :, None] * size[:, None, :]
+    # Scaled to a unit diagonal, so that the ridge is relative.
     inverse = np.linalg.inv(normal / sizes + _RIDGE * np.eye(4)) / sizes
     left = with_rest - _times(products, motion)
     change = _times(inverse, _times(slopes, left))
+    # mᵀPm − 2 mᵀw as −mᵀ(w + (w − Pm)).
     return change[:, 2:], -np.sum(motion * (with_rest + left), axis=1), inverse[:, 2:, 2:]
 
 
 def _moved(a: Array, b: Array, change: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """a and b after a change, limited to the neighbourhood, and whether the change is still large."""
     by_a, by_b = np.abs(change[:, 0]) / np.sqrt(b), np.abs(change[:, 1]) / b
+    # A step changes a by 3 √b and b by 0.9 b at most, so that b stays positive.
     share = 1.0 / np.maximum(1.0, np.maximum(by_a / 3.0, by_b / 0.9))
     return a + share * change[:, 0], b + share * change[:, 1], np.maximum(by_a, by_b) > _SETTLED
 
@@ -153,12 +162,14 @@ def _products(a: Array, b: Array, rest: Array, trend: Array) -> tuple[Array, Arr
     C and S are the motions exp(−a t/2) cosh(r t) and exp(−a t/2) sinh(r t)/r with r² = a²/4 − b.
     """
     n_time = rest.shape[1]
+    # Complex, for swinging and creeping motions alike.
     root = np.sqrt(_split(a, b) + 0j)
     one, other = (_powers(np.exp((sign * root - 0.5 * a) / n_time), n_time) for sign in (1.0, -1.0))
     base = np.empty((a.size, 4, n_time))
     base[:, 0] = 0.5 * (one + other).real
     base[:, 1] = ((one - other) / (2.0 * root[:, None])).real
     base[:, 2:] = base[:, :2] * (np.arange(n_time) / n_time)
+    # The trend is taken from the products instead of from the motions.
     along = base @ trend.T
     return base @ base.transpose(0, 2, 1) - along @ along.transpose(0, 2, 1), _times(base, rest)
 
@@ -203,6 +214,7 @@ def _in_frequency(a: Array, b: Array, covariance: Array, explained: Array, windo
     """Frequency [Hz] and damping ratio from a and b; `windows` converts from windows to seconds [1/s]."""
     root = np.sqrt(b)
     frequency, damping_ratio = root * windows / (2.0 * np.pi), a / (2.0 * root)
+    # By the slopes f/(2b) of f, and 1/(2√b) and −ζ/(2b) of ζ = a/(2√b).
     frequency_variance = covariance[:, 1, 1] * (0.5 * frequency / b) ** 2
     over_a, over_b = 0.5 / root, -0.5 * damping_ratio / b
     damping_variance = (

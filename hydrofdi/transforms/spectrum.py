@@ -35,6 +35,7 @@ def band_rms(
     half = frequency[1] / 2
     low, high = np.maximum(frequency - half, 0.0), np.minimum(frequency + half, sampling_frequency / 2)
     shares = [np.maximum(np.minimum(high, top) - np.maximum(low, bottom), 0) for bottom, top in bands]
+    # A line whose interval is cut at an end still has the power of a whole one.
     weights = [2 * half * share / (high - low) for share in shares]
     return np.stack([np.sqrt(np.sum(density * weight, axis=-1)) for weight in weights], axis=-1)
 
@@ -50,6 +51,7 @@ def short_time_spectra(signal: Array, n_segment: int, hop: int) -> NDArray[np.co
 
     window = get_window("hann", n_segment)
     segments = np.lib.stride_tricks.sliding_window_view(signal, n_segment, axis=-1)[..., ::hop, :]
+    # Half of a sine's amplitude is at the negative frequency, hence 2.
     segments = (segments - segments.mean(axis=-1, keepdims=True)) * (window * (2.0 / window.sum()))
     spectra: NDArray[np.complex128] = np.fft.rfft(segments, axis=-1)
     return spectra

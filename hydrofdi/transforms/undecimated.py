@@ -53,6 +53,7 @@ def inner_undecimated_rms(signal: NDArray[np.float64], wavelet: WaveletConfig) -
         coefficients = (np.fft.irfft(spectrum * response, n_time, axis=-1) for response in responses)
         levels.append(
             [
+                # Without the coefficients that reach back round the circle.
                 root_mean_square(values[..., (n_phase(level) - 1) * (taps - 1) :])
                 for level, values in enumerate(coefficients, 1)
             ]
@@ -88,6 +89,7 @@ def phase_detail_rms(details: NDArray[np.float64], first_sample: int) -> NDArray
         distance = 2 ** (level + 1)
         for residue in range(distance):
             kept = details[..., level, (residue - 1 - first_sample) % distance :: distance]
+            # Start phases that differ by the spacing of this level share its grid.
             rms[..., residue::distance, level] = root_mean_square(kept)[..., None]
     return rms
 
@@ -106,6 +108,7 @@ def _responses(wavelet: WaveletConfig, n_time: int) -> tuple[Complex, Complex]:
     approximation = np.ones(places.size, dtype=complex)
     details, approximations = [], []
     for level in range(wavelet.levels):
+        # Taps 2^level samples apart have the response of 2^level times the frequency.
         details.append(approximation * _response(high_pass, places << level, n_time))
         approximation = approximation * _response(low_pass, places << level, n_time)
         approximations.append(approximation)
@@ -121,6 +124,7 @@ def _gains(wavelet: WaveletConfig, n_time: int) -> tuple[NDArray[np.float64], ND
 
 def _response(taps: NDArray[np.float64], places: NDArray[np.int64], n_time: int) -> Complex:
     """Frequency response of a filter; frequencies in cycles per record."""
+    # Taps beyond the length of the record wrap round.
     circular = np.bincount(np.arange(taps.size) % n_time, taps, n_time)
     response: Complex = np.fft.fft(circular)[places % n_time]
     return response
@@ -129,6 +133,7 @@ def _response(taps: NDArray[np.float64], places: NDArray[np.int64], n_time: int)
 def _one_sided_weights(n_time: int) -> NDArray[np.float64]:
     """Weight of each line of a one-sided spectrum in a sum over all frequencies."""
     weights = np.full(n_time // 2 + 1, 2.0)
+    # The constant, and the line at half the sampling frequency, have no mirror image.
     weights[0] = 1.0
     if n_time % 2 == 0:
         weights[-1] = 1.0

@@ -110,6 +110,7 @@ def inner_coefficients(n_sample: int, wavelet: WaveletConfig) -> list[slice]:
 
     taps, first, last, inside = Wavelet(wavelet.name).dec_len, 0, n_sample - 1, []
     for _ in range(wavelet.levels):
+        # Coefficient k depends on samples 2k + 2 − taps to 2k + 1 of the level before; rounded up and down.
         first, last = -(-(first + taps - 2) // 2), (last - 1) // 2
         inside.append(slice(first, last + 1))
     return inside
@@ -134,7 +135,7 @@ def noise_rms(wavelet: WaveletConfig, autocovariance: Sequence[float]) -> list[f
     for level in range(wavelet.levels):
         detail = _spread_convolution(approximation, high_pass, 2**level)
         approximation = _spread_convolution(approximation, low_pass, 2**level)
-        levels.append(math.sqrt(_filtered_variance(detail, autocovariance)))
+        levels.append(math.sqrt(_filtered_variance(detail, autocovariance)))  # (m8)
     return levels
 
 
@@ -142,7 +143,9 @@ def _filtered_variance(taps: NDArray[np.float64], autocovariance: Sequence[float
     """Variance of filtered noise."""
     variance = autocovariance[0] * float(taps @ taps)
     for distance, covariance in enumerate(autocovariance[1 : taps.size], 1):
+        # Each lag stands for its negative as well.
         variance += 2.0 * covariance * float(taps[distance:] @ taps[:-distance])
+    # Rounding can leave less than zero.
     return max(variance, 0.0)
 
 
@@ -161,5 +164,5 @@ def percentage_change(
     healthy_rms: NDArray[np.float64], faulty_rms: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Relative decrease δ [%] of the RMS from the healthy to the faulty state. Equation (13)."""
-    change: NDArray[np.float64] = 100.0 * (healthy_rms - faulty_rms) / healthy_rms
+    change: NDArray[np.float64] = 100.0 * (healthy_rms - faulty_rms) / healthy_rms  # (13)
     return change

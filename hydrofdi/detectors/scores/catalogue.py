@@ -107,6 +107,7 @@ class Outside:
 
     def __call__(self, values: Array) -> Array:
         """Scores, shape (n_record,); each record by itself."""
+        # Differences do not cancel as products would, and their bits do not depend on other records.
         squared = (np.sum(np.square(self.vectors - row), axis=1) for row in self.white(values))
         near = [np.sum(self.weights * np.exp(-self.gamma * each)) for each in squared]
         return self.offset - np.array(near, dtype=float)

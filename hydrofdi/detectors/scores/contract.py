@@ -250,6 +250,7 @@ def standardisation(values: Array) -> Standardisation:
     """Fit the standardisation to fit records."""
     low, centre, high = np.quantile(values, [0.25, 0.5, 0.75], axis=0)
     quartiles = (high - low) / NORMAL_QUARTILES
+    # What varies by less is rounding, and has no scale.
     rounding = 1e-12 * np.abs(values).max(axis=0)
     scale = np.where(quartiles > rounding, quartiles, values.std(axis=0))
     (kept,) = np.nonzero(scale > rounding)
@@ -351,12 +352,14 @@ def whitening(values: Array, name: str, shrinkage: float | None = None) -> White
     held = standardised.held(values)
     with scikit_learn(name):
         variances, directions = np.linalg.eigh(_covariance(held, shrinkage))
+    # A singular covariance would turn rounding into large distances.
     if variances[0] <= 1e-12 * variances[-1]:
         raise NotStatedError(
             f"the score {name} needs more than {counted(values.shape[0], 'record')}"
             f" for {counted(variances.size, 'feature')}"
             " that vary, fewer features, or shrinkage"
         )
+    # Coordinates along the principal directions, each over its deviation.
     return Whitening(standardised, held.mean(axis=0), directions / np.sqrt(variances))
 
 
@@ -442,6 +445,7 @@ def _folds(group: Numbers, is_faulty: Flags, teaches: Flags, n_fold: int, seed: 
     drawn = np.random.default_rng(seed).permutation(np.flatnonzero(is_dealt))
     if drawn.size < 2:
         raise NotStatedError("cross-fitted scores need at least two groups of fit records")
+    # A stable sort keeps the random order within both kinds.
     ordered = drawn[np.argsort(has_fault[drawn], kind="stable")]
     fold = np.full(is_dealt.size, -1)
     fold[ordered] = np.arange(drawn.size) % n_fold

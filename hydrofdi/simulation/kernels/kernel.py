@@ -31,12 +31,13 @@ def control(half: Any, k: int, references: NDArray[np.float64], column: int, opt
     """Sample the controller of a lane: read the piston position and set the voltage."""
     position = half.position[k]
     if options.measured_feedback:
+        # (m4), whose errors come in with the references, then (m5) and (m6).
         position = converted(
             half.reading_gain[k] * position + references[1, column],
             half.lowest_reading[k], half.highest_reading[k], half.reading_resolution[k],
         )  # fmt: skip
     error = references[0, column] - position
-    voltage, integral = pid_step(
+    voltage, integral = pid_step(  # (c1)
         error, half.error[k], half.integral[k],
         half.proportional_gain[k], half.integral_gain[k], half.derivative_gain[k],
         half.sample_time[k], half.voltage_limit[k],
@@ -81,6 +82,7 @@ def moved(state: State, time: float, rates: State, p: LaneParameters, options: M
     for name in _moving(options):
         values[name] = values[name] + time * getattr(rates, name)
         if options.clamped_cavitation and name.startswith("pressure"):
+            # At the stages as well, so that no rate is taken at a pressure below that of the vapour.
             values[name] = np.maximum(values[name], p.vapour_pressure)
     return State(**values)
 
@@ -173,12 +175,14 @@ def advance_lanes(
     first = drive_of_lane[0]
     for i in each(drive.shape[0]):
         stages, now = drive[i], first_step + i
+        # A product, not a running sum, whose rounding would grow over the record.
         time = now * step
         if options.closed_loop:
             steer(left, right, stages, drive_of_lane, step, now % steps_per_control == 0, options)
         else:
             with when_else(shares_drive == 1) as (shared, separate):
                 with shared:
+                    # One load for all lanes, instead of one per lane from its own column.
                     positions = [stages[stage, first] for stage in range(len(SPOOL_STAGES))]
                     for k in each(HALF_WIDTH):
                         for name, position in zip(SPOOL_STAGES, positions, strict=True):
@@ -190,12 +194,14 @@ def advance_lanes(
             for k in each(HALF_WIDTH):
                 left.load[k] = loads[i, load_of_lane[k]]
                 right.load[k] = loads[i, load_of_lane[HALF_WIDTH + k]]
+        # Before the step, so that the first sample is the initial state.
         with when(i % steps_per_sample == 0):
             sample = samples[i // steps_per_sample]
             take_sample(left, sample, 0, options)
             take_sample(right, sample, HALF_WIDTH, options)
         # Two independent lanes in one loop body hide each other's latencies.
         for k in each(HALF_WIDTH):
+            # Drifts and onsets are held over the step; the ripple is that of its middle.
             p = lane_parameters(left, k, time, time + half_step, options)
             q = lane_parameters(right, k, time, time + half_step, options)
             f, g = left.load[k], right.load[k]

@@ -19,6 +19,7 @@ from hydrofdi.config.request import EDGES
 from hydrofdi.config.sections.machine import FrictionConfig
 from hydrofdi.physics.friction import FRICTION_LAWS, LAWS
 
+# 16 doubles fill whole vector registers of 128, 256 or 512 bits, so no lane is left over for scalar code.
 HALF_WIDTH = 16
 WIDTH = 2 * HALF_WIDTH
 """Number of lanes that the kernel advances together."""
@@ -165,12 +166,15 @@ def pack_lanes(parameters: Sequence[RunParameters], leakage_coefficients: Sequen
     """
     lanes = np.zeros(1, LANES)
     values = pack_singles(parameters, leakage_coefficients).view(np.float64).reshape(len(parameters), -1)
+    # Run of each lane; unused lanes compute run 0 again, with valid numbers.
     of_lane = np.arange(WIDTH) * (np.arange(WIDTH) < len(values))
+    # Fields of a half are contiguous rows that start with the parameters, so one assignment fills them all.
     halves = lanes.view(np.float64).reshape(2, -1, HALF_WIDTH)
     halves[:, : values.shape[1]] = values[of_lane].reshape(2, HALF_WIDTH, -1).transpose(0, 2, 1)
     starts = np.array([(*run.start_pressures, run.start_support) for run in parameters])[of_lane].T
     for half, start in zip(("left", "right"), np.split(starts, 2, axis=1), strict=True):
         state = lanes[half]
+        # P_s and P_r start at no flow, hoses at the pressures of their chambers.
         state["supply"], state["return_pressure"] = state["rated_supply"], state["ret"]
         state["pressure_1"] = state["line_pressure_1"] = start[0]
         state["pressure_2"] = state["line_pressure_2"] = start[1]
@@ -244,6 +248,7 @@ class ModelOptions(NamedTuple):
             clamped_cavitation=run.fluid.cavitation == "clamped",
             limited_spool=valve.is_limited,
             hysteresis=valve.hysteresis > 0.0,
+            # Wear belongs to single edges, so it needs the model with four.
             lapped_valve=laps or valve.is_worn,
             worn_edges=valve.is_worn,
             shifted_null=valve.is_shifted,
@@ -251,6 +256,7 @@ class ModelOptions(NamedTuple):
             foundation=run.actuator.foundation_stiffness is not None,
             hoses=run.actuator.hose_volume > 0.0,
             load_force=run.load.is_present,
+            # A ripple makes P_s a state as well.
             moving_supply=supply.droop == "first_order" or supply.ripple > 0.0,
             supply_ripple=supply.ripple > 0.0,
             return_line=supply.return_resistance > 0.0,

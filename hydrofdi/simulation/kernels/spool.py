@@ -39,6 +39,7 @@ def spool_rates(
 ) -> tuple[float, float]:
     """x_v' [m/s] and v_v' [m/s²]; with limits, command and speed saturate."""
     if is_limited:
+        # (4a): in volts, the limit is the input at which the spool rests at its largest opening.
         command = limited(voltage, position_limit / gain)
         return (
             limited(velocity, speed_limit),
@@ -50,6 +51,7 @@ def spool_rates(
 def valve_opening(position: float, position_limit: float, is_limited: bool) -> float:
     """Spool position that acts on the ports, after saturation [m]."""
     if is_limited:
+        # (4a): an underdamped spool may pass the limit, but the ports open no further.
         opening: float = limited(position, position_limit)
         return opening
     return position
@@ -59,6 +61,7 @@ def move_spool(spools: Any, k: int, step: float, is_limited: bool, has_hysteresi
     """Advance spool `k` of a record by one step, and store its openings at the four stages."""
     u = spools.voltage[k]
     if has_hysteresis:
+        # (4b): once per step is enough, as the input is held over it.
         u = spools.acting_voltage[k] = acting_voltage(u, spools.acting_voltage[k], spools.hysteresis[k])
     w, xi, k_v = (
         spools.spool_frequency[k],
@@ -67,6 +70,7 @@ def move_spool(spools: Any, k: int, step: float, is_limited: bool, has_hysteresi
     )
     most, fastest = spools.spool_limit[k], spools.spool_speed_limit[k]
     x, v = spools.spool_position[k], spools.spool_velocity[k]
+    # Classic Runge-Kutta of (3) and (4); the lanes need the positions of all four stages.
     half_step, sixth_step = 0.5 * step, step / 6.0
     r1, a1 = spool_rates(x, v, u, w, xi, k_v, most, fastest, is_limited)
     x2, v2 = x + half_step * r1, v + half_step * a1
@@ -77,6 +81,7 @@ def move_spool(spools: Any, k: int, step: float, is_limited: bool, has_hysteresi
     r4, a4 = spool_rates(x4, v4, u, w, xi, k_v, most, fastest, is_limited)
     for name, position in zip(SPOOL_STAGES, (x, x2, x3, x4), strict=True):
         getattr(spools, name)[k] = valve_opening(position, most, is_limited)
+    # Zero instead of subnormal numbers, in which a spool at rest would end.
     spools.spool_position[k] = settled(x + sixth_step * (r1 + 2.0 * (r2 + r3) + r4))
     spools.spool_velocity[k] = settled(v + sixth_step * (a1 + 2.0 * (a2 + a3) + a4))
 
@@ -115,6 +120,7 @@ def advance_spools(
     for i in each(voltage.shape[0]):
         for k in each(n_drive):
             spool.voltage[k] = voltage[i, first_drive + k]
+        # The full width, so that every spool has the same vector instructions; those not used rest at 0 V.
         for k in each(WIDTH):
             move_spool(spool, k, step, is_limited, has_hysteresis)
         for k in each(n_drive):

@@ -9,13 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows, known_balance
-from hydrofdi.indicators.estimation.chamber_balance import (
-    UNKNOWNS,
-    new_sums,
-    weak_weights,
-    window_equations,
-)
+from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows
+from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, weak_weights
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
 
@@ -173,7 +168,6 @@ class FaultBalance:
         first, second = (np.ascontiguousarray(each) for each in balance.pressures)
         position = np.ascontiguousarray(balance.position)
         weights = weak_weights(half, frequency)
-        known = known_balance(options, records, self.both, half)
         n_chamber = 2 if self.both else 1
         moments = np.zeros((n_record, len(NAMES) + 1, len(NAMES) + 1))
         counts = np.zeros(n_record)
@@ -187,10 +181,7 @@ class FaultBalance:
         for chamber, pressure in enumerate((first, second)[:n_chamber]):
             sign, area = 1.0 - 2.0 * chamber, options.areas[chamber]
             spool = self._moved(balance.spool, laps, chamber)
-            regular, targets = window_equations(
-                spool, position, np.stack((first, second)), supply, supply, weights, 0, known,
-                new_sums(n_record, n_chamber),
-            )  # fmt: skip
+            regular, targets = balance.equations(spool)
             regular = regular[:, :, chamber]
             feeds = sign * spool >= 0.0
             root = signed_root(np.where(feeds, supply - pressure, pressure - options.return_pressure))

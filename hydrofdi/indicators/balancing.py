@@ -19,9 +19,10 @@ from hydrofdi.indicators.estimation.chamber_balance import (
     UNKNOWNS,
     Balance,
     gas_slope,
+    integrate_windows,
     new_sums,
     weak_weights,
-    window_equations,
+    windows_before,
 )
 from hydrofdi.indicators.faults import FLUID, POSITIVE
 from hydrofdi.indicators.nominal_actuator import NominalActuator, PlantConstant
@@ -87,19 +88,39 @@ class VolumeBalance:
         (area_1, area_2), (first, second) = self.actuator.areas, self.pressures
         return (area_1 * first - area_2 * second) / self.actuator.load_stiffness
 
-    def equations(self) -> tuple[Array, Array]:
-        """Regressors (n_record, n_window, n_chamber, N_UNKNOWN) and targets [m³] of all windows."""
-        records, supply = self.records, _whole(self.supply, self.records)
-        return window_equations(
-            _whole(self.spool, records), _whole(self.position, records),
-            np.stack([_whole(pressure, records) for pressure in self.pressures]), supply, supply,
-            weak_weights(self.half, records.sampling_frequency), 0,
-            known_balance(self.actuator, records, self.both_pressures, self.half),
-            new_sums(records.n_record, 2 if self.both_pressures else 1),
-        )  # fmt: skip
+    def equations(self, spool: Array) -> tuple[Array, Array]:
+        """`window_equations` of whole records for a spool position [m]."""
+        both, sums = self.both_pressures, new_sums(self.records.n_record, 2 if self.both_pressures else 1)
+        signals = spool, self.position, *self.pressures, self.supply, self.supply
+        return window_equations(self.actuator, self.records, both, self.half, 0, sums, *signals)
 
 
-def known_balance(
+def window_equations(
+    actuator: NominalActuator, chunk: RecordBatch, both_pressures: bool, half: int, n_before: int,
+    sums: Array, *signals: Array,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Equations of the windows that a chunk completes; `n_before` samples of the stream came before it.
+
+    Regressors (n_record, n_window, n_chamber, N_UNKNOWN) and targets [m³]. The `signals`: x_v, x_p [m], P_1,
+    P_2, P_s at the linearisation point and the reference of its prior deviation [Pa]. The state `sums` is
+    updated in place.
+    """
+    shape, n_chamber = (chunk.n_record, chunk.n_time), 2 if both_pressures else 1
+    spool, position, first, second, supply, reference = (
+        np.ascontiguousarray(np.broadcast_to(signal, shape)) for signal in signals
+    )
+    n_window = windows_before(n_before + chunk.n_time, half) - windows_before(n_before, half)
+    targets = np.zeros((chunk.n_record, n_window, n_chamber))
+    columns = np.zeros((*targets.shape, N_UNKNOWN))
+    integrate_windows(
+        spool, position, np.stack((first, second)), supply, reference,
+        weak_weights(half, chunk.sampling_frequency), n_before,
+        _known_balance(actuator, chunk, both_pressures, half), sums, columns, targets,
+    )  # fmt: skip
+    return columns, targets
+
+
+def _known_balance(
     actuator: NominalActuator, records: RecordBatch, both_pressures: bool, half: int
 ) -> Balance:
     """Known parameters of the equations.
@@ -115,10 +136,6 @@ def known_balance(
         half / records.sampling_frequency, 1.0 - math.exp(-1.0 / (0.1 * records.sampling_frequency)),
         gas_slope(0.5 * (actuator.supply_pressure + actuator.return_pressure)),
     )  # fmt: skip
-
-
-def _whole(signal: Array, records: RecordBatch) -> Array:
-    return np.ascontiguousarray(np.broadcast_to(signal, (records.n_record, records.n_time)))
 
 
 MOST_PRIOR = 0.81
@@ -280,29 +297,27 @@ def named_estimates(
     modulus = 1.0 / np.where(compressibility > 0.0, compressibility, np.nan)
     sheet = [i for i, name in enumerate(UNKNOWNS) if deviations[i] > 0.0 and name not in _FREE]
     values = {
-        "internal_coefficient": of["internal_coefficient"],
-        "internal_coefficient_error": error["internal_coefficient"],
         "leakage": root * of["internal_coefficient"],
         "leakage_error": root * error["internal_coefficient"],
-        "mean_leakage": found[:, :, weak_rls.MEAN],
-        "mean_leakage_error": found[:, :, weak_rls.MEAN_ERROR],
-        "cross_port_leakage": found[:, :, weak_rls.COMBINED],
-        "cross_port_leakage_error": found[:, :, weak_rls.COMBINED_ERROR],
         "bulk_modulus": modulus,
         "bulk_modulus_error": options.bulk_modulus_error(modulus, error["compressibility"] * modulus**2),
         "flow_gain": 1.0 + of["flow_gain"],
         "flow_gain_error": error["flow_gain"],
         "supply_pressure": reference * (1.0 + of["supply"]),
         "supply_pressure_error": reference * error["supply"],
-        "condition": found[:, :, weak_rls.CONDITION],
-        "misfit": found[:, :, weak_rls.MISFIT],
-        "disagreement": found[:, :, weak_rls.DISAGREEMENT],
         "departure": np.max(np.abs(found[:, :, sheet]) / deviations[sheet], axis=2, initial=0.0),
     }
-    for name in ("offset", "lap", "clearance"):
+    for name in ("internal_coefficient", "offset", "lap", "clearance"):
         values |= {name: of[name], f"{name}_error": error[name]}
-    return values
+    return values | {name: found[:, :, place] for name, place in _AS_FOUND.items()}
 
+
+_AS_FOUND = {
+    "mean_leakage": weak_rls.MEAN, "mean_leakage_error": weak_rls.MEAN_ERROR,
+    "cross_port_leakage": weak_rls.COMBINED, "cross_port_leakage_error": weak_rls.COMBINED_ERROR,
+    "condition": weak_rls.CONDITION, "misfit": weak_rls.MISFIT, "disagreement": weak_rls.DISAGREEMENT,
+}  # fmt: skip
+"""Output → index of an estimate."""
 
 _FREE = ("internal_coefficient", "supply")
 """Unknowns that no data sheet states well."""
@@ -334,7 +349,7 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         options, both = self.options, self.options.chambers == "both"
         balance = VolumeBalance(records, options, both, self.by_spring, options.half_window)
         deviations, supply = options.deviations(records), np.mean(balance.supply, axis=1)[:, None]
-        columns, targets = balance.equations()
+        columns, targets = balance.equations(balance.spool)
         counts = counting_windows(balance.spool, records.sampling_frequency, options)
         weights = np.ones(targets.shape)
         for _ in range(_REWEIGHTING if options.robust else 0):

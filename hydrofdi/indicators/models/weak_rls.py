@@ -15,8 +15,8 @@ from hydrofdi.indicators.balancing import (
     P2,
     WindowOptions,
     balance_outputs,
-    known_balance,
     named_estimates,
+    window_equations,
 )
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.estimation import valve_use, weak_rls
@@ -24,8 +24,6 @@ from hydrofdi.indicators.estimation.chamber_balance import (
     N_UNKNOWN,
     UNKNOWNS,
     new_sums,
-    weak_weights,
-    window_equations,
     windows_before,
 )
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace
@@ -105,7 +103,11 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         spool = self.options.spool_of_stream(chunk, n_before == 0, state["spool"])
         unclear = self._unclear(chunk, spool, n_before, state["gate"])
         supply, reference = self._supply(chunk, n_before, state["means"])
-        columns, targets = self._equations(chunk, spool, supply, reference, n_before, state["sums"])
+        second = chunk[P2] if self._both else supply + self.options.return_pressure - chunk[P1]
+        columns, targets = window_equations(
+            self.options, chunk, self._both, self.options.half_window, n_before, state["sums"],
+            spool, self.options.position(chunk), chunk[P1], second, supply, reference,
+        )  # fmt: skip
         counts = np.zeros(columns.shape[:2])
         valve_use.count_windows(unclear, n_before, self.options.half_window, state["unclear"], counts)
         windows = self._windows_due(n_before, due)
@@ -138,20 +140,6 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             round(options.settling * frequency), gate, unclear,
         )  # fmt: skip
         return unclear
-
-    def _equations(
-        self, chunk: RecordBatch, spool: Array, supply: Array, reference: Array, n_before: int, sums: Array
-    ) -> tuple[Array, Array]:
-        """Regressors and targets of the windows that a chunk completes."""
-        options, half = self.options, self.options.half_window
-        first = chunk[P1]
-        second = chunk[P2] if self._both else supply + options.return_pressure - first
-        position = np.ascontiguousarray(options.position(chunk))
-        return window_equations(
-            spool, position, np.stack((first, second)), supply, reference,
-            weak_weights(half, chunk.sampling_frequency), n_before,
-            known_balance(options, chunk, self._both, half), sums,
-        )  # fmt: skip
 
     def _windows_due(self, n_before: int, places: NDArray[np.intp]) -> NDArray[np.int64]:
         """Number of windows of a chunk that are complete after the samples at some places."""

@@ -162,13 +162,12 @@ class FaultBalance:
         """Sums of products of regressors and target, and numbers of equations, of both chambers."""
         options, half = self.options, self.options.half_window
         frequency, n_record = records.sampling_frequency, records.n_record
-        balance = VolumeBalance(records, options, self.both, False, half)
+        balance = VolumeBalance(records, options)
         shape = (n_record, records.n_time)
         supply = np.ascontiguousarray(np.broadcast_to(balance.supply, shape))
         first, second = (np.ascontiguousarray(each) for each in balance.pressures)
         position = np.ascontiguousarray(balance.position)
         weights = weak_weights(half, frequency)
-        n_chamber = 2 if self.both else 1
         moments = np.zeros((n_record, len(NAMES) + 1, len(NAMES) + 1))
         counts = np.zeros(n_record)
         leaks = self._leaks(first - second, position)
@@ -178,7 +177,7 @@ class FaultBalance:
             blocks = signal[:, : signal.shape[1] // half * half].reshape(n_record, -1, half)
             return np.asarray((blocks @ weights[0, row])[:, :-1] + (blocks @ weights[1, row])[:, 1:])
 
-        for chamber, pressure in enumerate((first, second)[:n_chamber]):
+        for chamber, pressure in enumerate((first, second)[: options.n_pressure]):
             sign, area = 1.0 - 2.0 * chamber, options.areas[chamber]
             spool = self._moved(balance.spool, laps, chamber)
             regular, targets = balance.equations(spool)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.estimation.valve_use import follow_means, mark_unclear, new_gate, new_means
+from hydrofdi.indicators.estimation.valve_use import mark_unclear, new_gate, new_means
 from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.indicators.recursive import RecursiveOptions, State
 from hydrofdi.physics.equation import Quantity, equation
@@ -90,13 +90,7 @@ def follow_signals(
     signals[POSITION] = options.position(chunk)
     signals[SPOOL] = options.spool_of_stream(chunk, n_before == 0, state["spool"])
     mark_unclear(signals[SPOOL], n_before, 0, options.least_opening, math.inf, 0, state["gate"], unclear)
-    match options.supply_known_by(chunk):
-        case "measured":
-            signals[SUPPLY] = chunk[Channel.SUPPLY_PRESSURE]
-        case "nominal":
-            signals[SUPPLY] = options.supply_pressure
-        case "sum":
-            total = signals[P1] + signals[P2] - options.return_pressure
-            gain = -math.expm1(-_BLOCK / chunk.sampling_frequency / options.supply_memory)
-            follow_means(total, unclear, n_before, _BLOCK, gain, state["supply"], signals[SUPPLY])
+    total = signals[P1] + signals[P2] - options.return_pressure
+    gain = -math.expm1(-_BLOCK / chunk.sampling_frequency / options.supply_memory)
+    signals[SUPPLY] = options.supply_of_stream(chunk, total, unclear, n_before, _BLOCK, gain, state["supply"])
     return signals, unclear

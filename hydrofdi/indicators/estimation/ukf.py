@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.indicators.estimation.plant import N_STATE, Plant, actual, step_of
+from hydrofdi.indicators.estimation.plant import N_STATE, actual, step_of
 from hydrofdi.indicators.estimation.prediction import held_of, keep_moving, moving_of
 from hydrofdi.indicators.estimation.square_root import (
     find_gain,
@@ -92,19 +92,11 @@ def predict_unscented(
     places, points, path = tuning.places, work.points, work.path
     place_points(mean, root, spread, places, points)
     for i in range(path.size // 2):
-        move(points, tuning.step, path[2 * i], path[2 * i + 1], path[2 * i + 2], supply, tuning.plant)
+        start, middle, end = path[2 * i], path[2 * i + 1], path[2 * i + 2]
+        for k in range(points.shape[1]):
+            moving, a = moving_of(points[:, k]), actual(held_of(points[:, k]), supply, tuning.plant)
+            keep_moving(points[:, k], step_of(moving, tuning.step, start, middle, end, a, tuning.plant))
     gather_points(points, places, spread, tuning.walk, mean, root, work.rows)
-
-
-@equation
-def move(
-    points: Array, step: float, start: float, middle: float, end: float, supply: float, plant: Plant
-) -> None:
-    """Advance points by one Runge-Kutta step."""
-    for k in range(points.shape[1]):
-        moving, held = moving_of(points[:, k]), held_of(points[:, k])
-        moving = step_of(moving, step, start, middle, end, actual(held, supply, plant), plant)
-        keep_moving(points[:, k], moving)
 
 
 @equation

@@ -140,11 +140,13 @@ def follow_equations(
 ) -> Array:  # fmt: skip
     """Estimates (n_record, n_memory, n_instant, N_ESTIMATE); arguments as of `weak_rls.follow_windows`."""
     found = np.full((records.n_record, decays.size, due.size, weak_rls.N_ESTIMATE), np.nan)
-    weak_rls.follow_windows(
-        columns, targets, counts, due, priors, options.deviations(records), options.error, decays,
-        options.reference_pressure, options.half_window / records.sampling_frequency, options.bulk_modulus,
-        state, weak_rls.new_scratch(), found,
+    known = weak_rls.Assumptions(
+        options.deviations(records), options.error, options.reference_pressure,
+        options.half_window / records.sampling_frequency, options.bulk_modulus,
     )  # fmt: skip
+    weak_rls.follow_windows(
+        columns, targets, counts, due, priors, known, decays, state, weak_rls.new_scratch(), found
+    )
     return found
 
 

@@ -73,7 +73,7 @@ def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | Non
             seconds[label] = seconds.get(label, 0.0) + process_time() - start
         flat = [each.reshape(records.n_record, prod(each.shape[1:])) for each in numbers.values()]
         every = np.hstack([np.empty((records.n_record, 0)), *flat])
-        infinite, found = np.isinf(every).any(axis=1), np.isfinite(every).any(axis=1)
+        infinite, found = np.any(np.isinf(every), axis=1), np.any(np.isfinite(every), axis=1)
         for name, array in numbers.items():
             measures.values[f"{label}.{name}"] = np.where(np.isfinite(array), array, np.nan)
         measures.obstacles[label] = tuple(

@@ -9,13 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows, known_balance
-from hydrofdi.indicators.estimation.chamber_balance import (
-    UNKNOWNS,
-    new_sums,
-    weak_weights,
-    window_equations,
-)
+from hydrofdi.indicators.balancing import BalanceOptions, VolumeBalance, counting_windows
+from hydrofdi.indicators.estimation.chamber_balance import UNKNOWNS, weak_weights
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
 
@@ -172,14 +167,12 @@ class FaultBalance:
         """Sums of products of regressors and target, and numbers of equations, of both chambers."""
         options, half = self.options, self.options.half_window
         frequency, n_record = records.sampling_frequency, records.n_record
-        balance = VolumeBalance(records, options, self.both, False, half)
+        balance = VolumeBalance(records, options)
         shape = (n_record, records.n_time)
         supply = np.ascontiguousarray(np.broadcast_to(balance.supply, shape))
         first, second = (np.ascontiguousarray(each) for each in balance.pressures)
         position = np.ascontiguousarray(balance.position)
         weights = weak_weights(half, frequency)
-        known = known_balance(options, records, self.both, half)
-        n_chamber = 2 if self.both else 1
         moments = np.zeros((n_record, len(NAMES) + 1, len(NAMES) + 1))
         counts = np.zeros(n_record)
         leaks = self._leaks(first - second, position)
@@ -190,13 +183,10 @@ class FaultBalance:
             blocks = signal[:, : signal.shape[1] // half * half].reshape(n_record, -1, half)
             return np.asarray((blocks @ weights[0, row])[:, :-1] + (blocks @ weights[1, row])[:, 1:])
 
-        for chamber, pressure in enumerate((first, second)[:n_chamber]):
+        for chamber, pressure in enumerate((first, second)[: options.n_pressure]):
             sign, area = 1.0 - 2.0 * chamber, options.areas[chamber]
             spool = self._moved(balance.spool, laps, chamber)
-            regular, targets = window_equations(
-                spool, position, np.stack((first, second)), supply, supply, weights, 0, known,
-                new_sums(n_record, n_chamber),
-            )  # fmt: skip
+            regular, targets = balance.equations(spool)
             regular = regular[:, :, chamber]
             # (7), (8): the supply edge is open, else the return edge.
             feeds = sign * spool >= 0.0

@@ -169,7 +169,7 @@ def history_of_sheet(records: RecordBatch, balance: FaultBalance) -> History:
     variance = balance.variance([fitted])
     found, estimates = signatures(balance, records, variance, fitted)
     names, n_own = signature_names(balance.options), len(NAMES)
-    stated = balance.options.prior_deviations(records, 2 if balance.both else 1)
+    stated = balance.options.prior_deviations(records, balance.options.n_pressure)
     leaks = 0.002 * balance.flow / np.sqrt(balance.options.reference_pressure)
     deviations = np.array([0.0 if name in LEAKS else stated.get(name, 0.0) for name in NAMES])
     deviations[: len(LEAKS)] = leaks

@@ -9,6 +9,7 @@ from functools import cache, cached_property
 from typing import Annotated, Generic, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from hydrofdi.evaluation.scores import Direction
@@ -19,12 +20,13 @@ from hydrofdi.indicators.estimation.chamber_balance import (
     UNKNOWNS,
     Balance,
     gas_slope,
+    integrate_windows,
     new_sums,
     weak_weights,
-    window_equations,
+    windows_before,
 )
 from hydrofdi.indicators.faults import FLUID, POSITIVE
-from hydrofdi.indicators.nominal_actuator import NominalActuator, PlantConstant
+from hydrofdi.indicators.nominal_actuator import PlantConstant
 from hydrofdi.indicators.nominal_plant import UncertainActuator
 from hydrofdi.indicators.single_channel import alternating_side
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -36,89 +38,116 @@ P1, P2, X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PIST
 
 @dataclass(frozen=True)
 class VolumeBalance:
-    """Volume balance equations of the chambers, integrated over windows of 2 `half` samples.
+    """Volume balance equations of the chambers, integrated over the windows.
 
-    Unless `both_pressures`, P_2 = P_s + P_r − P_1, and only the balance of chamber 1 is used. `by_spring`:
-    the position is computed from the pressure difference and the load spring.
+    With one pressure, P_2 = P_s + P_r − P_1, and only the balance of chamber 1 is used. `by_spring`: the
+    position is computed from the pressure difference and the load spring.
     """
 
     records: RecordBatch
-    actuator: NominalActuator
-    both_pressures: bool
-    by_spring: bool
-    half: int
+    options: WindowOptions
+    by_spring: bool = False
 
     @cached_property
     def spool(self) -> Array:
         """Spool position x_v [m]."""
-        return self.actuator.spool_position(self.records)
+        return self.options.spool_position(self.records)
 
     @cached_property
     def supply(self) -> Array:
         """P_s [Pa], shape (n_record, n_time) or (n_record, 1)."""
-        records, actuator = self.records, self.actuator
-        match actuator.supply_known_by(records):
+        records, options = self.records, self.options
+        match options.supply_known_by(records):
             case "measured":
                 return records[Channel.SUPPLY_PRESSURE]
             case "nominal":
-                return np.full((records.n_record, 1), actuator.supply_pressure)
-        if self.both_pressures:
+                return np.full((records.n_record, 1), options.supply_pressure)
+        if self.options.n_pressure == 2:
             total = np.median(records[P1] + records[P2], axis=1, keepdims=True)
         else:
             total = 2.0 * np.mean(records[P1], axis=1, keepdims=True)
             if not self.by_spring:
-                stiffness = actuator.load_stiffness / actuator.areas[0]
-                total = total - stiffness * np.mean(actuator.position(records), axis=1, keepdims=True)
-        return np.asarray(total - actuator.return_pressure)
+                stiffness = options.load_stiffness / options.areas[0]
+                total = total - stiffness * np.mean(options.position(records), axis=1, keepdims=True)
+        return np.asarray(total - options.return_pressure)
 
     @cached_property
     def pressures(self) -> tuple[Array, Array]:
         """P_1 and P_2 [Pa]."""
         first = self.records[P1]
-        if self.both_pressures:
+        if self.options.n_pressure == 2:
             return first, self.records[P2]
-        return first, self.supply + self.actuator.return_pressure - first
+        return first, self.supply + self.options.return_pressure - first
 
     @cached_property
     def position(self) -> Array:
         """x_p [m]."""
         if not self.by_spring:
-            return self.actuator.position(self.records)
-        (area_1, area_2), (first, second) = self.actuator.areas, self.pressures
-        return (area_1 * first - area_2 * second) / self.actuator.load_stiffness
+            return self.options.position(self.records)
+        (area_1, area_2), (first, second) = self.options.areas, self.pressures
+        return (area_1 * first - area_2 * second) / self.options.load_stiffness
 
-    def equations(self) -> tuple[Array, Array]:
-        """Regressors (n_record, n_window, n_chamber, N_UNKNOWN) and targets [m³] of all windows."""
-        records, supply = self.records, _whole(self.supply, self.records)
-        return window_equations(
-            _whole(self.spool, records), _whole(self.position, records),
-            np.stack([_whole(pressure, records) for pressure in self.pressures]), supply, supply,
-            weak_weights(self.half, records.sampling_frequency), 0,
-            known_balance(self.actuator, records, self.both_pressures, self.half),
-            new_sums(records.n_record, 2 if self.both_pressures else 1),
-        )  # fmt: skip
+    def equations(self, spool: Array) -> tuple[Array, Array]:
+        """`window_equations` of whole records for a spool position [m]."""
+        sums = new_sums(self.records.n_record, self.options.n_pressure)
+        signals = spool, self.position, *self.pressures, self.supply, self.supply
+        return window_equations(self.options, self.records, 0, sums, *signals)
 
 
-def known_balance(
-    actuator: NominalActuator, records: RecordBatch, both_pressures: bool, half: int
-) -> Balance:
+def window_equations(
+    options: WindowOptions, chunk: RecordBatch, n_before: int, sums: Array, *signals: Array
+) -> tuple[Array, Array]:
+    """Equations of the windows that a chunk completes; `n_before` samples of the stream came before it.
+
+    Regressors (n_record, n_window, n_chamber, N_UNKNOWN) and targets [m³]. The `signals`: x_v, x_p [m], P_1,
+    P_2, P_s at the linearisation point and the reference of its prior deviation [Pa]. The state `sums` is
+    updated in place.
+    """
+    shape, half = (chunk.n_record, chunk.n_time), options.half_window
+    spool, position, first, second, supply, reference = (
+        np.ascontiguousarray(np.broadcast_to(signal, shape)) for signal in signals
+    )
+    n_window = windows_before(n_before + chunk.n_time, half) - windows_before(n_before, half)
+    targets = np.zeros((chunk.n_record, n_window, options.n_pressure))
+    columns = np.zeros((*targets.shape, N_UNKNOWN))
+    integrate_windows(
+        spool, position, np.stack((first, second)), supply, reference,
+        weak_weights(half, chunk.sampling_frequency), n_before,
+        _known_balance(options, chunk), sums, columns, targets,
+    )  # fmt: skip
+    return columns, targets
+
+
+def _known_balance(options: WindowOptions, records: RecordBatch) -> Balance:
     """Known parameters of the equations.
 
     Errors of pressures that determine the supply pressure are included.
     """
     own_feed, other_feed = -1.0, 0.0
-    if actuator.supply_known_by(records) == "sum":
-        own_feed, other_feed = (0.0, 1.0) if both_pressures else (1.0, 0.0)
+    if options.supply_known_by(records) == "sum":
+        own_feed, other_feed = (0.0, 1.0) if options.n_pressure == 2 else (1.0, 0.0)
     return Balance(
-        *actuator.areas, *actuator.volumes, actuator.flow_gain * actuator.area_gradient,
-        actuator.return_pressure, 1.0 / actuator.bulk_modulus, own_feed, other_feed,
-        half / records.sampling_frequency, 1.0 - math.exp(-1.0 / (0.1 * records.sampling_frequency)),
-        gas_slope(0.5 * (actuator.supply_pressure + actuator.return_pressure)),
+        *options.areas, *options.volumes, options.flow_gain * options.area_gradient, options.return_pressure,
+        1.0 / options.bulk_modulus, own_feed, other_feed, options.half_window / records.sampling_frequency,
+        1.0 - math.exp(-1.0 / (0.1 * records.sampling_frequency)),
+        gas_slope(0.5 * (options.supply_pressure + options.return_pressure)),
     )  # fmt: skip
 
 
-def _whole(signal: Array, records: RecordBatch) -> Array:
-    return np.ascontiguousarray(np.broadcast_to(signal, (records.n_record, records.n_time)))
+def follow_equations(
+    options: WindowOptions, records: RecordBatch, columns: Array, targets: Array, counts: Array,
+    due: NDArray[np.int64], priors: Array, decays: Array, state: weak_rls.RlsState,
+) -> Array:  # fmt: skip
+    """Estimates (n_record, n_memory, n_instant, N_ESTIMATE); arguments as of `weak_rls.follow_windows`."""
+    found = np.full((records.n_record, decays.size, due.size, weak_rls.N_ESTIMATE), np.nan)
+    known = weak_rls.Assumptions(
+        options.deviations(records), options.error, options.reference_pressure,
+        options.half_window / records.sampling_frequency, options.bulk_modulus,
+    )  # fmt: skip
+    weak_rls.follow_windows(
+        columns, targets, counts, due, priors, known, decays, state, weak_rls.new_scratch(), found
+    )
+    return found
 
 
 MOST_PRIOR = 0.81
@@ -164,9 +193,14 @@ class WindowOptions(UncertainActuator):
         """Pressures, position, and what moves the valve."""
         return super().channels - (set() if self.chambers == "both" else {P2})
 
+    @property
+    def n_pressure(self) -> int:
+        """Number of chamber pressures that are used."""
+        return 2 if self.chambers == "both" else 1
+
     def deviations(self, records: RecordBatch) -> Array:
         """Prior standard deviations of all unknowns; zero if known."""
-        known = self.prior_deviations(records, 2 if self.chambers == "both" else 1)
+        known = self.prior_deviations(records, self.n_pressure)
         known["internal_coefficient"] = self.leakage_deviation / math.sqrt(self.reference_pressure)
         return np.array([known.get(name, 0.0) for name in UNKNOWNS])
 
@@ -280,29 +314,27 @@ def named_estimates(
     modulus = 1.0 / np.where(compressibility > 0.0, compressibility, np.nan)
     sheet = [i for i, name in enumerate(UNKNOWNS) if deviations[i] > 0.0 and name not in _FREE]
     values = {
-        "internal_coefficient": of["internal_coefficient"],
-        "internal_coefficient_error": error["internal_coefficient"],
         "leakage": root * of["internal_coefficient"],
         "leakage_error": root * error["internal_coefficient"],
-        "mean_leakage": found[:, :, weak_rls.MEAN],
-        "mean_leakage_error": found[:, :, weak_rls.MEAN_ERROR],
-        "cross_port_leakage": found[:, :, weak_rls.COMBINED],
-        "cross_port_leakage_error": found[:, :, weak_rls.COMBINED_ERROR],
         "bulk_modulus": modulus,
         "bulk_modulus_error": options.bulk_modulus_error(modulus, error["compressibility"] * modulus**2),
         "flow_gain": 1.0 + of["flow_gain"],
         "flow_gain_error": error["flow_gain"],
         "supply_pressure": reference * (1.0 + of["supply"]),
         "supply_pressure_error": reference * error["supply"],
-        "condition": found[:, :, weak_rls.CONDITION],
-        "misfit": found[:, :, weak_rls.MISFIT],
-        "disagreement": found[:, :, weak_rls.DISAGREEMENT],
         "departure": np.max(np.abs(found[:, :, sheet]) / deviations[sheet], axis=2, initial=0.0),
     }
-    for name in ("offset", "lap", "clearance"):
+    for name in ("internal_coefficient", "offset", "lap", "clearance"):
         values |= {name: of[name], f"{name}_error": error[name]}
-    return values
+    return values | {name: found[:, :, place] for name, place in _AS_FOUND.items()}
 
+
+_AS_FOUND = {
+    "mean_leakage": weak_rls.MEAN, "mean_leakage_error": weak_rls.MEAN_ERROR,
+    "cross_port_leakage": weak_rls.COMBINED, "cross_port_leakage_error": weak_rls.COMBINED_ERROR,
+    "condition": weak_rls.CONDITION, "misfit": weak_rls.MISFIT, "disagreement": weak_rls.DISAGREEMENT,
+}  # fmt: skip
+"""Output → index of an estimate."""
 
 _FREE = ("internal_coefficient", "supply")
 """Unknowns that no data sheet states well."""
@@ -331,17 +363,16 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
 
     def measure(self, records: RecordBatch) -> Mapping[str, Array]:
         """Estimates in SI, each (n_record,)."""
-        options, both = self.options, self.options.chambers == "both"
-        balance = VolumeBalance(records, options, both, self.by_spring, options.half_window)
+        options, balance = self.options, VolumeBalance(records, self.options, self.by_spring)
         deviations, supply = options.deviations(records), np.mean(balance.supply, axis=1)[:, None]
-        columns, targets = balance.equations()
+        columns, targets = balance.equations(balance.spool)
         counts = counting_windows(balance.spool, records.sampling_frequency, options)
         weights = np.ones(targets.shape)
         for _ in range(_REWEIGHTING if options.robust else 0):
-            found = self._found(records, columns, targets, counts, weights, deviations)
+            found = self._found(records, columns, targets, counts, weights)
             left = targets - np.sum(columns * found[:, None, None, :N_UNKNOWN], axis=3)
             weights = _robust_weights(left * counts[:, :, None])
-        found = self._found(records, columns, targets, counts, weights, deviations)
+        found = self._found(records, columns, targets, counts, weights)
         if self.by_spring:
             # The valve flow of an open window stands for that of the piston.
             flow = np.abs(columns[:, :, 0, UNKNOWNS.index("flow_gain")]) * counts
@@ -354,19 +385,16 @@ class BalanceIndicator(Indicator[Chosen], Generic[Chosen]):
         return {name: np.where(is_prior, np.nan, array[:, 0]) for name, array in values.items()}
 
     def _found(
-        self, records: RecordBatch, columns: Array, targets: Array, counts: Array, weights: Array,
-        deviations: Array,
-    ) -> Array:  # fmt: skip
+        self, records: RecordBatch, columns: Array, targets: Array, counts: Array, weights: Array
+    ) -> Array:
         """Estimates (n_record, N_ESTIMATE) from weighted equations."""
-        options, n_record = self.options, records.n_record
-        roots, half_time = np.sqrt(weights), options.half_window / records.sampling_frequency
-        found = np.full((n_record, 1, 1, weak_rls.N_ESTIMATE), np.nan)
-        weak_rls.follow_windows(
-            columns * roots[..., None], targets * roots, counts, np.array([columns.shape[1]]),
-            np.zeros((n_record, 1, N_UNKNOWN)), deviations, options.error, np.ones(1),
-            options.reference_pressure, half_time, options.bulk_modulus,
-            weak_rls.new_state(n_record, 1, targets.shape[2]), weak_rls.new_scratch(), found,
-        )  # fmt: skip
+        roots, n_record = np.sqrt(weights), records.n_record
+        due, priors = np.array([columns.shape[1]]), np.zeros((n_record, 1, N_UNKNOWN))
+        state = weak_rls.new_state(n_record, 1, targets.shape[2])
+        columns, targets = columns * roots[..., None], targets * roots
+        found = follow_equations(
+            self.options, records, columns, targets, counts, due, priors, np.ones(1), state
+        )
         return found[:, 0, 0]
 
 

@@ -10,8 +10,10 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.estimation.ekf_stream import N_SUM, Streams, Tuning, follow, workspace
+from hydrofdi.indicators.estimation import ekf
+from hydrofdi.indicators.estimation.kalman_stream import N_SUM, Streams, follow
 from hydrofdi.indicators.estimation.plant import N_STATE, PER_MINUTE, STATES
+from hydrofdi.indicators.estimation.tuning import Tuning
 from hydrofdi.indicators.nominal_plant import NominalPlant
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State
 from hydrofdi.records import Array, Channel, RecordBatch
@@ -182,17 +184,15 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
     absence = "the filter diverged, or a sample is not a number"
     is_cheap = False
 
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of the state of a filter, in the order of `Streams`, and the signature."""
+        of_mean = {"mean": (N_STATE,), "covariance": (N_STATE, N_STATE)}
+        return of_mean | {"sums": (N_SUM,), "spool": (2,), "held": (2,), "signature": (N_STATE,)}
+
     def begin(self, records: RecordBatch) -> State:
         """State of the filters before the first sample."""
-        n = records.n_record
-        return {
-            "mean": np.zeros((n, N_STATE)),
-            "covariance": np.zeros((n, N_STATE, N_STATE)),
-            "signature": np.zeros((n, N_STATE)),
-            "sums": np.zeros((n, N_SUM)),
-            "spool": np.zeros((n, 2)),
-            "held": np.zeros((n, 2)),
-        }
+        return {name: np.zeros((records.n_record, *shape)) for name, shape in self.shapes.items()}
 
     def advance(
         self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
@@ -202,25 +202,26 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
         means, variances = (np.zeros((chunk.n_record, due.size, N_STATE)) for _ in range(2))
         sums = np.zeros((chunk.n_record, due.size, N_SUM))
         supply = self.options.supply_of(chunk)
-        samples = self.options.measured_states(chunk), self.options.spool_drive(chunk), supply
-        self.follow(state, n_before, samples, self._tuning(chunk), every, (means, variances, sums))
+        arrays = (state[name] for name in self.shapes if name != "signature")
+        follow(
+            Streams(*arrays), n_before, self.options.measured_states(chunk), self.options.spool_drive(chunk),
+            supply, self.tuning(chunk), every, means, variances, sums,
+            state.get("signature"), *self.spread_and_workspace(),
+        )  # fmt: skip
         found = Estimates(means, variances, sums, supply[:, due], every)
         lost = np.isnan(means[:, :, 0])
         return {name: np.where(lost, np.nan, values) for name, values in self.read(found).items()}
 
-    def follow(
-        self, state: dict[str, NDArray[Any]], n_before: int, samples: tuple[Array, Array, Array],
-        tuning: Tuning, every: int, found: tuple[Array, Array, Array],
-    ) -> None:  # fmt: skip
-        """Advance the filters in place, and fill means, variances and sums at the instants that are due."""
-        streams = Streams(**{name: state[name] for name in Streams._fields})
-        follow(streams, n_before, *samples, tuning, every, *found, workspace(self.options.substeps))
+    def spread_and_workspace(self) -> tuple[float | None, Any]:
+        """Spread of the sigma points, None for an extended filter, and scratch arrays."""
+        return None, ekf.workspace(self.options.substeps)
 
     @abstractmethod
     def read(self, found: Estimates) -> Mapping[str, Array]:
         """`estimates` over time, each (n_record, n_instant)."""
 
-    def _tuning(self, chunk: RecordBatch) -> Tuning:
+    def tuning(self, chunk: RecordBatch) -> Tuning:
+        """Known parameters for the records."""
         options, frequency = self.options, chunk.sampling_frequency
         pressure_noise = 1e-6 * options.pressure_noise
         return Tuning(
@@ -232,6 +233,7 @@ class KalmanFilter(RecursiveIndicator[Chosen]):
             options.walk_variances(frequency),
             np.array([pressure_noise, pressure_noise, 1e3 * options.position_noise]) ** 2,
             options.limits,
+            np.arange(N_STATE),
             1e3 * options.null_zone,
             1e3 * options.largest_travel,
         )

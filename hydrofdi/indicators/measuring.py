@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import prod
 from time import process_time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hydrofdi.errors import Issue
 from hydrofdi.indicators.contract import Indicator, Output
@@ -71,7 +71,9 @@ def measure(records: RecordBatch, indicators: Indicators, seconds: Seconds | Non
             numbers = _nothing(blinded, indicator)
         if seconds is not None:
             seconds[label] = seconds.get(label, 0.0) + process_time() - start
-        infinite, found = (_any_of(kind, numbers, records.n_record) for kind in (np.isinf, np.isfinite))
+        flat = [each.reshape(records.n_record, prod(each.shape[1:])) for each in numbers.values()]
+        every = np.hstack([np.empty((records.n_record, 0)), *flat])
+        infinite, found = np.any(np.isinf(every), axis=1), np.any(np.isfinite(every), axis=1)
         for name, array in numbers.items():
             measures.values[f"{label}.{name}"] = np.where(np.isfinite(array), array, np.nan)
         measures.obstacles[label] = tuple(
@@ -136,16 +138,6 @@ def _nothing(records: RecordBatch, indicator: Indicator[Any]) -> dict[str, Array
     }
 
 
-def _any_of(
-    kind: Callable[[Array], NDArray[np.bool_]], numbers: dict[str, Array], n_record: int
-) -> NDArray[np.bool_]:
-    """Whether a record has any value of a kind, shape (n_record,)."""
-    found = np.zeros(n_record, dtype=bool)
-    for array in numbers.values():
-        found |= kind(array).any(axis=tuple(range(1, array.ndim)))
-    return found
-
-
 def _obstacles(
     records: RecordBatch, remarks: Sequence[Sequence[Issue]], indicator: Indicator[Any]
 ) -> list[str | None]:
@@ -181,11 +173,5 @@ def spool_remedy(missing: Collection[Channel], indicator: Indicator[Any]) -> str
 
 
 def _own_obstacle(remarks: Sequence[Issue], indicator: Indicator[Any]) -> str | None:
-    return next(
-        (
-            remark.message
-            for remark in remarks
-            if remark.is_unusable and (not remark.where or remark.where in indicator.channels)
-        ),
-        None,
-    )
+    concerned = {"", *indicator.channels}
+    return next((each.message for each in remarks if each.is_unusable and each.where in concerned), None)

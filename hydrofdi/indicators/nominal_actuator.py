@@ -7,7 +7,9 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hydrofdi.indicators.estimation.valve_use import follow_means
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.data_sheet import DataSheet, PlantConstant
 from hydrofdi.settings.quantities import Section, field_quantity
@@ -74,44 +76,42 @@ class NominalActuator(DataSheet):
         return frozenset({Channel.SUPPLY_PRESSURE} if self.supply == "auto" else set())
 
     def spool_position(self, records: RecordBatch) -> Array:
-        """x_v [m], shape (n_record, n_time).
-
-        With a command, it is held between samples (zero-order hold) and the spool starts at rest.
-        """
-        if self.spool == "measured":
-            return records[Channel.SPOOL_POSITION]
-        command = records[Channel.INPUT_VOLTAGE]
-        return self.follow_command(command, command[:, :1], None, records.sampling_frequency)[0]
+        """x_v [m] of whole records, shape (n_record, n_time)."""
+        return self.spool_of_stream(records, True, np.empty((records.n_record, 2)))
 
     def spool_of_stream(self, chunk: RecordBatch, is_first: bool, state: Array) -> Array:
-        """x_v of a chunk [m]; with a command, the spool is at rest under the first one of the stream.
+        """x_v of a chunk [m]; a command is held between samples (zero-order hold).
 
-        The state of the spool (n_record, 2) is updated in place.
+        The spool is initially at rest under the first command of the stream; its state (n_record, 2) is
+        updated in place.
         """
+        from scipy.signal import lfilter
+
         if self.spool == "measured":
             return np.ascontiguousarray(chunk[Channel.SPOOL_POSITION])
         command = chunk[Channel.INPUT_VOLTAGE]
         if not chunk.n_time:
             return command
-        before = None if is_first else state
-        position, state[:] = self.follow_command(command, command[:, :1], before, chunk.sampling_frequency)
-        return np.ascontiguousarray(position)
-
-    def follow_command(
-        self, command: Array, rest: Array, state: Array | None, sampling_frequency: float
-    ) -> tuple[Array, Array]:
-        """x_v (n_record, n_time) for a command held between samples, and the state (n_record, 2) after it.
-
-        Without a state, the spool is initially at rest under the command `rest` (n_record, 1) [V].
-        """
-        from scipy.signal import lfilter
-
         numerator, denominator, at_rest = _held_command_filter(
-            self.natural_frequency, self.damping_ratio, sampling_frequency
+            self.natural_frequency, self.damping_ratio, chunk.sampling_frequency
         )
-        before = at_rest * rest if state is None else state
-        position, after = lfilter(numerator, denominator, command, zi=before)
-        return self.spool_gain * np.asarray(position), np.asarray(after)
+        before = at_rest * command[:, :1] if is_first else state
+        position, state[:] = lfilter(numerator, denominator, command, zi=before)
+        return np.ascontiguousarray(self.spool_gain * np.asarray(position))
+
+    def supply_of_stream(
+        self, chunk: RecordBatch, total: Array, unclear: NDArray[np.bool_], n_before: int, every: int,
+        least_gain: float, state: Array,
+    ) -> Array:  # fmt: skip
+        """P_s of a chunk [Pa]; if it is the ``sum``, `follow_means` of the `total` (n_record, n_time)."""
+        match self.supply_known_by(chunk):
+            case "measured":
+                return np.ascontiguousarray(chunk[Channel.SUPPLY_PRESSURE])
+            case "nominal":
+                return np.full(total.shape, self.supply_pressure)
+        supply = np.empty(total.shape)
+        follow_means(np.ascontiguousarray(total), unclear, n_before, every, least_gain, state, supply)
+        return supply
 
     def supply_known_by(self, records: RecordBatch) -> Literal["measured", "nominal", "sum"]:
         """Resolve ``supply: auto`` for these records."""

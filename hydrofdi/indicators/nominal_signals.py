@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.estimation.valve_use import follow_means, mark_unclear, new_gate, new_means
+from hydrofdi.indicators.estimation.valve_use import mark_unclear, new_gate, new_means
 from hydrofdi.indicators.nominal_actuator import NominalActuator
 from hydrofdi.indicators.recursive import RecursiveOptions, State
 from hydrofdi.physics.equation import Quantity, equation
@@ -20,6 +20,13 @@ P1, P2, POSITION, SPOOL, SUPPLY = range(5)
 """Signals of an observer: pressures [Pa], positions of piston and spool [m], and supply pressure [Pa]."""
 
 N_SIGNAL = 5
+
+
+@equation
+def signals_at(signals: Array, row: int, k: int) -> tuple[float, float, float, float, float]:
+    """Signals of a sample, in order."""
+    one = signals[:, row, k]
+    return one[P1], one[P2], one[POSITION], one[SPOOL], one[SUPPLY]
 
 
 class Cylinder(NamedTuple):
@@ -67,36 +74,30 @@ class ObserverOptions(NominalActuator, RecursiveOptions):
         """Parameters of the cylinder for kernels."""
         return Cylinder(*self.areas, *self.volumes, self.flow_gain, self.area_gradient, self.return_pressure)
 
+    def start_of_signals(self, records: RecordBatch) -> dict[str, NDArray[Any]]:
+        """The state before the first sample."""
+        return {
+            "spool": np.zeros((records.n_record, 2)),
+            "gate": new_gate(records.n_record),
+            "supply": new_means(records.n_record, self.supply_pressure),
+        }
 
-def start_of_signals(options: ObserverOptions, records: RecordBatch) -> dict[str, NDArray[Any]]:
-    """The state before the first sample."""
-    return {
-        "spool": np.zeros((records.n_record, 2)),
-        "gate": new_gate(records.n_record),
-        "supply": new_means(records.n_record, options.supply_pressure),
-    }
+    def follow_signals(
+        self, state: State, chunk: RecordBatch, n_before: int
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Signals (5, n_record, n_time) of a chunk in SI, and samples without information (n_record, n_time).
 
-
-def follow_signals(
-    options: ObserverOptions, state: State, chunk: RecordBatch, n_before: int
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Signals (5, n_record, n_time) of a chunk in SI, and samples without information (n_record, n_time).
-
-    The order is that of the indices above; the state is updated in place.
-    """
-    shape = chunk.n_record, chunk.n_time
-    signals, unclear = np.empty((N_SIGNAL, *shape)), np.zeros(shape, dtype=np.bool_)
-    signals[P1], signals[P2] = chunk[Channel.CHAMBER_1_PRESSURE], chunk[Channel.CHAMBER_2_PRESSURE]
-    signals[POSITION] = options.position(chunk)
-    signals[SPOOL] = options.spool_of_stream(chunk, n_before == 0, state["spool"])
-    mark_unclear(signals[SPOOL], n_before, 0, options.least_opening, math.inf, 0, state["gate"], unclear)
-    match options.supply_known_by(chunk):
-        case "measured":
-            signals[SUPPLY] = chunk[Channel.SUPPLY_PRESSURE]
-        case "nominal":
-            signals[SUPPLY] = options.supply_pressure
-        case "sum":
-            total = signals[P1] + signals[P2] - options.return_pressure
-            gain = -math.expm1(-_BLOCK / chunk.sampling_frequency / options.supply_memory)
-            follow_means(total, unclear, n_before, _BLOCK, gain, state["supply"], signals[SUPPLY])
-    return signals, unclear
+        The order is that of the indices above; the state is updated in place.
+        """
+        shape = chunk.n_record, chunk.n_time
+        signals, unclear = np.empty((N_SIGNAL, *shape)), np.zeros(shape, dtype=np.bool_)
+        signals[P1], signals[P2] = chunk[Channel.CHAMBER_1_PRESSURE], chunk[Channel.CHAMBER_2_PRESSURE]
+        signals[POSITION] = self.position(chunk)
+        signals[SPOOL] = self.spool_of_stream(chunk, n_before == 0, state["spool"])
+        mark_unclear(signals[SPOOL], n_before, 0, self.least_opening, math.inf, 0, state["gate"], unclear)
+        total = signals[P1] + signals[P2] - self.return_pressure
+        gain = -math.expm1(-_BLOCK / chunk.sampling_frequency / self.supply_memory)
+        signals[SUPPLY] = self.supply_of_stream(
+            chunk, total, unclear, n_before, _BLOCK, gain, state["supply"]
+        )
+        return signals, unclear

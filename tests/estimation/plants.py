@@ -7,11 +7,11 @@ import numpy as np
 
 from hydrofdi.compilation.compiling import dispatcher
 from hydrofdi.config import load_experiment
-from hydrofdi.indicators.estimation import ekf_stream, ukf_stream
-from hydrofdi.indicators.estimation.ekf_stream import N_MEASURED
+from hydrofdi.indicators.estimation import ekf, ukf
+from hydrofdi.indicators.estimation.kalman_stream import N_SUM, Streams, follow
 from hydrofdi.indicators.estimation.plant import N_MOVING, N_STATE, Plant, follow_command, spool_transition
 from hydrofdi.indicators.estimation.prediction import TANGENT_SHAPE, advance_with_transition
-from hydrofdi.indicators.estimation.ukf_stream import Estimated, Workspace
+from hydrofdi.indicators.estimation.tuning import N_MEASURED, Tuning
 from hydrofdi.physics.equation import FAST_MATH
 from hydrofdi.simulation.batch import simulate_batch
 
@@ -75,12 +75,13 @@ def variances(*deviations):
     return np.pad(np.square(deviations), (0, N_STATE - len(deviations)))
 
 
-TUNING = ekf_stream.Tuning(
+TUNING = Tuning(
     plant=NOMINAL, step=SAMPLE / N_STEP, follows_command=True,
     spool_transition=spool_transition(2.0 * np.pi * 175.0, 0.7, SAMPLE / (2 * N_STEP)),
     prior=variances(5e-3, 5e-3, 1e-2, 1.0, 100.0, 0.1, 0.03, 0.01, 0.01),
     walk=variances(1e-3, 1e-3, 1e-4, 0.5, 30.0, 1e-4, 2e-5, 2e-6, 2e-6),
-    sensors=SENSORS, limits=np.full(N_STATE, 1e6), null_zone=2e-3, largest_travel=5e-3,
+    sensors=SENSORS, limits=np.full(N_STATE, 1e6), places=np.arange(N_STATE),
+    null_zone=2e-3, largest_travel=5e-3,
 )  # fmt: skip
 
 
@@ -114,31 +115,27 @@ class Followed(NamedTuple):
     covariance: np.ndarray
 
 
-def _follow(kernel, streams, voltage, measured, *rest, tuning, every):
+def _follow(covariance_shape, voltage, measured, *rest, tuning, every):
     n_record, n_time, _ = measured.shape
+    shapes = covariance_shape[1:], covariance_shape, (N_SUM,), (2,), (2,)
+    streams = Streams(*(np.zeros((n_record, *shape)) for shape in shapes))
     means, of_means = (np.zeros((n_record, n_time // every, N_STATE)) for _ in range(2))
-    sums = np.zeros((n_record, n_time // every, ekf_stream.N_SUM))
+    sums = np.zeros((n_record, n_time // every, N_SUM))
     drive, supply = np.tile(22e-3 * voltage, (n_record, 1)), np.full((n_record, n_time), SUPPLY)
-    kernel(streams, 0, measured, drive, supply, tuning, every, means, of_means, sums, *rest)
-    return means, of_means, sums[:, :, 0]
+    follow(streams, 0, measured, drive, supply, tuning, every, means, of_means, sums, *rest)
+    return Followed(means, of_means, sums[:, :, 0], streams.covariance)
 
 
 def follow_extended(voltage, measured, tuning=TUNING, every=1):
     """By the extended filter."""
     n = len(measured)
-    shapes = (N_STATE,), (N_STATE, N_STATE), (N_STATE,), (ekf_stream.N_SUM,), (2,), (2,)
-    streams = ekf_stream.Streams(*(np.zeros((n, *shape)) for shape in shapes))
-    work = ekf_stream.workspace(N_STEP)
-    found = _follow(ekf_stream.follow, streams, voltage, measured, work, tuning=tuning, every=every)
-    return Followed(*found, streams.covariance[np.ix_(range(n), PLACES, PLACES)])
+    rest = np.zeros((n, N_STATE)), None, ekf.workspace(N_STEP)
+    found = _follow((N_STATE, N_STATE), voltage, measured, *rest, tuning=tuning, every=every)
+    return found._replace(covariance=found.covariance[np.ix_(range(n), PLACES, PLACES)])
 
 
 def follow_unscented(voltage, measured, tuning=TUNING, every=1):
     """By the unscented filter."""
-    streams = ukf_stream.Streams.of(len(measured), PLACES.size)
-    estimated = Estimated(PLACES, np.sqrt(tuning.walk[PLACES]), 1.0)
-    rest = estimated, Workspace.of(PLACES.size, N_STEP)
-    found = _follow(
-        ukf_stream.follow_unscented, streams, voltage, measured, *rest, tuning=tuning, every=every
-    )
-    return Followed(*found, streams.root @ np.swapaxes(streams.root, 1, 2))
+    rest, tuning = (None, 1.0, ukf.workspace(PLACES.size, N_STEP)), tuning.of_roots(PLACES)
+    found = _follow((PLACES.size,) * 2, voltage, measured, *rest, tuning=tuning, every=every)
+    return found._replace(covariance=found.covariance @ np.swapaxes(found.covariance, 1, 2))

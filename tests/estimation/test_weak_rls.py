@@ -13,6 +13,7 @@ from hydrofdi.indicators.estimation.weak_rls import (
     DISAGREEMENT,
     MISFIT,
     N_ESTIMATE,
+    Assumptions,
     follow_windows,
     new_scratch,
     new_state,
@@ -52,11 +53,9 @@ def followed(
     counts = np.ones(columns.shape[:2]) if counts is None else counts
     state = new_state(1, 1, columns.shape[2]) if state is None else state
     out = np.full((1, 1, len(due), N_ESTIMATE), np.nan)
-    follow_windows(
-        columns, targets, counts, np.array(due), np.zeros((1, len(due), N_UNKNOWN)), deviations, error,
-        np.array([np.exp(-1.0 / memory)]), 1.0, 0.032, modulus,
-        state, new_scratch(), out,
-    )  # fmt: skip
+    known, decays = Assumptions(deviations, error, 1.0, 0.032, modulus), np.array([np.exp(-1.0 / memory)])
+    priors = np.zeros((1, len(due), N_UNKNOWN))
+    follow_windows(columns, targets, counts, np.array(due), priors, known, decays, state, new_scratch(), out)
     return out[0, 0]
 
 

@@ -110,15 +110,9 @@ class Dwt(SingleChannelIndicator[DwtOptions]):
         ]
         if self.options.phase == "all":
             phases = {"phase": n_phase(self.options.levels)}
-            outputs += [
-                replace(
-                    output,
-                    name=f"{output.name}_phases",
-                    long_name=f"{output.long_name} at each phase",
-                    dims=phases,
-                )
-                for output in outputs[: self.options.levels]
-            ]
+            for each in outputs[: self.options.levels]:
+                long_name = f"{each.long_name} at each phase"
+                outputs.append(replace(each, name=f"{each.name}_phases", long_name=long_name, dims=phases))
         return tuple(outputs)
 
     def obstacle(self, records: RecordBatch) -> str | None:

@@ -191,25 +191,23 @@ class PressureDecay(Indicator[PressureDecayOptions]):
         return next((name for name, channel in _SHOWN_BY.items() if channel in known), None)
 
     def _is_resting(self, records: RecordBatch) -> NDArray[np.bool_]:
-        options = self.options
-        match self._shown_by(records):
-            case "command":
-                size = np.abs(records[Channel.INPUT_VOLTAGE])
-                resting: NDArray[np.bool_] = size <= ABOVE * options.largest_command
-                return resting
-            case "position":
-                return _is_still(records, options)
-        return np.ones((records.n_record, records.n_time), dtype=bool)
-
-
-def _is_still(records: RecordBatch, options: PressureDecayOptions) -> NDArray[np.bool_]:
-    """Whether the piston moved little over the last ``speed_time``; bool, (n_record, n_time)."""
-    position, frequency = records[Channel.PISTON_POSITION], records.sampling_frequency
-    largest = np.full(records.n_record, options.largest_speed)
-    if Channel.PISTON_POSITION in records.relative:
-        largest = options.largest_relative_speed * np.ptp(position, axis=1)
-    lag = max(1, round(options.speed_time * frequency))
-    still = np.zeros(position.shape, dtype=bool)
-    moved = np.abs(position[:, lag:] - position[:, : max(records.n_time - lag, 0)])
-    still[:, lag:] = moved <= ABOVE * largest[:, None] * lag / frequency
-    return still
+        """Whether the command is zero, or the piston moved little over the last ``speed_time``."""
+        options, frequency, shape = (
+            self.options,
+            records.sampling_frequency,
+            (records.n_record, records.n_time),
+        )
+        resting, shown_by = np.ones(shape, dtype=bool), self._shown_by(records)
+        if shown_by == "command":
+            resting = np.abs(records[Channel.INPUT_VOLTAGE]) <= ABOVE * options.largest_command
+        elif shown_by == "position":
+            position = records[Channel.PISTON_POSITION]
+            largest = np.full(records.n_record, options.largest_speed)
+            if Channel.PISTON_POSITION in records.relative:
+                largest = options.largest_relative_speed * np.ptp(position, axis=1)
+            frequency = records.sampling_frequency
+            lag = max(1, round(options.speed_time * frequency))
+            moved = np.abs(position[:, lag:] - position[:, : max(records.n_time - lag, 0)])
+            resting[:, :lag] = False
+            resting[:, lag:] = moved <= ABOVE * largest[:, None] * lag / frequency
+        return resting

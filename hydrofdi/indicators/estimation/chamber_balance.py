@@ -94,15 +94,8 @@ def integrate_windows(
                 signals = valve_signals(
                     x_v, p, supply[r, i], reference[r, i], balance.return_pressure, balance.gain, sign
                 )
-                add(own, k, signals.flow, first, second)
-                add(own, k + 1, signals.by_supply, first, second)
-                add(own, k + 2, signals.supply_error, first, second)
-                add(own, k + 3, signals.by_offset, first, second)
-                add(own, k + 4, signals.by_lap, first, second)
-                add(own, k + 5, signals.by_clearance, first, second)
-                add(own, k + 6, signals.by_fed, first, second)
-                add(own, k + 7, signals.by_drained, first, second)
-                add(own, k + 8, signals.by_direction, first, second)
+                for m in range(N_SIGNAL):
+                    add(own, k + m, signals[m], first, second)
                 add(own, k + 9, signals.by_fed * drawn, first, second)
                 add(own, k + 10, p, weights[0, 1, j], weights[1, 1, j])
                 add(own, k + 11, p, weights[0, 2, j], weights[1, 2, j])
@@ -124,29 +117,6 @@ def integrate_windows(
                     n_window += 1
                 for k in range(n_sum):
                     own[BEFORE, k] = own[CURRENT, k]
-
-
-def window_equations(
-    spool: Array,
-    position: Array,
-    pressures: Array,
-    supply: Array,
-    reference: Array,
-    weights: Array,
-    n_before: int,
-    balance: Balance,
-    sums: Array,
-) -> tuple[Array, Array]:
-    """Regressors and targets of `integrate_windows`; the state is updated in place."""
-    n_record, n_time = spool.shape
-    half, n_chamber = weights.shape[2], (sums.shape[2] - 1 - N_SHARED) // N_OWN
-    n_window = windows_before(n_before + n_time, half) - windows_before(n_before, half)
-    columns = np.zeros((n_record, n_window, n_chamber, N_UNKNOWN))
-    targets = np.zeros((n_record, n_window, n_chamber))
-    integrate_windows(
-        spool, position, pressures, supply, reference, weights, n_before, balance, sums, columns, targets
-    )
-    return columns, targets
 
 
 UNKNOWNS = (
@@ -182,8 +152,8 @@ COMPRESSIBILITY = UNKNOWNS.index("compressibility")
 N_SHARED = 3
 """Number of integrals shared by both chambers: position, its rate, and root of the load pressure."""
 
-N_OWN = 14
-"""Number of integrals of each chamber."""
+N_SIGNAL, N_OWN = 9, 14
+"""Number of `ValveSignals`, and of all integrals of each chamber."""
 
 _ATMOSPHERE = 101325.0
 

@@ -13,6 +13,7 @@ from hydrofdi.indicators.estimation.plant import (
     N_MOVING,
     N_STATE,
     PER_MINUTE,
+    STATES,
     Actual,
     Held,
     Moving,
@@ -133,6 +134,9 @@ def friction_slope(velocity: float, plant: Plant) -> float:
     return sliding
 
 
+LEAKAGE, BIAS_1 = STATES.index("leakage"), STATES.index("bias_1")
+"""Indices of the first parameter, and of the first one behind those in `ChamberSlopes`."""
+
 TANGENT_SHAPE = (4, N_MOVING, N_STATE)
 """Shape of the workspace of `advance_with_transition`."""
 
@@ -217,20 +221,9 @@ def drive(tangent: Array, s: Slopes, plant: Plant, result: Array) -> None:
         force = plant.area_1 * p_1 - plant.area_2 * p_2 - plant.stiffness * x - s.friction * v
         result[3, j] = by_mass * force
     result[3, 4] -= by_mass
-    result[0, 5] += one.leakage
-    result[1, 5] += two.leakage
-    result[0, 6] += one.bulk_modulus
-    result[1, 6] += two.bulk_modulus
-    result[0, 7] += one.supply
-    result[1, 7] += two.supply
-    result[0, 8] += one.flow_gain
-    result[1, 8] += two.flow_gain
-    result[0, 9] += one.offset
-    result[1, 9] += two.offset
-    result[0, 10] += one.lap
-    result[1, 10] += two.lap
-    result[0, 11] += one.clearance
-    result[1, 11] += two.clearance
+    for j in range(LEAKAGE, BIAS_1):
+        result[0, j] += one[j - 1]
+        result[1, j] += two[j - 1]
     result[0, 12] -= one.pressure_1
     result[1, 12] -= two.pressure_1
     result[3, 12] -= by_mass * plant.area_1

@@ -52,6 +52,21 @@ class RlsState(NamedTuple):
     pressures: Array
 
 
+class Assumptions(NamedTuple):
+    """What is known before the first window.
+
+    Prior `deviations` (N_UNKNOWN,), zero if known; standard deviation `error` of a window's residual [m³];
+    `reference`: ΔP at which the flow for any law is stated [Pa]; `half_time`: half the length of a window
+    [s]; `modulus`: nominal β [Pa].
+    """
+
+    deviations: Array
+    error: float
+    reference: float
+    half_time: float
+    modulus: float
+
+
 class Scratch(NamedTuple):
     """Scratch memory of one estimate: `row` (_WIDTH,), `moments` square, and arrays and square matrices
     of N_UNKNOWN."""
@@ -180,14 +195,15 @@ def set_covariance(prior: Any, variance: float, wider: float, s: Scratch) -> Non
 
 
 @equation
-def solve(modulus: float, deviations: Any, s: Scratch) -> None:
+def solve(known: Assumptions, s: Scratch) -> None:
     """Fill the estimates; the clearance and the compressibility are not negative."""
+    deviation = known.deviations[COMPRESSIBILITY]
     for i in range(N_UNKNOWN):
         total = 0.0
         for j in range(N_UNKNOWN):
             total += s.inverse[i, j] * s.right[j]
         s.values[i] = total
-    stiffest = -1.0 / (modulus * deviations[COMPRESSIBILITY]) if deviations[COMPRESSIBILITY] > 0.0 else 0.0
+    stiffest = -1.0 / (known.modulus * deviation) if deviation > 0.0 else 0.0
     for place, least in ((COMPRESSIBILITY, stiffest), (_CLEARANCE, 0.0)):
         # The estimate under the condition of its least value, from the unconditional one.
         excess = min(s.values[place] - least, 0.0) / s.inverse[place, place]
@@ -197,8 +213,8 @@ def solve(modulus: float, deviations: Any, s: Scratch) -> None:
 
 @equation
 def fit(
-    moments: Any, first: int, last: int, count: float, prior: Any, wider: float,
-    modulus: float, deviations: Any, s: Scratch,
+    moments: Any, first: int, last: int, count: float, prior: Any, wider: float, known: Assumptions,
+    s: Scratch,
 ) -> tuple[float, float]:  # fmt: skip
     """Fill estimates and inverse from some chambers.
 
@@ -212,7 +228,7 @@ def fit(
     variance, square = 1.0, 0.0
     for _ in range(_N_FIT):
         set_covariance(prior, variance, wider, s)
-        solve(modulus, deviations, s)
+        solve(known, s)
         square = residual_sum_of_squares(s.moments, s.values) / ((last - first) * max(count, 1.0))
         if not square > variance:
             break
@@ -278,8 +294,8 @@ def nan_unless_finite(out: Any) -> None:
 
 @equation
 def take_window(
-    state: RlsState, r: int, columns: Any, targets: Any, counts: float, deviations: Any, error: float,
-    half_time: float, decays: Any, row: Any,
+    state: RlsState, r: int, columns: Any, targets: Any, counts: float, known: Assumptions, decays: Any,
+    row: Any,
 ) -> None:  # fmt: skip
     """Add the equations of a window to the moments of a record."""
     n_chamber = targets.shape[0]
@@ -289,7 +305,7 @@ def take_window(
         decay, pressures = decays[memory], state.pressures[r, memory]
         state.counts[r, memory] = decay * state.counts[r, memory] + counts
         is_finite = abs(columns[0, _LEAK]) + abs(difference) < math.inf
-        pressures[0] = decay * pressures[0] + (half_time if is_finite else 0.0)
+        pressures[0] = decay * pressures[0] + (known.half_time if is_finite else 0.0)
         pressures[1] = decay * pressures[1] + (abs(columns[0, _LEAK]) if is_finite else 0.0)
         pressures[2] = decay * pressures[2] + (abs(difference) if is_finite else 0.0)
         for chamber in range(n_chamber):
@@ -299,8 +315,8 @@ def take_window(
     if counts > 0.0:
         for chamber in range(n_chamber):
             for i in range(N_UNKNOWN):
-                row[i] = deviations[i] * columns[chamber, i] / error
-            row[N_UNKNOWN] = targets[chamber] / error
+                row[i] = known.deviations[i] * columns[chamber, i] / known.error
+            row[N_UNKNOWN] = targets[chamber] / known.error
             for memory in range(decays.shape[0]):
                 moments = state.moments[r, memory, chamber]
                 for i in range(_WIDTH):
@@ -310,32 +326,29 @@ def take_window(
 
 @equation
 def estimate(
-    state: RlsState, r: int, memory: int, prior: Any, modulus: float, deviations: Any,
-    reference: float, s: Scratch, out: Any,
-) -> None:  # fmt: skip
+    state: RlsState, r: int, memory: int, prior: Any, known: Assumptions, s: Scratch, out: Any
+) -> None:
     """Write an estimate of a record; NaN if it is not finite."""
+    deviations, reference = known.deviations, known.reference
     moments, count = state.moments[r, memory], state.counts[r, memory]
     n_chamber = moments.shape[0]
-    out[MISFIT], out[UNDETERMINED] = fit(moments, 0, n_chamber, count, prior, 1.0, modulus, deviations, s)
+    out[MISFIT], out[UNDETERMINED] = fit(moments, 0, n_chamber, count, prior, 1.0, known, s)
     write_estimate(deviations, s, out)
     # A laminar leak looks like clearance, so for a flow of any law that may be as large as a leak.
-    known, of_leak = deviations[_CLEARANCE], deviations[_LEAK] / np.sqrt(reference)
-    wider = max(1.0, of_leak / known) if known > 0.0 else 1.0
-    fit(moments, 0, n_chamber, count, prior, wider, modulus, deviations, s)
+    of_valve, of_leak = deviations[_CLEARANCE], deviations[_LEAK] / np.sqrt(reference)
+    wider = max(1.0, of_leak / of_valve) if of_valve > 0.0 else 1.0
+    fit(moments, 0, n_chamber, count, prior, wider, known, s)
     write_flow(reference, state.pressures[r, memory], deviations, s, out)
     nan_unless_finite(out)
 
 
 @equation
-def disagreement(
-    state: RlsState, r: int, memory: int, prior: Any, modulus: float, deviations: Any,
-    s: Scratch,
-) -> float:  # fmt: skip
+def disagreement(state: RlsState, r: int, memory: int, prior: Any, known: Assumptions, s: Scratch) -> float:
     """Difference between the K_i of each chamber alone, over its standard deviation."""
     moments, count = state.moments[r, memory], state.counts[r, memory]
     difference, variance = 0.0, 0.0
     for chamber in range(moments.shape[0]):
-        fit(moments, chamber, chamber + 1, count, prior, 1.0, modulus, deviations, s)
+        fit(moments, chamber, chamber + 1, count, prior, 1.0, known, s)
         difference = s.values[_LEAK] - difference
         variance += s.inverse[_LEAK, _LEAK]
     found: float = abs(difference) / np.sqrt(abs(variance))
@@ -349,12 +362,8 @@ def follow_windows(
     counts: Array,
     due: NDArray[np.int64],
     priors: Array,
-    deviations: Array,
-    error: float,
+    known: Assumptions,
     decays: Array,
-    reference: float,
-    half_time: float,
-    modulus: float,
     state: RlsState,
     scratch: Scratch,
     estimates: Array,
@@ -366,10 +375,7 @@ def follow_windows(
     `columns` (n_record, n_window, n_chamber, N_UNKNOWN), `targets` [m³] and `counts` (n_record, n_window), 1
     if a window is valid, else 0; forgetting continues in both cases. `due` (n_instant,): number of these
     windows that are complete at each estimate. `priors` (n_record, n_instant, N_UNKNOWN): prior means over
-    the prior `deviations` (N_UNKNOWN,), which are zero if known. `error`: standard deviation of a window's
-    residual [m³]. `decays` (n_memory,): forgetting factor per window. `reference`: ΔP at which the flow
-    for any law is stated [Pa]. `half_time`: half the length of a window [s]. `modulus`: nominal β
-    [Pa].
+    the prior deviations. `decays` (n_memory,): forgetting factor per window.
 
     The state is updated in place. Estimates are NaN once a window was not finite; they are not fed back, so
     they cannot diverge.
@@ -379,23 +385,15 @@ def follow_windows(
         for instant in range(due.shape[0] + 1):
             n_due = due[instant] if instant < due.shape[0] else columns.shape[1]
             while n_taken < n_due:
-                take_window(
-                    state, r, columns[r, n_taken], targets[r, n_taken], counts[r, n_taken], deviations,
-                    error, half_time, decays, scratch.row,
-                )  # fmt: skip
+                of_window = columns[r, n_taken], targets[r, n_taken], counts[r, n_taken]
+                take_window(state, r, *of_window, known, decays, scratch.row)
                 n_taken += 1
             if instant < due.shape[0]:
-                is_last = instant == due.shape[0] - 1
+                is_last, prior = instant == due.shape[0] - 1, priors[r, instant]
                 for memory in range(decays.shape[0]):
                     # Values of the whole record are needed only at its end.
                     if is_last or memory == 0:
                         out = estimates[r, memory, instant]
-                        estimate(
-                            state, r, memory, priors[r, instant], modulus, deviations,
-                            reference, scratch, out,
-                        )  # fmt: skip
+                        estimate(state, r, memory, prior, known, scratch, out)
                         if is_last and memory == decays.shape[0] - 1 and columns.shape[2] == 2:
-                            out[DISAGREEMENT] = disagreement(
-                                state, r, memory, priors[r, instant], modulus, deviations,
-                                scratch,
-                            )  # fmt: skip
+                            out[DISAGREEMENT] = disagreement(state, r, memory, prior, known, scratch)

@@ -15,18 +15,7 @@ from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.balancing import balance_outputs
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.faults import FLUID
-from hydrofdi.indicators.nominal_signals import (
-    P1,
-    P2,
-    POSITION,
-    SPOOL,
-    SUPPLY,
-    Cylinder,
-    ObserverOptions,
-    follow_signals,
-    nominal_flows,
-    start_of_signals,
-)
+from hydrofdi.indicators.nominal_signals import Cylinder, ObserverOptions, nominal_flows, signals_at
 from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace
 from hydrofdi.physics.equation import signed_root
 from hydrofdi.records import Array, RecordBatch
@@ -80,8 +69,8 @@ def adapt(
         s = state[row]
         i = 0
         for k in range(signals.shape[2]):
-            p1, p2, x = signals[P1, row, k], signals[P2, row, k], signals[POSITION, row, k]
-            q1, q2 = nominal_flows(signals[SPOOL, row, k], p1, p2, signals[SUPPLY, row, k], cylinder)
+            p1, p2, x, spool, supply = signals_at(signals, row, k)
+            q1, q2 = nominal_flows(spool, p1, p2, supply, cylinder)
             root = signed_root(p1 - p2)
             if n_before + k > 0:
                 middle, mean_root = 0.5 * (x + s[_POSITION]), 0.5 * (root + s[_ROOT])
@@ -190,14 +179,14 @@ class AdaptiveObserver(RecursiveIndicator[AdaptiveObserverOptions]):
         """Initial state: no leakage, nominal compressibility."""
         own = np.zeros((records.n_record, N_STATE))
         own[:, COMPRESSIBILITY] = 1.0 / self.options.bulk_modulus
-        return start_of_signals(self.options, records) | {"observer": own}
+        return self.options.start_of_signals(records) | {"observer": own}
 
     def advance(
         self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
     ) -> Mapping[str, Array]:
         """Flow of K_i at the reference pressure [m³/s], and 1/β [1/Pa]."""
         every = self.samples_per_estimate(chunk.sampling_frequency)
-        signals, unclear = follow_signals(self.options, state, chunk, n_before)
+        signals, unclear = self.options.follow_signals(state, chunk, n_before)
         estimates, law = np.empty((2, chunk.n_record, due.size)), self._law(1.0 / chunk.sampling_frequency)
         adapt(signals, unclear, self.options.cylinder, law, n_before, every, state["observer"], estimates)
         flow = np.sqrt(self.options.reference_pressure) * estimates[0]

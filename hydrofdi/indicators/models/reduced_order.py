@@ -12,17 +12,7 @@ from hydrofdi.compilation.object_code import kernel
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.estimation.chamber_balance import valve_signals
-from hydrofdi.indicators.nominal_signals import (
-    P1,
-    P2,
-    POSITION,
-    SPOOL,
-    SUPPLY,
-    Cylinder,
-    ObserverOptions,
-    follow_signals,
-    start_of_signals,
-)
+from hydrofdi.indicators.nominal_signals import Cylinder, ObserverOptions, signals_at
 from hydrofdi.indicators.recursive import RecursiveIndicator, State, Trace
 from hydrofdi.physics.equation import equation, signed_root
 from hydrofdi.records import Array, RecordBatch
@@ -94,8 +84,7 @@ def project(
         before, sums = state[row, :_N_BEFORE], state[row, _N_BEFORE:]
         i = 0
         for k in range(signals.shape[2]):
-            p1, p2, x = signals[P1, row, k], signals[P2, row, k], signals[POSITION, row, k]
-            spool, supply = signals[SPOOL, row, k], signals[SUPPLY, row, k]
+            p1, p2, x, spool, supply = signals_at(signals, row, k)
             one = valve_signals(spool, p1, supply, supply, ret, gain, 1.0)
             two = valve_signals(spool, p2, supply, supply, ret, gain, -1.0)
             flow, by_supply = one.flow + two.flow, one.by_supply + two.by_supply
@@ -184,7 +173,7 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
     def begin(self, records: RecordBatch) -> State:
         """An empty window."""
         n_block = max(1, round(self.options.window / self.options.interval))
-        return start_of_signals(self.options, records) | {
+        return self.options.start_of_signals(records) | {
             "block": np.zeros((records.n_record, N_STATE)),
             "blocks": np.zeros((records.n_record, n_block, N_SUM)),
         }
@@ -194,7 +183,7 @@ class ReducedOrder(RecursiveIndicator[ReducedOrderOptions]):
     ) -> Mapping[str, Array]:
         """Residual and bound of the window before each instant [m³/s]; shorter windows at the start."""
         options, frequency = self.options, chunk.sampling_frequency
-        signals, unclear = follow_signals(options, state, chunk, n_before)
+        signals, unclear = options.follow_signals(state, chunk, n_before)
         supply = options.supply_bound
         if supply is None:
             supply = _SUPPLY_BOUNDS[options.supply_known_by(chunk)]

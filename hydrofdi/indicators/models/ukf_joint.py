@@ -7,12 +7,11 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.estimation.ekf_stream import Tuning
+from hydrofdi.indicators.estimation import ukf
 from hydrofdi.indicators.estimation.plant import STATES
-from hydrofdi.indicators.estimation.ukf_stream import Estimated, Streams, Workspace, follow_unscented
+from hydrofdi.indicators.estimation.tuning import Tuning
 from hydrofdi.indicators.models.ekf_joint import EkfJoint, JointOptions
-from hydrofdi.indicators.recursive import State
-from hydrofdi.records import Array, RecordBatch
+from hydrofdi.records import RecordBatch
 from hydrofdi.settings.quantities import SI
 
 
@@ -44,17 +43,16 @@ class UkfJoint(EkfJoint):
     Options = UnscentedOptions
     options: UnscentedOptions
 
-    def begin(self, records: RecordBatch) -> State:
-        """State of the filters before the first sample."""
-        return Streams.of(records.n_record, self.options.places.size)._asdict()
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of the state of a filter: the root of the covariance of the estimated states."""
+        n = self.options.places.size
+        return {"mean": (n,), "root": (n, n), "sums": (1,), "spool": (2,), "held": (2,)}
 
-    def follow(
-        self, state: dict[str, NDArray[Any]], n_before: int, samples: tuple[Array, Array, Array],
-        tuning: Tuning, every: int, found: tuple[Array, Array, Array],
-    ) -> None:  # fmt: skip
-        """Advance the filters in place, and fill means, variances and sums at the instants that are due."""
-        places = self.options.places
-        streams = Streams(**{name: state[name] for name in Streams._fields})
-        estimated = Estimated(places, np.sqrt(tuning.walk[places]), self.options.spread)
-        work = Workspace.of(places.size, self.options.substeps)
-        follow_unscented(streams, n_before, *samples, tuning, every, *found, estimated, work)
+    def tuning(self, chunk: RecordBatch) -> Tuning:
+        """Known parameters of the estimated states; standard deviations in place of variances."""
+        return super().tuning(chunk).of_roots(self.options.places)
+
+    def spread_and_workspace(self) -> tuple[float | None, Any]:
+        """Spread of the sigma points, and scratch arrays."""
+        return self.options.spread, ukf.workspace(self.options.places.size, self.options.substeps)

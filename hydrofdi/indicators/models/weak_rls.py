@@ -15,8 +15,9 @@ from hydrofdi.indicators.balancing import (
     P2,
     WindowOptions,
     balance_outputs,
-    known_balance,
+    follow_equations,
     named_estimates,
+    window_equations,
 )
 from hydrofdi.indicators.contract import Output
 from hydrofdi.indicators.estimation import valve_use, weak_rls
@@ -24,12 +25,10 @@ from hydrofdi.indicators.estimation.chamber_balance import (
     N_UNKNOWN,
     UNKNOWNS,
     new_sums,
-    weak_weights,
-    window_equations,
     windows_before,
 )
 from hydrofdi.indicators.recursive import RecursiveIndicator, RecursiveOptions, State, Trace
-from hydrofdi.records import Array, Channel, RecordBatch
+from hydrofdi.records import Array, RecordBatch
 from hydrofdi.settings.quantities import SI
 
 
@@ -87,7 +86,7 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
 
     def begin(self, records: RecordBatch) -> State:
         """Initial state: only the priors."""
-        n_record, n_chamber = records.n_record, 2 if self._both else 1
+        n_record, n_chamber = records.n_record, self.options.n_pressure
         rls = weak_rls.new_state(n_record, len(self._decays(records)), n_chamber)
         return {
             "spool": np.full((n_record, 2), np.nan),
@@ -102,18 +101,21 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         self, state: dict[str, NDArray[Any]], chunk: RecordBatch, n_before: int, due: NDArray[np.intp]
     ) -> Mapping[str, Array]:
         """Estimates with the memory, and, as ``whole_…``, from all samples so far."""
-        spool = self.options.spool_of_stream(chunk, n_before == 0, state["spool"])
+        options = self.options
+        spool = options.spool_of_stream(chunk, n_before == 0, state["spool"])
         unclear = self._unclear(chunk, spool, n_before, state["gate"])
         supply, reference = self._supply(chunk, n_before, state["means"])
-        columns, targets = self._equations(chunk, spool, supply, reference, n_before, state["sums"])
+        second = chunk[P2] if options.n_pressure == 2 else supply + options.return_pressure - chunk[P1]
+        signals = spool, options.position(chunk), chunk[P1], second, supply, reference
+        columns, targets = window_equations(options, chunk, n_before, state["sums"], *signals)
         counts = np.zeros(columns.shape[:2])
-        valve_use.count_windows(unclear, n_before, self.options.half_window, state["unclear"], counts)
+        valve_use.count_windows(unclear, n_before, options.half_window, state["unclear"], counts)
         windows = self._windows_due(n_before, due)
         supply, reference = supply[:, due], reference[:, due]
         found = self._follow(chunk, (columns, targets, counts), windows, supply, reference, state)
-        deviations = self.options.deviations(chunk)
+        deviations = options.deviations(chunk)
         values, whole = (
-            named_estimates(self.options, found[:, place], reference, deviations) for place in (0, -1)
+            named_estimates(options, found[:, place], reference, deviations) for place in (0, -1)
         )
         values["disagreement"] = np.full(values["leakage"].shape, np.nan)
         values["whole_undetermined"] = found[:, -1, :, weak_rls.UNDETERMINED]
@@ -125,10 +127,6 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         is_prior = trace.values["whole_undetermined"][:, -1] > MOST_PRIOR
         return {name: np.where(is_prior, np.nan, array) for name, array in whole.items()}
 
-    @property
-    def _both(self) -> bool:
-        return self.options.chambers == "both"
-
     def _unclear(self, chunk: RecordBatch, spool: Array, n_before: int, gate: Array) -> NDArray[np.bool_]:
         """Samples without information: at the start, with the valve almost closed, or soon after a jump."""
         options, frequency = self.options, chunk.sampling_frequency
@@ -138,20 +136,6 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
             round(options.settling * frequency), gate, unclear,
         )  # fmt: skip
         return unclear
-
-    def _equations(
-        self, chunk: RecordBatch, spool: Array, supply: Array, reference: Array, n_before: int, sums: Array
-    ) -> tuple[Array, Array]:
-        """Regressors and targets of the windows that a chunk completes."""
-        options, half = self.options, self.options.half_window
-        first = chunk[P1]
-        second = chunk[P2] if self._both else supply + options.return_pressure - first
-        position = np.ascontiguousarray(options.position(chunk))
-        return window_equations(
-            spool, position, np.stack((first, second)), supply, reference,
-            weak_weights(half, chunk.sampling_frequency), n_before,
-            known_balance(options, chunk, self._both, half), sums,
-        )  # fmt: skip
 
     def _windows_due(self, n_before: int, places: NDArray[np.intp]) -> NDArray[np.int64]:
         """Number of windows of a chunk that are complete after the samples at some places."""
@@ -164,38 +148,26 @@ class WeakRls(RecursiveIndicator[WeakRlsOptions]):
         supply: Array, reference: Array, after: dict[str, NDArray[Any]],
     ) -> Array:  # fmt: skip
         """Estimates for given supply pressures, (n_record, n_memory, n_instant, N_ESTIMATE)."""
-        options, deviations, decays = self.options, self.options.deviations(chunk), self._decays(chunk)
+        deviations = self.options.deviations(chunk)
         priors = np.zeros((*supply.shape, N_UNKNOWN))
         if deviations[_SUPPLY] > 0.0:
             priors[:, :, _SUPPLY] = (supply / reference - 1.0) / deviations[_SUPPLY]
-        found = np.full((chunk.n_record, len(decays), len(due), weak_rls.N_ESTIMATE), np.nan)
         state = weak_rls.RlsState(*(after[name] for name in weak_rls.RlsState._fields))
-        weak_rls.follow_windows(
-            *windows, due, priors, deviations, options.error, decays, options.reference_pressure,
-            options.half_window / chunk.sampling_frequency, options.bulk_modulus, state,
-            weak_rls.new_scratch(), found,
-        )  # fmt: skip
-        return found
+        return follow_equations(self.options, chunk, *windows, due, priors, self._decays(chunk), state)
 
     def _supply(self, chunk: RecordBatch, n_before: int, means: Array) -> tuple[Array, Array]:
         """P_s at the linearisation point, and the reference of its prior deviation [Pa]."""
-        options, shape = self.options, (chunk.n_record, chunk.n_time)
-        match options.supply_known_by(chunk):
-            case "measured":
-                measured = np.ascontiguousarray(chunk[Channel.SUPPLY_PRESSURE])
-                return measured, measured
-            case "nominal":
-                nominal = np.full(shape, options.supply_pressure)
-                return nominal, nominal
-        if self._both:
+        options, every_sample = self.options, np.zeros((chunk.n_record, chunk.n_time), dtype=np.bool_)
+        if options.n_pressure == 2:
             total = chunk[P1] + chunk[P2]
         else:
             total = 2.0 * chunk[P1] - options.load_stiffness / options.areas[0] * options.position(chunk)
-        total = np.ascontiguousarray(total - options.return_pressure)
-        supply, gain = np.zeros(shape), 1.0 - self._decays(chunk)[0]
-        every_sample = np.zeros(shape, dtype=np.bool_)
-        valve_use.follow_means(total, every_sample, n_before, options.half_window, gain, means, supply)
-        return supply, np.full(shape, options.supply_pressure)
+        gain = 1.0 - self._decays(chunk)[0]
+        supply = options.supply_of_stream(
+            chunk, total - options.return_pressure, every_sample, n_before, options.half_window, gain, means
+        )
+        is_known = options.supply_known_by(chunk) != "sum"
+        return supply, supply if is_known else np.full(supply.shape, options.supply_pressure)
 
     def _decays(self, records: RecordBatch) -> Array:
         """Forgetting factors per window of the trace and of whole records; one value if both are equal."""

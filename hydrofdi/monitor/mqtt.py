@@ -27,7 +27,7 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
 from hydrofdi.monitor.connections import Connection, Inbox, credentials, exposed, network_reason, usable
-from hydrofdi.monitor.lines import Line, WindowLine, line_text
+from hydrofdi.monitor.lines import Line, WindowLine
 from hydrofdi.monitor.payload import PayloadError, PayloadReader
 from hydrofdi.monitor.sources import Position, StreamSource, joined, malformed
 from hydrofdi.records.batch import Channel
@@ -470,16 +470,10 @@ class MqttSink(Publisher):
         self,
         address: Address,
         config: MqttConfig,
-        unit: str = "1",
         capacity: int = 10_000,
         first_wait: float = 1.0,
     ) -> None:
-        self._unit = unit
         super().__init__(address, config, capacity, first_wait, status=f"{address.path}/status")
-
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Queue the lines to send; never waits."""
-        return self.send_all([line_text(line, self._unit) for line in lines if self.wants(line)])
 
     def wants(self, line: Line) -> bool:
         """Whether it sends such a line."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections import deque
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +12,8 @@ import numpy as np
 
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import ConfigError, without_credentials
-from hydrofdi.monitor.configuration import PORTS, Address, MonitorConfig, is_mqtt
+from hydrofdi.monitor.configuration import PORTS, Address, MonitorConfig
 from hydrofdi.monitor.connections import needing_extra
-from hydrofdi.monitor.lines import Sink
 from hydrofdi.records.streams import Chunk, Event
 from hydrofdi.settings.messages import similar
 
@@ -149,24 +147,3 @@ def open_stream(
     if without_credentials(text) != text and not path.exists():
         raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
     return GrowingFile(path, config, is_followed, file.channels, leaves_unended=is_resumed)
-
-
-def open_sinks(
-    config: MonitorConfig, file: DetectorFile, machine: str, metrics: str | None, events: Sequence[str]
-) -> list[Sink]:
-    """Sinks for metrics and for events; none stays open if one cannot be opened."""
-    sinks: list[Sink] = []
-    with needing_extra(), ExitStack() as stack:
-        if metrics is not None:
-            from hydrofdi.monitor.metrics import MetricsServer, MetricsSink
-
-            server = stack.enter_context(closing(MetricsServer(metrics)))
-            sinks += [server, MetricsSink(server, machine, file)]
-        for text in events:
-            if not is_mqtt(text):
-                raise ConfigError(f"events: {text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
-            from hydrofdi.monitor.mqtt import MqttSink
-
-            sinks.append(stack.enter_context(closing(MqttSink(Address.parse(text), config.mqtt, file.unit))))
-        stack.pop_all()
-    return sinks

@@ -4,92 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import io
-import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.growing_file import found_again, place_in
-from hydrofdi.monitor.lines import Line, lines_text
 from hydrofdi.monitor.sources import Position
-from hydrofdi.records.streams import State
-from hydrofdi.store.files import open_own, reason, require_regular, whole_file, write_all
+from hydrofdi.store.files import open_own, reason, require_regular, write_all
 from hydrofdi.store.folder.lock import file_lock, take_lock
 
-SCHEMA, VERSION = "hydrofdi.monitor-state", 5
+VERSION = 5
 """Raise the version when arrays of the state get another name or meaning."""
-
-
-@dataclass(frozen=True)
-class Stored:
-    """The state of a watch after a step, and where its source and its log continue."""
-
-    state: State
-    position: Position
-    log: Position
-
-
-class StateFile:
-    """One file that is replaced atomically: a checksum, a line that names its owner, and arrays."""
-
-    def __init__(self, path: Path, detector: DetectorFile, source: str) -> None:
-        self.path = path.resolve()  # a link stays, what it leads to is replaced
-        self._owner = {"schema": SCHEMA, "version": VERSION, "detector": digest(detector), "source": source}
-
-    @contextmanager
-    def locked(self) -> Iterator[None]:
-        """Lock the file for this process."""
-        with locked(self.path):
-            yield
-
-    def read(self) -> Stored | None:
-        """The stored state; None if nothing is stored yet."""
-        if not self.path.exists():
-            return None
-        try:
-            checksum, _, content = self.path.read_bytes().partition(b"\n")
-        except OSError as error:
-            raise StoreError(f"{self.path}: cannot be read: {reason(error)}") from None
-        try:
-            if checksum != _checksum(content):
-                raise ValueError
-            line, _, body = content.partition(b"\n")
-            header = json.loads(line)
-            self._require_own(header)
-            with np.load(io.BytesIO(body), allow_pickle=False) as arrays:
-                return Stored(dict(arrays), dict(header["position"]), dict(header["log"]))
-        except StoreError:
-            raise
-        except Exception:  # whatever a library raises on foreign content
-            raise StoreError(
-                f"{self.path}: is damaged, or not the state of a monitor; remove it to start from scratch"
-            ) from None
-
-    def write(self, stored: Stored) -> None:
-        """Replace the file; the new state survives a crash of the machine."""
-        header = {**self._owner, "position": dict(stored.position), "log": dict(stored.log)}
-        body = io.BytesIO()
-        try:
-            np.savez(body, allow_pickle=False, **stored.state)
-            content = json.dumps(header).encode() + b"\n" + body.getvalue()
-        except (TypeError, ValueError) as error:
-            raise StoreError(f"{self.path}: cannot be stored: {reason(error)}") from None
-        with whole_file(self.path) as aside:
-            aside.write_bytes(_checksum(content) + b"\n" + content)
-
-    def _require_own(self, header: dict[str, Any]) -> None:
-        for key in ("version", "detector", "source"):
-            if header.get(key) != self._owner[key]:
-                advice = "give another file as 'state', or remove this one to start from scratch"
-                raise StoreError(f"{self.path}: belongs to another {key}; {advice}")
 
 
 @contextmanager
@@ -106,10 +35,6 @@ def digest(detector: DetectorFile) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _checksum(content: bytes) -> bytes:
-    return hashlib.sha256(content).hexdigest().encode()
-
-
 _OWN = b'{"line": "'
 
 LARGEST_BACKLOG = 16 * 2**20
@@ -123,8 +48,8 @@ class WindowLog:
     writes those that are not there. If the file is renamed, the next step begins a new one.
     """
 
-    def __init__(self, path: Path, unit: str = "1") -> None:
-        self.path, self._unit = path, unit
+    def __init__(self, path: Path) -> None:
+        self.path = path
         self._waiting = b""
         self._file: io.FileIO | None = None
 
@@ -143,11 +68,7 @@ class WindowLog:
         place = place_in(file.fileno(), os.fstat(file.fileno()).st_size)
         return {"path": str(self.path.resolve()), "waiting": self._waiting.decode(), **place}
 
-    def take(self, lines: Sequence[Line]) -> None:
-        """Let lines wait."""
-        self.take_text(lines_text(lines, self._unit))
-
-    def take_text(self, text: str) -> None:
+    def take(self, text: str) -> None:
         """Let lines of JSON wait."""
         self._waiting += text.encode()
         if len(self._waiting) > LARGEST_BACKLOG:

@@ -20,7 +20,7 @@ from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet import machines as machines_module
 from hydrofdi.monitor.fleet.configuration import Pattern, load_fleet_config
-from hydrofdi.monitor.fleet.store import FleetStore, StoredMachine
+from hydrofdi.monitor.fleet.store import StateStore, StoredMachine
 from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
@@ -60,7 +60,7 @@ def test_each_machine_is_judged_as_by_itself_and_broken_ones_disturb_none(fleet,
 def test_killed_at_any_place_each_window_of_each_machine_is_logged_once(fleet, tmp_path, monkeypatch, seed):
     draw = random.Random(seed)
     monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 3000)
-    write, write_log = FleetStore.write, WindowLog.write
+    write, write_log = StateStore.write, WindowLog.write
     left = {"state": 0, "log": 0}
 
     def counted(name, function):
@@ -72,7 +72,7 @@ def test_killed_at_any_place_each_window_of_each_machine_is_logged_once(fleet, t
 
         return call
 
-    monkeypatch.setattr(FleetStore, "write", counted("state", write))
+    monkeypatch.setattr(StateStore, "write", counted("state", write))
     monkeypatch.setattr(WindowLog, "write", counted("log", write_log))
     write_fleet(tmp_path, "press/*.csv", store_every="10 ms")
     for life in count():
@@ -176,7 +176,7 @@ def test_processes_share_the_machines_by_partitions(fleet, tmp_path):
 
 
 def test_without_a_disk_it_goes_on_and_nothing_is_lost(fleet, tmp_path, monkeypatch):
-    write, said, fails = FleetStore.write, [], [True]
+    write, said, fails = StateStore.write, [], [True]
 
     def full(self, *arguments):
         if fails[0]:
@@ -188,7 +188,7 @@ def test_without_a_disk_it_goes_on_and_nothing_is_lost(fleet, tmp_path, monkeypa
         fails[0] = len(said) < 30
 
     monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 20_000)
-    monkeypatch.setattr(FleetStore, "write", full)
+    monkeypatch.setattr(StateStore, "write", full)
     write_fleet(tmp_path, "press/*.csv", store_every="10 ms")
     monitor_fleet(fleet, follow=False, on_line=take)
     stored = [each["is_end"] for each in said if each.get("event") == "not_stored"]
@@ -197,7 +197,7 @@ def test_without_a_disk_it_goes_on_and_nothing_is_lost(fleet, tmp_path, monkeypa
 
 
 def test_a_state_comes_back_with_the_same_bits(tmp_path):
-    draw, store = np.random.default_rng(1), FleetStore(tmp_path / "state")
+    draw, store = np.random.default_rng(1), StateStore(tmp_path / "state")
     state = {
         "a.held": draw.standard_normal((5, 7)), "a.none": np.empty((3, 0)), "b.n": np.array(-3),
         "b.flag": np.array([True, False]), "b.nan": np.array([np.nan, -np.inf]), "b.count": np.zeros(2, int),
@@ -243,7 +243,7 @@ def test_what_is_no_state_of_a_fleet_is_refused_and_left_whole(kind, fleet, tmp_
 
 
 def test_a_state_in_use_is_refused(fleet, tmp_path):
-    with FleetStore(tmp_path / "fleet.db").opened(), pytest.raises(StoreError, match="another monitor"):
+    with StateStore(tmp_path / "fleet.db").opened(), pytest.raises(StoreError, match="another monitor"):
         monitor_fleet(fleet, follow=False)
 
 

@@ -13,7 +13,7 @@ from zlib import crc32
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.configuration import Address, MonitorConfig, is_mqtt, read_config
+from hydrofdi.monitor.configuration import Address, MonitorConfig, is_mqtt, read_config, topic_address
 from hydrofdi.records.measured.description.sections import one_or_more
 from hydrofdi.settings.quantities import SI
 
@@ -84,8 +84,7 @@ class FleetConfig(MonitorConfig):
     @classmethod
     def _are_topics(cls, given: tuple[str, ...]) -> tuple[str, ...]:
         for text in given:
-            if not is_mqtt(text):
-                raise ValueError(f"{text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
+            topic_address(text)
         return given
 
     @model_validator(mode="after")

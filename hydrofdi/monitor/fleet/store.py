@@ -1,11 +1,11 @@
-"""The state of all machines of a fleet: an SQLite database with a row for each."""
+"""The state of a monitor: an SQLite database with a row for each machine."""
 
 from __future__ import annotations
 
 import json
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from zlib import crc32
@@ -18,8 +18,10 @@ from hydrofdi.monitor.state import VERSION, locked
 from hydrofdi.records.streams import State
 from hydrofdi.store.files import reason
 
-_APPLICATION = 0x48464644
-"""Mark of the database: the letters HFFD."""
+_APPLICATION = {"fleet": 0x48464644, "machine": 0x4846464D}
+"""Mark of the database: the letters HFFD, and HFFM for that of a single machine."""
+
+_MARKS = "application_id", "user_version"
 
 _TABLES = """
 create table machine (
@@ -40,11 +42,11 @@ class StoredMachine:
     state: State
 
 
-class FleetStore:
+class StateStore:
     """The database. After a crash of process or machine it has the rows of the last transaction."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path.resolve()
+    def __init__(self, path: Path, *, is_fleet: bool = True) -> None:
+        self.path, self._owner = path.resolve(), "fleet" if is_fleet else "machine"
         self._database: sqlite3.Connection | None = None
 
     @contextmanager
@@ -105,33 +107,25 @@ class FleetStore:
         return self._connection.execute(text, values)
 
     def _prepare(self, database: sqlite3.Connection) -> None:
-        """Make a new database, or check that this one is of a fleet."""
-        with self._troubles("read"):
-            found = [
-                database.execute(f"pragma {key}").fetchone()[0] for key in ("application_id", "user_version")
-            ]
+        """Make a new database, or check that this one has the same owner."""
+        mark, found, is_new = _APPLICATION[self._owner], list[int](), False
+        with suppress(sqlite3.DatabaseError):  # another kind of file
+            found = [database.execute(f"pragma {key}").fetchone()[0] for key in _MARKS]
             is_new = not database.execute("select count(*) from sqlite_master").fetchone()[0]
-            if not is_new and found != [_APPLICATION, VERSION]:
-                what = (
-                    "belongs to another version"
-                    if found[0] == _APPLICATION
-                    else "is not the state of a fleet"
-                )
-                raise StoreError(f"{self.path}: {what} and was not changed; choose another name")
+        if not is_new and found != [mark, VERSION]:
+            what = f"belongs to another version, or is not the state of a {self._owner}"
+            raise StoreError(f"{self.path}: {what}, and was not changed; choose another name")
+        with self._troubles("read"):
             database.execute("pragma journal_mode = wal")
             database.execute("pragma synchronous = full")
             if is_new:
                 database.executescript(
-                    f"begin; pragma application_id = {_APPLICATION}; pragma user_version = {VERSION};"
+                    f"begin; pragma application_id = {mark}; pragma user_version = {VERSION};"
                     f"{_TABLES} commit;"
                 )
-
-        with self._troubles("read"):
-            for name, body, checksum in database.execute("select name, state, checksum from machine"):
+            for body, checksum in database.execute("select state, checksum from machine"):
                 if checksum != crc32(body):
-                    raise StoreError(
-                        f"{self.path}: the state of {name} is damaged; remove the file to start anew"
-                    )
+                    raise StoreError(f"{self.path}: is damaged; remove it to start from scratch")
 
     @contextmanager
     def _troubles(self, what: str) -> Iterator[None]:

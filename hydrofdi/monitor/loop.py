@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.errors import StoreError
-from hydrofdi.monitor.fleet.configuration import FleetConfig
+from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
 from hydrofdi.monitor.fleet.machines import Kind, Machine
 from hydrofdi.monitor.fleet.outlets import Outlets, Receiver
 from hydrofdi.monitor.fleet.sources import Sources
@@ -78,11 +78,11 @@ class Monitor:
             stack.callback(self._close_machines)
             stack.callback(self._sources.close)
             try:
+                self._sources.open()
                 if self._single is None:
                     self._say(Event(EventKind.STARTED, f"watches {', '.join(self._config.machines)}"))
                 else:
                     self._begin(self._single)
-                self._sources.open()
                 return self._watch(stop)
             except Exception as error:
                 with suppress(StoreError):
@@ -102,7 +102,7 @@ class Monitor:
         while not stop():
             began, machines = time.monotonic(), self.machines
             is_busy = self._round()
-            is_urgent = any(each.source.wants_confirmation for each in machines.values())
+            is_urgent = self._single is not None and self._sources.blocking()
             if is_urgent or began - self._stored_at >= self._config.store_every:
                 self._commit()
             if self._sources.is_over and all(each.is_over for each in machines.values()):
@@ -115,11 +115,12 @@ class Monitor:
 
     def _round(self) -> bool:
         """Judge what has arrived, once; whether more may be there already. A single machine is waited for."""
-        for event in self._sources.collect(self._source_of):
+        timeout = 0.0 if self._single is None else PATIENCE
+        for event in self._sources.collect(self._source_of, timeout):
             self._say(event)
         is_busy = self._single is not None or self._sources.is_behind
         for machine in self.machines.values():
-            chunk, lines = machine.step(0.0 if self._single is None else PATIENCE)
+            chunk, lines = machine.step(timeout)
             is_busy = is_busy or (chunk is not None and self._sources.is_file(machine.source))
             self._deliver(machine, chunk, lines)
         for event in self._outlets.happened():
@@ -128,6 +129,8 @@ class Monitor:
 
     def _source_of(self, name: str, place: str, new: Callable[[Kind], StreamSource]) -> StreamSource | None:
         """The source of a machine, which is new if the machine is; None if it is ignored."""
+        if self._single is not None:
+            return self._single.source
         if (machine := self.machines.get(name)) is not None and machine.source.name == place:
             return machine.source
         if not self._config.owns(name) or (name, place) in self._refused:
@@ -167,8 +170,7 @@ class Monitor:
         machines, blocking = [*self.machines.values()], self._sources.blocking()
         is_all = is_end or self._store is None
         idle = [each for each in machines if self._is_idle(each)]
-        due = [each for each in machines if is_all or each.is_due or each.source.wants_confirmation]
-        due += [each for each in machines if each not in due and (each.source in blocking or each in idle)]
+        due = [each for each in machines if is_all or each.is_due or each.source in blocking or each in idle]
         try:
             self._write(due)
         except StoreError as error:
@@ -224,8 +226,14 @@ class Monitor:
             machine.source.close()
 
 
-def single_monitor(kind: Kind, source: StreamSource, on_line: Receiver = None, **stated: Any) -> Monitor:
-    """The monitor of one machine, with keys of a fleet that are stated: its state, its log, its outlets."""
+def single_monitor(
+    kind: Kind, source: StreamSource, on_line: Receiver = None, detector: Path = Path(), **stated: Any
+) -> Monitor:
+    """The monitor of one machine, with keys of a fleet that are stated: its state, its log, its outlets.
+
+    The path of the detector identifies the monitor to a broker.
+    """
     config = FleetConfig.model_construct(**{**dict(kind.config), "store_every": STORE_EVERY, **stated})
-    sources = Sources(config, Path(), [], is_followed=False)
+    patterns = [] if source.address is None else [Pattern(source.address, source.address.path)]
+    sources = Sources(config, detector, patterns, is_followed=False, is_single=True)
     return Monitor(config, {}, sources, Outlets(config, on_line), Machine("", kind, source))

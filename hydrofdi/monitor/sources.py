@@ -38,9 +38,12 @@ class StreamSource:
     may_repeat_all : bool
         Whether a restart without a position may repeat the whole stream, as a pipe does; a broker repeats at
         most the last few seconds.
+    address : Address or None
+        Of a topic, whose messages come over a connection that machines share.
     """
 
     is_over = may_repeat_all = False
+    address: Address | None = None
 
     def __init__(self, name: str, events: deque[Event] | None = None) -> None:
         self.name = name
@@ -60,11 +63,6 @@ class StreamSource:
     def position(self) -> Position:
         """Where to continue after all that was read; empty if it cannot go back."""
         return {}
-
-    @property
-    def wants_confirmation(self) -> bool:
-        """Whether so much was read since the last confirmation that the state should be stored now."""
-        return False
 
     def confirm(self) -> None:
         """A state that contains all that was read is stored: a broker may discard it."""
@@ -109,7 +107,6 @@ def open_stream(
     text: str,
     config: MonitorConfig,
     file: DetectorFile,
-    detector: Path,
     *,
     sampling_frequency: float | None = None,
     is_followed: bool = True,
@@ -132,9 +129,9 @@ def open_stream(
                 from hydrofdi.monitor.opcua import OpcUaSource
 
                 return OpcUaSource(address, config.opcua, config.channels, file.sampling_frequency)
-            from hydrofdi.monitor.mqtt import MqttSource
+            from hydrofdi.monitor.fleet.topics import TopicSource
 
-            return MqttSource(address, config, detector, file.channels)
+            return TopicSource(str(address), config, file.channels, address)
     if sampling_frequency is not None:
         config = config.model_copy(update={"sampling_frequency": sampling_frequency})
     if text == "-":

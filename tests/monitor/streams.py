@@ -87,7 +87,7 @@ def reading_of(source, timeout):
 class Samples(StreamSource):
     """A source of samples in memory, in chunks of so many; it can go back."""
 
-    may_repeat_all, wants_confirmation = True, False
+    may_repeat_all = True
 
     def __init__(self, chunk, n_at_once=700, name="made"):
         super().__init__(name)
@@ -162,7 +162,7 @@ class Together:
 
 def monitor(file, source, *views, stop=lambda: False, **stated):
     """One life of a monitor; gives how it ended."""
-    return single_monitor(Kind(file, MonitorConfig()), source, Together(views), **stated).run(stop)
+    return single_monitor(Kind(file, MonitorConfig()), source, on_line=Together(views), **stated).run(stop)
 
 
 def live(folder, source, views=(), stop=lambda: False, file=None, **stated):

@@ -327,7 +327,7 @@ ADDRESSES = (
 @pytest.mark.parametrize("address", ADDRESSES)
 def test_no_message_repeats_credentials_and_no_address_is_waited_for_as_a_file(machine, address):
     with pytest.raises(ConfigError):
-        open_stream(address, MonitorConfig(), load_detector(machine.detector), machine.detector)
+        open_stream(address, MonitorConfig(), load_detector(machine.detector))
     stream = ("monitor", machine.detector, machine.stream)
     for arguments in (
         ("monitor", machine.detector, address, "--no-follow"), ("monitor", address, machine.stream),

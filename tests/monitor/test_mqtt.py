@@ -20,10 +20,13 @@ from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
 from hydrofdi.detectors.trained.measuring import Verdict
-from hydrofdi.monitor import mqtt
 from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
+from hydrofdi.monitor.fleet import topics
+from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
+from hydrofdi.monitor.fleet.topics import Topics, TopicSource
 from hydrofdi.monitor.lines import Condition, WindowLine, line_text
-from hydrofdi.monitor.mqtt import MqttSink, MqttSource, Publisher, payload_of
+from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
+from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
@@ -65,10 +68,36 @@ def blocks_of(n_block, n_sample=100):
 def source_at(address, config=None, detector=DETECTOR, is_open=True, largest=2**20):
     limits = LimitsConfig.model_construct(payload=largest)
     whole = MonitorConfig.model_construct(mqtt=config or MqttConfig(), limits=limits)
-    source = MqttSource(Address.parse(address), whole, detector, first_wait=SOON)
+    source = Topic(Address.parse(address), whole, detector)
     if is_open:
         source.open({})
     return source
+
+
+class Topic(StreamSource):
+    """A topic by itself, over a connection as that of a single machine."""
+
+    def __init__(self, address, config, detector):
+        fleet = FleetConfig.model_construct(**dict(config))
+        patterns = [Pattern(address, address.path)]
+        self.topics = Topics(patterns, fleet, detector, is_single=True, first_wait=SOON)
+        self.source = TopicSource(str(address), config, (), address)
+        super().__init__(str(address), self.topics.events)
+        self.client_id, self.inbox = self.topics.client_id, self.topics._inbox
+
+    def open(self, position):
+        self.topics.connect()
+
+    def read(self, timeout):
+        self.topics.dispatch(lambda *_: self.source, timeout or 1e-6)
+        return self.source.read(0.0)
+
+    def confirm(self):
+        self.source.confirm()
+        self.topics.acknowledge()
+
+    def close(self):
+        self.topics.close()
 
 
 def publisher_at(address, config=None):
@@ -115,7 +144,7 @@ def until(source, condition, *, confirms=True, timeout=30.0):
     while not condition(readings):
         assert time.monotonic() < end, readings
         readings.append(reading_of(source, 0.02))
-        if confirms and source.wants_confirmation:
+        if confirms and source.topics.blocking():
             source.confirm()
     return readings
 
@@ -186,16 +215,16 @@ def test_detectors_of_one_file_name_do_not_throw_each_other_out(broker, closing,
 
 def test_a_slow_monitor_holds_the_network_up_and_loses_nothing(broker, closing, monkeypatch):
     """However many messages the broker sends at once."""
-    monkeypatch.setattr(mqtt, "CAPACITY", 10 * mqtt.LEAST_SIZE)
-    monkeypatch.setattr(mqtt, "AT_ONCE", 3 * mqtt.LEAST_SIZE)
+    monkeypatch.setattr(topics, "CAPACITY", 10 * topics.LEAST_OF_ONE)
+    monkeypatch.setattr(topics, "AT_ONCE", 3 * topics.LEAST_OF_ONE)
     blocks = blocks_of(300)
     source = closing(source_at(broker.address()))
     connected(source)
     sent(closing(publisher_at(broker.address())), blocks)
     n_waiting, readings = [], []
     while not through(*blocks)(readings):
-        wait_for(lambda: source._inbox._items)
-        n_waiting.append(len(source._inbox._items))
+        wait_for(lambda: source.inbox._items)
+        n_waiting.append(len(source.inbox._items))
         readings.append(reading_of(source, 0.0))
         source.confirm()
     assert max(n_waiting) == 10
@@ -251,7 +280,7 @@ def test_messages_that_wait_while_the_connection_breaks_come_once(broker, closin
     source = closing(source_at(broker.address()))
     connected(source)
     sent(closing(publisher_at(broker.address())), blocks)
-    wait_for(lambda: len(source._inbox._items) == 15)
+    wait_for(lambda: len(source.inbox._items) == 15)
     intruder = client_at(broker, source.client_id)
     wait_for(lambda: "taken over" in broker.log or "already connected" in broker.log)
     intruder.disconnect()
@@ -432,7 +461,12 @@ CONCERNS_CONNECTIONS = {"started", "resumed", "stopped", "connected", "disconnec
 
 
 def run(folder, source, sinks=(), stop=lambda: False):
-    live(folder, source, sinks, stop, FILE)
+    live(folder, source, sinks, stop, FILE, detector=DETECTOR)
+
+
+def topic_at(address):
+    parsed = Address.parse(address)
+    return TopicSource(str(parsed), MonitorConfig(), FILE.channels, parsed)
 
 
 def of_samples(folder):
@@ -478,14 +512,14 @@ def send(broker, blocks):
 
 
 def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturbed, tmp_path, monkeypatch):
-    monkeypatch.setattr(mqtt, "AT_ONCE", 4 * mqtt.LEAST_SIZE)
+    monkeypatch.setattr(topics, "AT_ONCE", 4 * topics.LEAST_OF_ONE)
     draw = random.Random(5)
     with ThreadPoolExecutor(1) as pool:
         sending = pool.submit(send, subscribed, BLOCKS)
         for life in count():
             try:
                 sinks = [KilledAt(draw.randint(1, 7))] if life < 12 else []
-                run(tmp_path, source_at(subscribed.address(), is_open=False), sinks, is_complete(tmp_path))
+                run(tmp_path, topic_at(subscribed.address()), sinks, is_complete(tmp_path))
                 break
             except Killed:
                 continue
@@ -503,7 +537,7 @@ def test_a_broker_that_starts_again_in_mid_stream_changes_no_window(subscribed, 
 
     with ThreadPoolExecutor(2) as pool:
         others = pool.submit(send, subscribed, BLOCKS), pool.submit(restart)
-        run(tmp_path, source_at(subscribed.address(), is_open=False), stop=is_complete(tmp_path))
+        run(tmp_path, topic_at(subscribed.address()), stop=is_complete(tmp_path))
         for other in others:
             other.result()
     assert _windows(of_samples(tmp_path)) == _windows(undisturbed)
@@ -517,8 +551,8 @@ def _windows(lines):
 LIFE = """
 import sys
 from pathlib import Path
-from tests.monitor.test_mqtt import run, source_at
-run(Path(sys.argv[2]), source_at(sys.argv[1], is_open=False))
+from tests.monitor.test_mqtt import run, topic_at
+run(Path(sys.argv[2]), topic_at(sys.argv[1]))
 """
 
 

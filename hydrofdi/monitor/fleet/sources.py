@@ -27,7 +27,13 @@ class Sources:
     """Finds machines, and hands them what comes over connections that they share."""
 
     def __init__(
-        self, config: FleetConfig, file: Path, patterns: Sequence[Pattern], *, is_followed: bool
+        self,
+        config: FleetConfig,
+        file: Path,
+        patterns: Sequence[Pattern],
+        *,
+        is_followed: bool,
+        is_single: bool = False,
     ) -> None:
         self._is_followed, self._is_resumed = is_followed, config.state is not None
         self._files = [pattern for pattern in patterns if pattern.address is None]
@@ -40,21 +46,21 @@ class Sources:
         if brokers:
             with needing_extra():
                 from hydrofdi.monitor.fleet.topics import Topics
-            self._topics = [Topics(some, config, file) for some in brokers.values()]
+            self._topics = [Topics(some, config, file, is_single=is_single) for some in brokers.values()]
 
     def open(self) -> None:
         """Begin to connect."""
         for topics in self._topics:
             topics.connect()
 
-    def collect(self, source_of: SourceOf) -> Iterator[Event]:
+    def collect(self, source_of: SourceOf, timeout: float) -> Iterator[Event]:
         """Find machines, and let messages wait at their sources; what happened to the connections."""
         if time.monotonic() - self._looked >= _LOOK_EVERY:
             self._looked = time.monotonic()
             for name, path in self._found():
                 source_of(name, path, partial(self._file, path))
         for topics in self._topics:
-            topics.dispatch(source_of)
+            topics.dispatch(source_of, timeout)
             yield from (topics.events.popleft() for _ in range(len(topics.events)))
 
     @property

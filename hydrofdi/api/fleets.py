@@ -51,7 +51,7 @@ def monitor_fleet(
     ConfigError, StoreError
         The file is wrong, or state or log cannot be used. What goes wrong with a machine is an event.
     """
-    from hydrofdi.monitor.fleet.configuration import load_fleet_config, patterns_of
+    from hydrofdi.monitor.fleet.configuration import Pattern, load_fleet_config
     from hydrofdi.monitor.fleet.machines import Kind
     from hydrofdi.monitor.fleet.outlets import Outlets
     from hydrofdi.monitor.fleet.sources import Sources
@@ -68,5 +68,6 @@ def monitor_fleet(
     }
     config = load_fleet_config(file, **{key: value for key, value in stated.items() if value})
     kinds = {path: Kind(load_detector(path), config, str(path)) for path in {*config.detectors.values()}}
-    sources = Sources(config, file, patterns_of(config, file.parent), is_followed=follow)
+    patterns = [Pattern.parse(text, file.parent) for text in config.machines]
+    sources = Sources(config, file, patterns, is_followed=follow)
     return Monitor(config, kinds, sources, Outlets(config, on_line)).run(stop)

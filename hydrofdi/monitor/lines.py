@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -82,9 +83,9 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
     }  # fmt: skip
 
 
-def line_text(line: Line, unit: str = "1") -> str:
-    """A line as one line of JSON, with a line end."""
-    return json.dumps(line_record(line, unit), ensure_ascii=False, allow_nan=False) + "\n"
+def record_text(record: Mapping[str, Any]) -> str:
+    """The object of a line as one line of JSON, with a line end."""
+    return json.dumps(record, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def is_said(line: Line) -> bool:

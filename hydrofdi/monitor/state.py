@@ -2,38 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from itertools import takewhile
 from pathlib import Path
 
-from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.growing_file import found_again, place_in
 from hydrofdi.monitor.sources import Position
-from hydrofdi.store.files import open_own, reason, require_regular, write_all
-from hydrofdi.store.folder.lock import file_lock, take_lock
-
-VERSION = 5
-"""Raise the version when arrays of the state get another name or meaning."""
-
-
-@contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Lock the file of a state for this process."""
-    require_regular(path)
-    with file_lock(path.with_name(f".{path.name}.lock"), f"{path}: another monitor uses it"):
-        yield
-
-
-def digest(detector: DetectorFile) -> str:
-    """A digest of all of a detector file, except who made it, and when."""
-    text = detector.model_dump_json(by_alias=True, exclude={"made"})
-    return hashlib.sha256(text.encode()).hexdigest()
-
+from hydrofdi.store.files import open_own, reason, write_all
+from hydrofdi.store.folder.lock import take_lock
 
 _OWN = b'{"line": "'
 

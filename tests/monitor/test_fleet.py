@@ -175,27 +175,6 @@ def test_processes_share_the_machines_by_partitions(fleet, tmp_path):
     assert logged(tmp_path / "fleet.jsonl") == expected(MACHINES)
 
 
-def test_without_a_disk_it_goes_on_and_nothing_is_lost(fleet, tmp_path, monkeypatch):
-    write, said, fails = StateStore.write, [], [True]
-
-    def full(self, *arguments):
-        if fails[0]:
-            raise StoreError("full")
-        write(self, *arguments)
-
-    def take(record):
-        said.append(record)
-        fails[0] = len(said) < 30
-
-    monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 20_000)
-    monkeypatch.setattr(StateStore, "write", full)
-    write_fleet(tmp_path, "press/*.csv", store_every="10 ms")
-    monitor_fleet(fleet, follow=False, on_line=take)
-    stored = [each["is_end"] for each in said if each.get("event") == "not_stored"]
-    assert stored == [False, True]
-    assert logged(tmp_path / "fleet.jsonl", ("started", "stopped")) == expected(MACHINES)
-
-
 def test_a_state_comes_back_with_the_same_bits(tmp_path):
     draw, store = np.random.default_rng(1), StateStore(tmp_path / "state")
     state = {
@@ -240,11 +219,6 @@ def test_what_is_no_state_of_a_fleet_is_refused_and_left_whole(kind, fleet, tmp_
     with pytest.raises(StoreError, match=r"fleet\.db"):
         monitor_fleet(fleet, follow=False)
     assert path.read_bytes() == content
-
-
-def test_a_state_in_use_is_refused(fleet, tmp_path):
-    with StateStore(tmp_path / "fleet.db").opened(), pytest.raises(StoreError, match="another monitor"):
-        monitor_fleet(fleet, follow=False)
 
 
 def test_metrics_have_the_machine_as_a_label(fleet):

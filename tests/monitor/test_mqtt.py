@@ -1,7 +1,6 @@
 """Samples over MQTT, by a real broker on this machine."""
 
 import json
-import random
 import subprocess
 import sys
 import time
@@ -9,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing as closed
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import count, groupby
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +23,7 @@ from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
 from hydrofdi.monitor.fleet import topics
 from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
 from hydrofdi.monitor.fleet.topics import Topics, TopicSource
-from hydrofdi.monitor.lines import Condition, WindowLine, line_text
+from hydrofdi.monitor.lines import Condition, WindowLine, line_record, record_text
 from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.records.batch import Channel
@@ -36,8 +35,6 @@ from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.machines import make_machine
 from tests.monitor.streams import (
     N_SAMPLE,
-    Killed,
-    KilledAt,
     Samples,
     live,
     logged,
@@ -356,7 +353,7 @@ def sink_at(broker, with_windows=False, **options):
 
 def said_by(sink, lines):
     """Send lines that it wants; what happened to those before."""
-    return sink.send_all([line_text(line) for line in lines if sink.wants(line)])
+    return sink.send_all([record_text(line_record(line)) for line in lines if sink.wants(line)])
 
 
 def lines_until(sink, kind, lines=()):
@@ -460,8 +457,8 @@ BLOCKS = [part(MADE, first, first + N_BLOCK) for first in range(0, N_WINDOW * N_
 CONCERNS_CONNECTIONS = {"started", "resumed", "stopped", "connected", "disconnected"}
 
 
-def run(folder, source, sinks=(), stop=lambda: False):
-    live(folder, source, sinks, stop, FILE, detector=DETECTOR)
+def run(folder, source):
+    live(folder, source, file=FILE, detector=DETECTOR)
 
 
 def topic_at(address):
@@ -471,17 +468,6 @@ def topic_at(address):
 
 def of_samples(folder):
     return logged(folder, CONCERNS_CONNECTIONS)
-
-
-def is_complete(folder):
-    """Asks whether all windows are there; not for ever."""
-    end = time.monotonic() + 60.0
-
-    def ask():
-        assert time.monotonic() < end, f"{n_logged(folder)} windows"
-        return n_logged(folder) == N_WINDOW
-
-    return ask
 
 
 def n_logged(folder):
@@ -509,43 +495,6 @@ def subscribed(broker):
 def send(broker, blocks):
     with closed(publisher_at(broker.address())) as publisher:
         sent(publisher, blocks)
-
-
-def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturbed, tmp_path, monkeypatch):
-    monkeypatch.setattr(topics, "AT_ONCE", 4 * topics.LEAST_OF_ONE)
-    draw = random.Random(5)
-    with ThreadPoolExecutor(1) as pool:
-        sending = pool.submit(send, subscribed, BLOCKS)
-        for life in count():
-            try:
-                sinks = [KilledAt(draw.randint(1, 7))] if life < 12 else []
-                run(tmp_path, topic_at(subscribed.address()), sinks, is_complete(tmp_path))
-                break
-            except Killed:
-                continue
-        sending.result()
-    assert life == 12
-    assert of_samples(tmp_path) == undisturbed
-
-
-def test_a_broker_that_starts_again_in_mid_stream_changes_no_window(subscribed, undisturbed, tmp_path):
-    def restart():
-        for number in (8, 20):
-            wait_for(lambda number=number: n_logged(tmp_path) >= number)
-            subscribed.stop()
-            subscribed.start()
-
-    with ThreadPoolExecutor(2) as pool:
-        others = pool.submit(send, subscribed, BLOCKS), pool.submit(restart)
-        run(tmp_path, topic_at(subscribed.address()), stop=is_complete(tmp_path))
-        for other in others:
-            other.result()
-    assert _windows(of_samples(tmp_path)) == _windows(undisturbed)
-
-
-def _windows(lines):
-    """Without what a sender repeats because the broker's answer was lost: such samples are dropped."""
-    return [line for line in lines if line.get("event") not in ("time_ran_back", "duplicate")]
 
 
 LIFE = """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -168,8 +167,3 @@ def load_fleet_config(path: Path, **stated: Any) -> FleetConfig:
     files = {key: folder / file for key, file in config if isinstance(file, Path)}
     detectors = {pattern: folder / file for pattern, file in config.detectors.items()}
     return config.model_copy(update={**files, "detectors": detectors})
-
-
-def patterns_of(config: FleetConfig, folder: Path) -> Sequence[Pattern]:
-    """The sources of a fleet, in their order."""
-    return [Pattern.parse(text, folder) for text in config.machines]

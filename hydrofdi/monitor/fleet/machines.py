@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import time
 from collections.abc import Callable, Sequence
@@ -13,7 +14,6 @@ from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet.store import StoredMachine
 from hydrofdi.monitor.lines import Line, WindowLine, is_said
 from hydrofdi.monitor.sources import StreamSource, of_detector
-from hydrofdi.monitor.state import digest
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
@@ -27,12 +27,14 @@ _NUMBER = "judging.number"
 
 
 class Kind:
-    """Machines with the same detector, which share all that is not state."""
+    """Machines with the same detector, which share all that is not state. A digest of the detector, except
+    who made it, and when, tells its states from others."""
 
     def __init__(self, file: DetectorFile, config: MonitorConfig, where: str = "") -> None:
         file.require_machine(config.actuator.given, where)
         self.file, self.config = file, of_detector(config, file)
-        self.watch, self.digest = Watch(file), digest(file)
+        text = file.model_dump_json(by_alias=True, exclude={"made"})
+        self.watch, self.digest = Watch(file), hashlib.sha256(text.encode()).hexdigest()
 
 
 SourceOf = Callable[[str, str, Callable[[Kind], StreamSource]], StreamSource | None]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,9 +14,12 @@ import numpy as np
 
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.sources import Position
-from hydrofdi.monitor.state import VERSION, locked
 from hydrofdi.records.streams import State
-from hydrofdi.store.files import reason
+from hydrofdi.store.files import reason, require_regular
+from hydrofdi.store.folder.lock import file_lock
+
+VERSION = 5
+"""Raise it when arrays of the state get another name or meaning."""
 
 _APPLICATION = {"fleet": 0x48464644, "machine": 0x4846464D}
 """Mark of the database: the letters HFFD, and HFFM for that of a single machine."""
@@ -45,15 +48,18 @@ class StoredMachine:
 class StateStore:
     """The database. After a crash of process or machine it has the rows of the last transaction."""
 
+    _database: sqlite3.Connection
+
     def __init__(self, path: Path, *, is_fleet: bool = True) -> None:
         self.path, self._owner = path.resolve(), "fleet" if is_fleet else "machine"
-        self._database: sqlite3.Connection | None = None
 
     @contextmanager
     def opened(self) -> Iterator[None]:
         """Lock the database for this process, and open it."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        with locked(self.path):
+        require_regular(self.path)
+        lock = self.path.with_name(f".{self.path.name}.lock")
+        with file_lock(lock, f"{self.path}: another monitor uses it"):
             with self._troubles("opened"):
                 self._database = sqlite3.connect(self.path, isolation_level=None)
             try:
@@ -61,13 +67,12 @@ class StateStore:
                 yield
             finally:
                 self._database.close()
-                self._database = None
 
     def read(self, name: str) -> StoredMachine | None:
         """What is stored of a machine; None if nothing is."""
         question = "select source, detector, position, state from machine where name = ?"
         with self._troubles("read"):
-            row = self._execute(question, (name,)).fetchone()
+            row = self._database.execute(question, (name,)).fetchone()
         if row is None:
             return None
         source, detector, position, body = row
@@ -76,7 +81,7 @@ class StateStore:
     def read_log(self) -> Position:
         """Where the log continues; empty at the first start."""
         with self._troubles("read"):
-            row = self._execute("select position from log").fetchone()
+            row = self._database.execute("select position from log").fetchone()
         return {} if row is None else dict(json.loads(row[0]))
 
     def write(self, machines: Mapping[str, StoredMachine], log: Position) -> None:
@@ -85,26 +90,11 @@ class StateStore:
         for name, each in machines.items():
             body, position = _packed(each.state), json.dumps(dict(each.position))
             rows.append((name, each.source, each.detector, position, body, crc32(body)))
-        with self._troubles("written"):
-            self._execute("begin immediate")
-            try:
-                for row in rows:
-                    self._execute("insert or replace into machine values (?, ?, ?, ?, ?, ?)", row)
-                self._execute("delete from log")
-                self._execute("insert into log values (?)", (json.dumps(dict(log)),))
-                self._execute("commit")
-            except BaseException:
-                if self._connection.in_transaction:
-                    self._execute("rollback")
-                raise
-
-    @property
-    def _connection(self) -> sqlite3.Connection:
-        assert self._database is not None, "the store is not opened"
-        return self._database
-
-    def _execute(self, text: str, values: Sequence[object] = ()) -> sqlite3.Cursor:
-        return self._connection.execute(text, values)
+        with self._troubles("written"), self._database as database:
+            database.execute("begin immediate")
+            database.executemany("insert or replace into machine values (?, ?, ?, ?, ?, ?)", rows)
+            database.execute("delete from log")
+            database.execute("insert into log values (?)", (json.dumps(dict(log)),))
 
     def _prepare(self, database: sqlite3.Connection) -> None:
         """Make a new database, or check that this one has the same owner."""

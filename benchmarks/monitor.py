@@ -27,11 +27,11 @@ from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet.machines import Kind
-from hydrofdi.monitor.fleet.outlets import Receiver
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
 from hydrofdi.monitor.lines import Line, WindowLine
 from hydrofdi.monitor.loop import single_monitor
+from hydrofdi.monitor.machines import Kind
+from hydrofdi.monitor.outlets import Receiver
 from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.monitor.watch import windower_of
 from hydrofdi.records import Array, Channel, RecordBatch

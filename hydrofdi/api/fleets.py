@@ -7,7 +7,7 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any, TextIO
 
 from hydrofdi.api.arguments import names_of, path_of
-from hydrofdi.detectors.trained.file import is_detector, load_detector
+from hydrofdi.detectors.trained.file import is_detector
 from hydrofdi.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -51,11 +51,9 @@ def monitor_fleet(
     ConfigError, StoreError
         The file is wrong, or state or log cannot be used. What goes wrong with a machine is an event.
     """
-    from hydrofdi.monitor.fleet.configuration import Pattern, load_fleet_config
-    from hydrofdi.monitor.fleet.machines import Kind
-    from hydrofdi.monitor.fleet.outlets import Outlets
-    from hydrofdi.monitor.fleet.sources import Sources
+    from hydrofdi.monitor.fleet_configuration import Pattern, load_fleet_config
     from hydrofdi.monitor.loop import Monitor
+    from hydrofdi.monitor.opening import Sources
 
     file = path_of(fleet)
     if file.is_file() and is_detector(file):
@@ -67,7 +65,6 @@ def monitor_fleet(
         "partition": partition,
     }
     config = load_fleet_config(file, **{key: value for key, value in stated.items() if value})
-    kinds = {path: Kind(load_detector(path), config, str(path)) for path in {*config.detectors.values()}}
     patterns = [Pattern.parse(text, file.parent) for text in config.machines]
     sources = Sources(config, file, patterns, is_followed=follow)
-    return Monitor(config, kinds, sources, Outlets(config, on_line)).run(stop)
+    return Monitor(config, sources, on_line).run(stop)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -81,11 +79,6 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
             "alarm": chart.alarm,
         },
     }  # fmt: skip
-
-
-def record_text(record: Mapping[str, Any]) -> str:
-    """The object of a line as one line of JSON, with a line end."""
-    return json.dumps(record, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def is_said(line: Line) -> bool:

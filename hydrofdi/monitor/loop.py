@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from hydrofdi.errors import StoreError
-from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
-from hydrofdi.monitor.fleet.machines import Kind, Machine
-from hydrofdi.monitor.fleet.outlets import Outlets, Receiver
-from hydrofdi.monitor.fleet.sources import Sources
-from hydrofdi.monitor.fleet.store import StateStore
+from hydrofdi.detectors.trained.file import load_detector
+from hydrofdi.errors import ConfigError, StoreError
+from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
 from hydrofdi.monitor.lines import Line
+from hydrofdi.monitor.machines import Kind, Machine
+from hydrofdi.monitor.opening import Sources
+from hydrofdi.monitor.outlets import Outlets, Receiver
 from hydrofdi.monitor.sources import StreamSource
-from hydrofdi.monitor.state import WindowLog
+from hydrofdi.monitor.store import StateStore
+from hydrofdi.monitor.window_log import WindowLog
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
 _log = logging.getLogger(__name__)
@@ -49,14 +50,13 @@ class Monitor:
     """
 
     def __init__(
-        self,
-        config: FleetConfig,
-        kinds: Mapping[Path, Kind],
-        sources: Sources,
-        outlets: Outlets,
-        single: Machine | None = None,
+        self, config: FleetConfig, sources: Sources, on_line: Receiver, single: Machine | None = None
     ) -> None:
-        self._config, self._kinds, self._sources, self._outlets = config, kinds, sources, outlets
+        if config.state and config.log and config.state.resolve() == config.log.resolve():
+            raise ConfigError(f"state and log are the same file, {config.state}; choose another name for one")
+        files = {path: load_detector(path) for path in {*config.detectors.values()}}
+        self._kinds = {path: Kind(file, config, str(path)) for path, file in files.items()}
+        self._config, self._sources, self._outlets = config, sources, Outlets(config, on_line)
         self._store = None if config.state is None else StateStore(config.state, is_fleet=single is None)
         self._log = None if config.log is None else WindowLog(config.log)
         self._single = single
@@ -117,11 +117,14 @@ class Monitor:
         """Judge what has arrived, once; whether more may be there already. A single machine is waited for."""
         timeout = 0.0 if self._single is None else PATIENCE
         for event in self._sources.collect(self._source_of, timeout):
-            self._say(event)
+            if self._single is None:
+                self._say(event)
+            else:
+                self._single.source.events.append(event)
         is_busy = self._single is not None or self._sources.is_behind
         for machine in self.machines.values():
             chunk, lines = machine.step(timeout)
-            is_busy = is_busy or (chunk is not None and self._sources.is_file(machine.source))
+            is_busy = is_busy or (chunk is not None and machine.source.is_file)
             self._deliver(machine, chunk, lines)
         for event in self._outlets.happened():
             self._say(event)
@@ -199,7 +202,7 @@ class Monitor:
             self._log.write()
 
     def _is_idle(self, machine: Machine) -> bool:
-        is_kept = machine is self._single or self._sources.is_file(machine.source)
+        is_kept = machine is self._single or machine.source.is_file
         return not is_kept and time.monotonic() - machine.heard > self._config.idle
 
     def _release(self, machines: Sequence[Machine]) -> None:
@@ -233,7 +236,9 @@ def single_monitor(
 
     The path of the detector identifies the monitor to a broker.
     """
-    config = FleetConfig.model_construct(**{**dict(kind.config), "store_every": STORE_EVERY, **stated})
+    config = FleetConfig.model_construct(
+        **{"detectors": {}, "store_every": STORE_EVERY, **dict(kind.config), **stated}
+    )
     patterns = [] if source.address is None else [Pattern(source.address, source.address.path)]
     sources = Sources(config, detector, patterns, is_followed=False, is_single=True)
-    return Monitor(config, {}, sources, Outlets(config, on_line), Machine("", kind, source))
+    return Monitor(config, sources, on_line, Machine("", kind, source))

@@ -10,8 +10,8 @@ from hydrofdi.detectors.trained.configuration import TimedChart
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet.machines import Kind
 from hydrofdi.monitor.loop import single_monitor
+from hydrofdi.monitor.machines import Kind
 from hydrofdi.monitor.sources import StreamSource, joined
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records import Channel

@@ -17,15 +17,15 @@ from prometheus_client.parser import text_string_to_metric_families
 from hydrofdi.api.fleets import monitor_fleet
 from hydrofdi.detectors.trained.file import detector_text
 from hydrofdi.errors import ConfigError, StoreError
+from hydrofdi.monitor import machines as machines_module
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet import machines as machines_module
-from hydrofdi.monitor.fleet.configuration import Pattern, load_fleet_config
-from hydrofdi.monitor.fleet.store import StateStore, StoredMachine
+from hydrofdi.monitor.fleet_configuration import Pattern, load_fleet_config
 from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
-from hydrofdi.monitor.state import WindowLog
+from hydrofdi.monitor.store import StateStore, StoredMachine
 from hydrofdi.monitor.watch import Watch
+from hydrofdi.monitor.window_log import WindowLog
 from tests.commands import run
 from tests.monitor.fleets import expected, killed_at, logged, made, n_window, once, write_csv, write_fleet
 from tests.monitor.streams import P1, Killed, made_detector, part, stream
@@ -148,7 +148,7 @@ def test_patterns_choose_detectors_and_a_machine_without_one_is_said(fleet, tmp_
 
 
 def test_new_files_are_new_machines_while_it_runs(fleet, tmp_path, monkeypatch):
-    monkeypatch.setattr("hydrofdi.monitor.fleet.sources._LOOK_EVERY", 0.0)
+    monkeypatch.setattr("hydrofdi.monitor.opening._LOOK_EVERY", 0.0)
     said = []
 
     def take(record):

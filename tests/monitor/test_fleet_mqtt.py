@@ -18,12 +18,12 @@ from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
+from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet import topics
-from hydrofdi.monitor.fleet.store import StateStore
-from hydrofdi.monitor.fleet.topics import TopicSource
 from hydrofdi.monitor.mqtt import Message, payload_of
-from hydrofdi.monitor.state import WindowLog
+from hydrofdi.monitor.store import StateStore
+from hydrofdi.monitor.topics import TopicSource
+from hydrofdi.monitor.window_log import WindowLog
 from tests.commands import COMMAND
 from tests.monitor.brokers import needs_mosquitto
 from tests.monitor.fleets import (

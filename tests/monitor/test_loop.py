@@ -14,12 +14,13 @@ from hypothesis import strategies as st
 from hydrofdi.errors import StoreError, interruption
 from hydrofdi.monitor import growing_file, loop
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet.machines import Kind
-from hydrofdi.monitor.fleet.store import StateStore
 from hydrofdi.monitor.growing_file import GrowingFile
 from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.monitor.loop import Ending, single_monitor
-from hydrofdi.monitor.state import WindowLog
+from hydrofdi.monitor.machines import Kind
+from hydrofdi.monitor.opening import Sources
+from hydrofdi.monitor.store import StateStore
+from hydrofdi.monitor.window_log import WindowLog
 from hydrofdi.records.streams import Event, EventKind
 from tests.monitor.streams import (
     P1,
@@ -224,6 +225,15 @@ def test_lines_that_were_delivered_are_stored_whatever_ends_the_monitor(
     run(tmp_path, views=[kept])
     assert logged(tmp_path) == undisturbed
     assert numbers + [line.number for line in kept.lines if isinstance(line, WindowLine)] == [*range(40)]
+
+
+def test_what_was_lost_on_the_way_is_summed_up_at_the_end(monkeypatch):
+    lost, kept = Event(EventKind.DROPPED, "lost", None, 3), Kept()
+    monkeypatch.setattr(Sources, "collect", lambda *_: iter([lost]))
+    monitor(FILE, Samples(part(MADE, 0, 3500)), kept)
+    *parts, total = [line for line in kept.lines if isinstance(line, Event) and line.kind == "dropped"]
+    assert (total.is_end, total.count) == (True, 3 * len(parts))
+    assert len(parts) == 5
 
 
 def test_a_source_may_forget_what_is_stored_alone(tmp_path):

@@ -19,13 +19,13 @@ from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
 from hydrofdi.detectors.trained.measuring import Verdict
+from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
-from hydrofdi.monitor.fleet import topics
-from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
-from hydrofdi.monitor.fleet.topics import Topics, TopicSource
-from hydrofdi.monitor.lines import Condition, WindowLine, line_record, record_text
+from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
+from hydrofdi.monitor.lines import Condition, WindowLine, line_record
 from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
 from hydrofdi.monitor.sources import StreamSource
+from hydrofdi.monitor.topics import Topics, TopicSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
@@ -353,7 +353,7 @@ def sink_at(broker, with_windows=False, **options):
 
 def said_by(sink, lines):
     """Send lines that it wants; what happened to those before."""
-    return sink.send_all([record_text(line_record(line)) for line in lines if sink.wants(line)])
+    return sink.send_all([json.dumps(line_record(line)) for line in lines if sink.wants(line)])
 
 
 def lines_until(sink, kind, lines=()):

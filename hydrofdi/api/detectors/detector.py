@@ -451,9 +451,9 @@ class Detector:
             An argument is invalid, or the records cannot be read.
         """
         from hydrofdi.monitor.configuration import load_monitor_config
-        from hydrofdi.monitor.fleet.machines import Kind
         from hydrofdi.monitor.loop import single_monitor
-        from hydrofdi.monitor.sources import open_stream
+        from hydrofdi.monitor.machines import Kind
+        from hydrofdi.monitor.opening import open_stream
 
         if self.path is None and "://" in str(source):
             raise ConfigError("save the detector first: the broker identifies it by the path of its file")
@@ -462,12 +462,9 @@ class Detector:
         addresses = names_of("events", events, "addresses")
         stated = load_monitor_config(None if config is None else path_of(config))
         kind = Kind(self.file, stated, str(config))
-        if state is not None and log is not None and path_of(state).resolve() == path_of(log).resolve():
-            raise ConfigError(f"state and log are the same file, {state}; choose another name for one")
         stream = open_stream(
             source if isinstance(source, str) else str(path_of(source)),
-            stated,
-            self.file,
+            kind,
             sampling_frequency=Said(sampling_frequency).frequency,
             is_followed=follow,
             is_resumed=state is not None,

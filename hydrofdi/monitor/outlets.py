@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Protocol, TextIO, runtime_checkable
 
 from hydrofdi.monitor.configuration import topic_address
 from hydrofdi.monitor.connections import needing_extra
-from hydrofdi.monitor.fleet.configuration import FleetConfig
-from hydrofdi.monitor.fleet.machines import Machine
-from hydrofdi.monitor.lines import Line, is_said, line_record, record_text
+from hydrofdi.monitor.fleet_configuration import FleetConfig
+from hydrofdi.monitor.lines import Line, is_said, line_record
+from hydrofdi.monitor.machines import Machine
 from hydrofdi.records.streams import Chunk, Event
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ class Outlets:
         unit, name = ("1", None) if machine is None else (machine.kind.file.unit, machine.name)
         named = {} if name == "" else {"line": "", "machine": name}
         records = [{**named, **line_record(line, unit)} for line in said]
-        texts = [record_text(record) for record in records]
+        texts = [json.dumps(record, ensure_ascii=False, allow_nan=False) + "\n" for record in records]
         for sink in self._sinks:
             wanted = [text for line, text in zip(said, texts, strict=True) if sink.wants(line)]
             self._events += sink.send_all(wanted)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet.store import StoredMachine
 from hydrofdi.monitor.lines import Line, WindowLine, is_said
-from hydrofdi.monitor.sources import StreamSource, of_detector
+from hydrofdi.monitor.sources import StreamSource
+from hydrofdi.monitor.store import StoredMachine
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
@@ -27,12 +27,18 @@ _NUMBER = "judging.number"
 
 
 class Kind:
-    """Machines with the same detector, which share all that is not state. A digest of the detector, except
-    who made it, and when, tells its states from others."""
+    """Machines with the same detector, which share all that is not state.
+
+    The configuration has those channels alone that the detector reads, if it has any of them. A digest of the
+    detector, except who made it, and when, tells its states from others.
+    """
 
     def __init__(self, file: DetectorFile, config: MonitorConfig, where: str = "") -> None:
         file.require_machine(config.actuator.given, where)
-        self.file, self.config = file, of_detector(config, file)
+        seen = {*file.channels, file.config.window.channel}
+        channels = {channel: each for channel, each in config.channels.items() if channel in seen}
+        self.file = file
+        self.config = config.model_copy(update={"channels": channels}) if channels else config
         text = file.model_dump_json(by_alias=True, exclude={"made"})
         self.watch, self.digest = Watch(file), hashlib.sha256(text.encode()).hexdigest()
 

@@ -16,8 +16,8 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from hydrofdi.monitor.configuration import Address, MonitorConfig
 from hydrofdi.monitor.connections import Inbox
-from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
-from hydrofdi.monitor.fleet.machines import SourceOf
+from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
+from hydrofdi.monitor.machines import SourceOf
 from hydrofdi.monitor.mqtt import Message, MqttConnection, Reader, client_id_of
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import Position, StreamSource

@@ -87,12 +87,6 @@ class FleetConfig(MonitorConfig):
         return given
 
     @model_validator(mode="after")
-    def _has_files_of_its_own(self) -> Self:
-        if self.state is not None and self.state == self.log:
-            raise ValueError("'state' and 'log' are the same file")
-        return self
-
-    @model_validator(mode="after")
     def _reads_no_own_events(self) -> Self:
         for text in self.events:
             topic = Address.parse(text).path

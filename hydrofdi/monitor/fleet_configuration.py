@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 from zlib import crc32
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MonitorConfig, is_mqtt, read_config, topic_address
@@ -72,18 +72,14 @@ class FleetConfig(MonitorConfig):
             raise ValueError(f"{given!r} is no partition; write '1/3' to '3/3' for three processes")
         return given
 
-    @field_validator("machines")
+    @field_validator("machines", "events")
     @classmethod
-    def _are_sources(cls, given: tuple[str, ...]) -> tuple[str, ...]:
+    def _are_addresses(cls, given: tuple[str, ...], about: ValidationInfo) -> tuple[str, ...]:
         for text in given:
-            Pattern.parse(text, Path())
-        return given
-
-    @field_validator("events")
-    @classmethod
-    def _are_topics(cls, given: tuple[str, ...]) -> tuple[str, ...]:
-        for text in given:
-            topic_address(text)
+            if about.field_name == "events":
+                topic_address(text)
+            else:
+                Pattern.parse(text, Path())
         return given
 
     @model_validator(mode="after")

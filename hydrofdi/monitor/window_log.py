@@ -1,4 +1,4 @@
-"""What outlives a monitor: the file from which it continues, and a log that has each window once."""
+"""A log that has each window once."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LARGEST_BACKLOG = 16 * 2**20
 class WindowLog:
     """JSON lines in a file that no other monitor writes meanwhile.
 
-    The state file stores the lines of a step and their place before they are written, so that a restart
+    The state stores the lines of a step and their place before they are written, so that a restart
     writes those that are not there. If the file is renamed, the next step begins a new one.
     """
 

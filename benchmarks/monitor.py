@@ -26,12 +26,14 @@ from hydrofdi.detectors.trained.training import train
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.indicators import indicator_names, measure
 from hydrofdi.indicators.registry import sound_indicator
+from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
-from hydrofdi.monitor.lines import Line, Output, Sink, WindowLine
-from hydrofdi.monitor.loop import monitor
+from hydrofdi.monitor.lines import Line, WindowLine
+from hydrofdi.monitor.loop import single_monitor
+from hydrofdi.monitor.machines import Kind
+from hydrofdi.monitor.outlets import Receiver
 from hydrofdi.monitor.sources import Position, StreamSource
-from hydrofdi.monitor.state import StateFile, WindowLog
-from hydrofdi.monitor.watch import Watch, windower_of
+from hydrofdi.monitor.watch import windower_of
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.streams import Chunk
 
@@ -112,16 +114,15 @@ class InMemory(StreamSource):
 
 @dataclass
 class Clock:
-    """Sink after the JSON lines: records the delay from the last sample of a window to its line."""
+    """View of the lines: records the delay from the last sample of a window to its line."""
 
     source: InMemory
     delays: list[float]
 
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
         """Record the time."""
         if any(isinstance(line, WindowLine) for line in lines):
             self.delays.append(time.perf_counter() - self.source.handed_over)
-        return ()
 
     def close(self) -> None:
         """Nothing to close."""
@@ -164,14 +165,13 @@ def piped(file: DetectorFile, lines: Sequence[str]) -> float:
     return float(busy / wall)
 
 
-def run(file: DetectorFile, source: StreamSource, sinks: Sequence[Sink] = ()) -> Array:
+def run(file: DetectorFile, source: StreamSource, view: Receiver = None) -> Array:
     """Run a complete monitor with log, state and JSON lines; return wall and processor time [s]."""
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder, open(os.devnull, "w") as nowhere:
-        state_file = StateFile(Path(folder) / "state", file, source.name)
-        log = WindowLog(Path(folder) / "log.jsonl", file.unit)
+        files = {"state": Path(folder) / "state", "log": Path(folder) / "log.jsonl"}
         began = clocks()
-        lines = Output(nowhere, file.unit)
-        monitor(Watch(file), source, [lines, *sinks], state_file=state_file, log=log)
+        kind = Kind(file, MonitorConfig())
+        single_monitor(kind, source, view or nowhere, **files).run(lambda: False)
         return clocks() - began
 
 
@@ -206,7 +206,7 @@ def compare(name: str, samples: dict[Channel, Array]) -> DetectorFile | None:
     from_file = N_TEXT / FREQUENCY / np.median([recorded(file, lines) for _ in range(ROUNDS)], axis=0)
     source = InMemory(samples, N_LIVE, LIVE)
     clock = Clock(source, [])
-    live = run(file, source, [clock])[1]
+    live = run(file, source, clock)[1]
     delays = 1e3 * np.array(clock.delays[1:])
     speeds = [n_sample / FREQUENCY / duration for duration in (wall, busy, alone)]
     shares = 100.0 * live / (N_LIVE / FREQUENCY), 100.0 * piped(file, lines[: round(PIPED * FREQUENCY)])

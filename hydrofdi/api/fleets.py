@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any, TextIO
@@ -13,8 +12,6 @@ from hydrofdi.errors import ConfigError
 
 if TYPE_CHECKING:
     from hydrofdi.monitor.loop import Ending
-
-_log = logging.getLogger(__name__)
 
 
 def monitor_fleet(
@@ -54,11 +51,9 @@ def monitor_fleet(
     ConfigError, StoreError
         The file is wrong, or state or log cannot be used. What goes wrong with a machine is an event.
     """
-    from hydrofdi.monitor.fleet.configuration import load_fleet_config, patterns_of
-    from hydrofdi.monitor.fleet.loop import Fleet
-    from hydrofdi.monitor.fleet.machines import Kind
-    from hydrofdi.monitor.fleet.outlets import Outlets
-    from hydrofdi.monitor.fleet.sources import Sources
+    from hydrofdi.monitor.fleet_configuration import Pattern, load_fleet_config
+    from hydrofdi.monitor.loop import Monitor
+    from hydrofdi.monitor.opening import Sources
 
     file = path_of(fleet)
     if file.is_file() and is_detector(file):
@@ -70,8 +65,6 @@ def monitor_fleet(
         "partition": partition,
     }
     config = load_fleet_config(file, **{key: value for key, value in stated.items() if value})
-    kinds = {path: Kind(path, config) for path in {*config.detectors.values()}}
-    if config.state is None:
-        _log.info("no state: after a restart, the fleet starts from scratch")
-    sources = Sources(config, file, patterns_of(config, file.parent), is_followed=follow)
-    return Fleet(config, kinds, sources, Outlets(config, on_line)).run(stop)
+    patterns = [Pattern.parse(text, file.parent) for text in config.machines]
+    sources = Sources(config, file, patterns, is_followed=follow)
+    return Monitor(config, sources, on_line).run(stop)

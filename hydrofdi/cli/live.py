@@ -181,25 +181,18 @@ def monitor(
     """
 
     with interruption(lambda: None) as asked:
+        settings |= {"stop": lambda: bool(asked)}
         if source is None:
-            return _monitor_fleet(detector, asked, partition=partition, **settings)
-        if partition is not None:
+            for key in {"config", "sampling_frequency"} & settings.keys():
+                raise ConfigError(f"{key}: of a fleet, state the keys of a configuration in {detector}")
+            ending = hydrofdi.monitor_fleet(detector, partition=partition, on_line=sys.stdout, **settings)
+        elif partition is not None:
             raise ConfigError("--partition: applies to a fleet, hydrofdi monitor FLEET")
-        trained = hydrofdi.Detector.load(detector)
-        view = _view(trained.file, source, json=json)
-        ending = trained.monitor(source, on_line=view, stop=lambda: bool(asked), **settings)
+        else:
+            trained = hydrofdi.Detector.load(detector)
+            ending = trained.monitor(source, on_line=_view(trained.file, source, json=json), **settings)
     if is_unjudged := ending.name == "UNJUDGED":
-        tell(f"{source}: {ending}")
-    return INTERRUPTED if signal.SIGINT in asked else int(is_unjudged)
-
-
-def _monitor_fleet(file: Path, asked: list[int], **settings: Any) -> int:
-    for key in ("config", "sampling_frequency"):
-        if key in settings:
-            raise ConfigError(f"{key}: of a fleet, state the keys of a configuration in {file}")
-    ending = hydrofdi.monitor_fleet(file, on_line=sys.stdout, stop=lambda: bool(asked), **settings)
-    if is_unjudged := ending.name == "UNJUDGED":
-        tell(f"{file}: {ending}")
+        tell(f"{source or detector}: {ending}")
     return INTERRUPTED if signal.SIGINT in asked else int(is_unjudged)
 
 

@@ -28,7 +28,7 @@ _COUNTED = ("gap", "duplicate", "time_ran_back", "malformed", "dropped", "discon
 
 
 class LiveView:
-    """A sink that fills the terminal, and leaves a summary when it is closed. Memory is bounded."""
+    """A view that fills the terminal, and leaves a summary when it is closed. Memory is bounded."""
 
     def __init__(self, file: DetectorFile, source: str, console: Console) -> None:
         self._file, self._source, self._console = file, source, console
@@ -41,7 +41,7 @@ class LiveView:
         self._windows, self._events = deque[WindowLine](maxlen=50), deque[Event](maxlen=3)
         self._counts = Counter[str]()
 
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
         """Take samples and lines; the screen is updated a few times a second."""
         self._take(chunk, lines)
         if not self._live.is_started:
@@ -49,7 +49,6 @@ class LiveView:
         if time.monotonic() - self._drawn >= _FRAME:
             self._drawn = time.monotonic()
             self._live.update(Group(*self._screen()), refresh=True)
-        return ()
 
     def close(self) -> None:
         """Restore the terminal, and print the condition at the end, and the counts."""

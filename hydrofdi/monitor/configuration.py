@@ -69,6 +69,13 @@ class Address:
         return f"{self.scheme}://{host}:{self.port}/{self.path}"
 
 
+def topic_address(text: str) -> Address:
+    """The address of a topic to which lines are sent."""
+    if not is_mqtt(text):
+        raise ConfigError(f"events: {text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
+    return Address.parse(text)
+
+
 class MqttConfig(Section):
     """Connections to MQTT 5 brokers. Messages are sent and read at quality of service 1."""
 

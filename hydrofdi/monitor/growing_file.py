@@ -177,6 +177,8 @@ class GrowingFile(StreamSource):
     waited for.
     """
 
+    is_file = True
+
     def __init__(
         self,
         path: Path,

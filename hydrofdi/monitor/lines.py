@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Protocol, TextIO
+from typing import Any
 
 from hydrofdi.detectors.trained.following import ChartReading
 from hydrofdi.detectors.trained.measuring import Verdict
-from hydrofdi.records.streams import Chunk, Event
+from hydrofdi.records.streams import Event
 
 
 class Condition(StrEnum):
@@ -83,55 +81,9 @@ def line_record(line: Line, unit: str = "1") -> dict[str, Any]:
     }  # fmt: skip
 
 
-def line_text(line: Line, unit: str = "1") -> str:
-    """A line as one line of JSON, with a line end."""
-    return json.dumps(line_record(line, unit), ensure_ascii=False, allow_nan=False) + "\n"
-
-
 def is_said(line: Line) -> bool:
     """Whether a line is more than counted."""
     return not (isinstance(line, Event) and line.is_silent)
-
-
-def lines_text(lines: Sequence[Line], unit: str) -> str:
-    """All lines except silent ones, as lines of JSON."""
-    return "".join(line_text(line, unit) for line in lines if is_said(line))
-
-
-class Sink(Protocol):
-    """A receiver of lines: standard output, a broker, metrics, a view.
-
-    A sink that may be slow has a bounded queue of its own and never blocks the monitor; only standard output
-    and the log may block it.
-    """
-
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Take the samples and the lines of a reading; return the sink's own events."""
-        ...
-
-    def close(self) -> None:
-        """Send what is left, within a few seconds, and end."""
-        ...
-
-
-class Output:
-    """Hands each line except silent ones to a function, or writes JSON and flushes after each step."""
-
-    def __init__(self, to: Callable[[dict[str, Any]], None] | TextIO | None, unit: str = "1") -> None:
-        self._to, self._unit = to, unit
-
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Hand lines on; `BrokenPipeError` if nobody reads the output any more."""
-        if callable(self._to):
-            for line in filter(is_said, lines):
-                self._to(line_record(line, self._unit))
-        elif self._to is not None and (text := lines_text(lines, self._unit)):
-            self._to.write(text)
-            self._to.flush()
-        return ()
-
-    def close(self) -> None:
-        """Do nothing: all lines are written."""
 
 
 def _finite(number: float | None) -> float | None:

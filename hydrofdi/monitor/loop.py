@@ -1,25 +1,34 @@
-"""The loop of a monitor, from its source to its sinks. It continues from a stored state."""
+"""The loop of a monitor: samples of its machines in rounds, and what they gave in common transactions."""
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import Path
+from typing import Any
 
-from hydrofdi.errors import StoreError
-from hydrofdi.monitor.lines import Line, Sink, WindowLine, is_said
-from hydrofdi.monitor.sources import Position, StreamSource
-from hydrofdi.monitor.state import StateFile, Stored, WindowLog
-from hydrofdi.monitor.watch import Watch
-from hydrofdi.records.streams import Chunk, Event, EventKind, State
+from hydrofdi.detectors.trained.file import load_detector
+from hydrofdi.errors import ConfigError, StoreError
+from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
+from hydrofdi.monitor.lines import Line
+from hydrofdi.monitor.machines import Kind, Machine
+from hydrofdi.monitor.opening import Sources
+from hydrofdi.monitor.outlets import Outlets, Receiver
+from hydrofdi.monitor.sources import StreamSource
+from hydrofdi.monitor.store import StateStore
+from hydrofdi.monitor.window_log import WindowLog
+from hydrofdi.records.streams import Chunk, Event, EventKind
+
+_log = logging.getLogger(__name__)
 
 PATIENCE = 0.2
-"""Longest wait for a source before the loop checks whether to stop [s]."""
+"""Longest wait before the loop checks whether to stop [s]."""
 
 STORE_EVERY = 1.0
-"""Shortest time from one storing of the state to the next, while lines keep coming [s]."""
+"""Shortest time from one storing of the state of a single machine to the next [s]."""
 
 
 class Ending(StrEnum):
@@ -31,138 +40,205 @@ class Ending(StrEnum):
     OUTPUT_CLOSED = "its output is no longer read"
 
 
-def monitor(
-    watch: Watch,
-    source: StreamSource,
-    sinks: Sequence[Sink] = (),
-    *,
-    state_file: StateFile | None = None,
-    log: WindowLog | None = None,
-    stop: Callable[[], bool] = lambda: False,
-) -> Ending:
-    """Watch a stream until it is over, or a stop is requested.
+class Monitor:
+    """Machines that are judged in rounds, and are stored together: those of a fleet, or a single one.
 
-    If a step has lines, they go to the sinks. Then the state is stored, with the lines, at most once a
-    second; then they go to the log, and the source may discard the samples. After a crash, the log has each
-    window once; a sink may receive the lines since the last storing twice, with the same numbers.
+    In a round every machine judges what has arrived, and its lines go to the outlets. At most every
+    `store_every` seconds, the states of machines that had lines are stored in one transaction with all lines
+    that are new; then these go to the log, and the sources may discard the samples. After a crash, the log
+    has each window of each machine once; other outlets may receive the last lines twice.
     """
-    with ExitStack() as stack:
-        if state_file is not None:
-            stack.enter_context(state_file.locked())
-        for sink in sinks:
-            stack.callback(sink.close)
-        stack.callback(source.close)
-        if log is not None:
-            stack.callback(log.close)
-        return _Monitor(watch, source, sinks, state_file, log).run(stop)
 
-
-@dataclass
-class _Monitor:
-    _watch: Watch
-    _source: StreamSource
-    _sinks: Sequence[Sink]
-    _state_file: StateFile | None
-    _log: WindowLog | None
-    _pending: list[Line] = field(default_factory=list)
-    _is_unjudged: bool = True
-    _waits: bool = False
-    _is_unstored: bool = False
-    _tried: float = -STORE_EVERY
-    _n_lost: int = 0
-
-    def __post_init__(self) -> None:
-        self._state = self._watch.start()
-        self._delivered: tuple[State, Position] = self._state, {}
+    def __init__(
+        self, config: FleetConfig, sources: Sources, on_line: Receiver, single: Machine | None = None
+    ) -> None:
+        if config.state and config.log and config.state.resolve() == config.log.resolve():
+            raise ConfigError(f"state and log are the same file, {config.state}; choose another name for one")
+        files = {path: load_detector(path) for path in {*config.detectors.values()}}
+        self._kinds = {path: Kind(file, config, str(path)) for path, file in files.items()}
+        self._config, self._sources, self._outlets = config, sources, Outlets(config, on_line)
+        self._store = None if config.state is None else StateStore(config.state, is_fleet=single is None)
+        self._log = None if config.log is None else WindowLog(config.log)
+        self._single = single
+        self.machines = {} if single is None else {single.name: single}
+        self._refused: set[tuple[str, str]] = set()
+        self._stored_at, self._is_unstored = 0.0, False
 
     def run(self, stop: Callable[[], bool]) -> Ending:
-        try:
-            self._deliver(None, [self._begin()])
-            while not self._source.is_over:
-                if stop():
-                    return self._end(Ending.STOPPED)
-                self._step(self._source.read(PATIENCE))
-            return self._end(Ending.UNJUDGED if self._is_unjudged else Ending.OVER)
-        except Exception as error:
-            if self._waits:
+        """Monitor until a stop is requested, or all streams are over."""
+        with ExitStack() as stack:
+            stack.callback(self._outlets.close)
+            if self._store is None:
+                _log.info("no --state: after a restart, the monitor starts from scratch")
+            else:
+                stack.enter_context(self._store.opened())
+            if self._log is not None:
+                stack.callback(self._log.close)
+                self._log.open({} if self._store is None else self._store.read_log())
+            stack.callback(self._close_machines)
+            stack.callback(self._sources.close)
+            try:
+                self._sources.open()
+                if self._single is None:
+                    self._say(Event(EventKind.STARTED, f"watches {', '.join(self._config.machines)}"))
+                else:
+                    self._begin(self._single)
+                return self._watch(stop)
+            except Exception as error:
                 with suppress(StoreError):
-                    self._store()
-            if isinstance(error, BrokenPipeError):
-                return Ending.OUTPUT_CLOSED
-            raise
+                    self._write([each for each in self.machines.values() if each.is_due])
+                if isinstance(error, BrokenPipeError):
+                    return Ending.OUTPUT_CLOSED
+                raise
 
-    def _begin(self) -> Event:
-        """Restore the stored state; open the log and the source."""
-        stored = None if self._state_file is None else self._state_file.read()
+    def _begin(self, machine: Machine) -> None:
+        stored = None if self._store is None else self._store.read(machine.name)
+        if stored is not None and machine is self._single and (other := machine.difference(stored)):
+            advice = "give another file as 'state', or remove this one to start from scratch"
+            raise StoreError(f"{self._config.state}: belongs to another {other}; {advice}")
+        self._deliver(machine, None, machine.begin(stored))
+
+    def _watch(self, stop: Callable[[], bool]) -> Ending:
+        while not stop():
+            began, machines = time.monotonic(), self.machines
+            is_busy = self._round()
+            is_urgent = self._single is not None and self._sources.blocking()
+            if is_urgent or began - self._stored_at >= self._config.store_every:
+                self._commit()
+            if self._sources.is_over and all(each.is_over for each in machines.values()):
+                return self._end(Ending.OVER)
+            while (
+                not is_busy and not stop() and (left := began + self._config.interval - time.monotonic()) > 0
+            ):
+                time.sleep(min(left, PATIENCE))
+        return self._end(Ending.STOPPED)
+
+    def _round(self) -> bool:
+        """Judge what has arrived, once; whether more may be there already. A single machine is waited for."""
+        timeout = 0.0 if self._single is None else PATIENCE
+        for event in self._sources.collect(self._source_of, timeout):
+            if self._single is None:
+                self._say(event)
+            else:
+                self._single.source.events.append(event)
+        is_busy = self._single is not None or self._sources.is_behind
+        for machine in self.machines.values():
+            chunk, lines = machine.step(timeout)
+            is_busy = is_busy or (chunk is not None and machine.source.is_file)
+            self._deliver(machine, chunk, lines)
+        for event in self._outlets.happened():
+            self._say(event)
+        return is_busy
+
+    def _source_of(self, name: str, place: str, new: Callable[[Kind], StreamSource]) -> StreamSource | None:
+        """The source of a machine, which is new if the machine is; None if it is ignored."""
+        if self._single is not None:
+            return self._single.source
+        if (machine := self.machines.get(name)) is not None and machine.source.name == place:
+            return machine.source
+        if not self._config.owns(name) or (name, place) in self._refused:
+            return None
+        path = self._config.detector_of(name)
+        reason = ""
+        if machine is not None:
+            reason = f"its name is that of {machine.source.name}"
+        elif path is None:
+            reason = "no pattern of 'detectors' matches its name"
+        elif len(self.machines) >= self._config.most_machines:
+            reason = f"there are {self._config.most_machines} machines already; raise 'most_machines'"
+        if reason or path is None:
+            if len(self._refused) < self._config.most_machines:
+                self._refused.add((name, place))
+                self._say(Event(EventKind.NOTICE, f"{place} is ignored: {reason}"))
+            return None
+        kind = self._kinds[path]
+        self.machines[name] = machine = Machine(name, kind, new(kind))
+        self._begin(machine)
+        return machine.source
+
+    def _deliver(self, machine: Machine | None, chunk: Chunk | None, lines: Sequence[Line]) -> None:
+        """Pass lines to the outlets, then to the state and the log, so that no line is lost."""
+        text = self._outlets.put(machine, chunk, lines)
         if self._log is not None:
-            self._log.open({} if stored is None else stored.log)
-        self._source.open({} if stored is None else stored.position)
-        if stored is None:
-            return Event(EventKind.STARTED, f"watches {self._source.name}")
-        self._state, self._is_unjudged = stored.state, not self._watch.next_number(stored.state)
-        if not stored.position:
-            self._state = self._watch.resume(stored.state, may_repeat=self._source.may_repeat_all)
-        text = f"watches {self._source.name} again, from window {self._watch.next_number(self._state)} on"
-        return Event(EventKind.RESUMED, text)
+            self._log.take(text)
+        if machine is not None:
+            machine.delivered()
 
-    def _step(self, chunk: Chunk | None) -> None:
-        events = self._source.events
-        happened = [events.popleft() for _ in range(len(events))]
-        self._n_lost += sum(event.count for event in happened if event.kind is EventKind.DROPPED)
-        lines: list[Line] = [*happened]
-        if chunk is not None and chunk.n_time:
-            self._state, more = self._watch.step(self._state, chunk)
-            alarms = [line.verdict.alarm for line in more if isinstance(line, WindowLine)]
-            self._is_unjudged = self._is_unjudged and alarms.count(None) == len(alarms)
-            lines += more
-        self._deliver(chunk, lines)
+    def _say(self, event: Event) -> None:
+        """Report an event of the fleet, or of the single machine."""
+        self._deliver(self._single, None, [event])
 
-    def _end(self, ending: Ending) -> Ending:
-        """Deliver the last lines; if no restart will continue, end the episodes."""
-        n_lost, lines = self._n_lost, list[Line]()
-        if n_lost:
-            text = f"{n_lost:,} samples or messages were lost in total"
-            lines.append(Event(EventKind.DROPPED, text, None, n_lost, is_end=True))
-        if ending is not Ending.STOPPED or self._state_file is None:
-            self._state, more = self._watch.end(self._state)
-            lines += more
-        self._tried = -STORE_EVERY  # what is last is stored at once
-        self._deliver(None, [*lines, Event(EventKind.STOPPED, f"stopped: {ending}")])
-        return ending
-
-    def _deliver(self, chunk: Chunk | None, lines: list[Line]) -> None:
-        """Pass lines to the sinks, the state and the log, in this order, so that no line is lost."""
-        lines = [*self._pending, *lines]
-        self._pending = [line for sink in self._sinks for line in sink.put(chunk, lines)]
-        if self._log is not None:
-            self._log.take(lines)
-        self._delivered = self._state, self._source.position
-        self._waits = self._waits or any(map(is_said, lines))
-        is_due = time.monotonic() >= self._tried + STORE_EVERY
-        if not (self._source.wants_confirmation or (self._waits and is_due)):
-            return
-        self._tried = time.monotonic()
+    def _commit(self, *, is_end: bool = False) -> None:
+        """Store what is new: states, then lines. Report once that this fails, and that it works again."""
+        machines, blocking = [*self.machines.values()], self._sources.blocking()
+        is_all = is_end or self._store is None
+        idle = [each for each in machines if self._is_idle(each)]
+        due = [each for each in machines if is_all or each.is_due or each.source in blocking or each in idle]
         try:
-            self._store()
-            self._source.confirm()
+            self._write(due)
         except StoreError as error:
-            self._note(error)
+            if not self._is_unstored:
+                self._say(Event(EventKind.NOT_STORED, f"continues without storing states: {error}"))
+            self._is_unstored = True
         else:
-            self._note(None)
+            for each in due:
+                each.is_due = False
+                each.source.confirm()
+            self._sources.acknowledge()
+            if self._store is not None and not is_end:
+                self._release(idle)
+            if self._is_unstored:
+                self._say(Event(EventKind.NOT_STORED, "stores states again", is_end=True))
+            self._is_unstored = False
+        self._stored_at = time.monotonic()
 
-    def _store(self) -> None:
-        """Store all that was delivered."""
-        log = {} if self._log is None else self._log.position
-        if self._state_file is not None:
-            self._state_file.write(Stored(*self._delivered, log))
+    def _write(self, due: Sequence[Machine]) -> None:
+        if not due and (self._log is None or not self._log.has_waiting):
+            return
+        if self._store is not None:
+            log = {} if self._log is None else self._log.position
+            self._store.write({each.name: each.row for each in due}, log)
         if self._log is not None:
             self._log.write()
-        self._waits = False
 
-    def _note(self, error: StoreError | None) -> None:
-        """Report once that the state cannot be stored, and once that it can again."""
-        if error is not None and not self._is_unstored:
-            self._pending.append(Event(EventKind.NOT_STORED, f"continues without storing its state: {error}"))
-        if error is None and self._is_unstored:
-            self._pending.append(Event(EventKind.NOT_STORED, "stores its state again", is_end=True))
-        self._is_unstored = error is not None
+    def _is_idle(self, machine: Machine) -> bool:
+        is_kept = machine is self._single or machine.source.is_file
+        return not is_kept and time.monotonic() - machine.heard > self._config.idle
+
+    def _release(self, machines: Sequence[Machine]) -> None:
+        """Forget machines that are stored and silent; they come back with their next sample."""
+        for machine in machines:
+            text = f"no samples for {self._config.idle:g} s; it is watched again when there are some"
+            self._deliver(machine, None, [Event(EventKind.STOPPED, text)])
+            del self.machines[machine.name]
+            self._outlets.forget(machine.name)
+
+    def _end(self, ending: Ending) -> Ending:
+        """The last lines; if no restart will continue, the ends of episodes."""
+        if ending is Ending.OVER and not any(each.is_judged for each in self.machines.values()):
+            ending = Ending.UNJUDGED
+        is_final = ending is not Ending.STOPPED or self._store is None
+        for machine in self.machines.values():
+            self._deliver(machine, None, machine.end(is_final=is_final))
+        self._say(Event(EventKind.STOPPED, f"stopped: {ending}"))
+        self._commit(is_end=True)
+        return ending
+
+    def _close_machines(self) -> None:
+        for machine in self.machines.values():
+            machine.source.close()
+
+
+def single_monitor(
+    kind: Kind, source: StreamSource, on_line: Receiver = None, detector: Path = Path(), **stated: Any
+) -> Monitor:
+    """The monitor of one machine, with keys of a fleet that are stated: its state, its log, its outlets.
+
+    The path of the detector identifies the monitor to a broker.
+    """
+    config = FleetConfig.model_construct(
+        **{"detectors": {}, "store_every": STORE_EVERY, **dict(kind.config), **stated}
+    )
+    patterns = [] if source.address is None else [Pattern(source.address, source.address.path)]
+    sources = Sources(config, detector, patterns, is_followed=False, is_single=True)
+    return Monitor(config, sources, on_line, Machine("", kind, source))

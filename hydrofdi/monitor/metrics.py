@@ -33,7 +33,7 @@ _PATIENCE = 3.0
 class MetricsServer:
     """Serves the metrics of one machine or of many, told apart by the label ``machine``.
 
-    As a sink, it reports its address once.
+    `said` are events that state its address.
     """
 
     def __init__(self, address: str) -> None:
@@ -49,10 +49,10 @@ class MetricsServer:
         self._thread.start()
         shown = f"[{host}]" if ":" in host else host
         self.url = f"http://{shown}:{self._server.server_port}/metrics"
-        self._said: list[Event] = [Event(EventKind.NOTICE, f"metrics are served at {self.url}")]
+        self.said = [Event(EventKind.NOTICE, f"metrics are served at {self.url}")]
         if not ip_address(str(found[0]).partition("%")[0]).is_loopback:
             text = f"everyone who reaches {self.url} can read the metrics"
-            self._said.append(Event(EventKind.INSECURE, text))
+            self.said.append(Event(EventKind.INSECURE, text))
 
     def metric(self, kind: Callable[..., Metric], name: str, text: str, *labels: str, **more: Any) -> Metric:
         """The metric of this name; made at the first call."""
@@ -72,11 +72,6 @@ class MetricsServer:
             if isinstance(line, Event) and not line.is_end:
                 text = "Events of the fleet, each repetition counted"
                 self.metric(Counter, "fleet_events", text, "kind").labels("", line.kind.value).inc(line.count)
-
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Event]:
-        """Report the address once."""
-        said, self._said = self._said, []
-        return said
 
     def close(self) -> None:
         """End the server."""
@@ -112,7 +107,7 @@ class MetricsSink:
         self._lag: Gauge | None = None
         self._latest = math.nan
 
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> None:
         """Count the samples and the lines of a reading."""
         if chunk is not None and (readable := chunk.readable).n_time:
             self._count_samples(readable)
@@ -121,7 +116,6 @@ class MetricsSink:
                 self._count_window(line)
             else:
                 self._count_event(line)
-        return ()
 
     def close(self) -> None:
         """Serve nothing of this machine any more."""

@@ -1,4 +1,4 @@
-"""MQTT: samples of a topic, and lines and samples as messages that are sent at least once."""
+"""MQTT: connections, messages that are read, and lines and samples that are sent at least once."""
 
 from __future__ import annotations
 
@@ -9,28 +9,21 @@ import socket
 import ssl
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from itertools import groupby
-from operator import itemgetter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from threading import Event as Signal
 from typing import Any, NamedTuple
 
-import numpy as np
 from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion, MessageType, MQTTErrorCode, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
-from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
-from hydrofdi.monitor.connections import Connection, Inbox, credentials, exposed, network_reason, usable
-from hydrofdi.monitor.lines import Line, WindowLine, line_text
-from hydrofdi.monitor.payload import PayloadError, PayloadReader
-from hydrofdi.monitor.sources import Position, StreamSource, joined, malformed
-from hydrofdi.records.batch import Channel
+from hydrofdi.monitor.configuration import Address, MqttConfig
+from hydrofdi.monitor.connections import Connection, credentials, exposed, network_reason, usable
+from hydrofdi.monitor.lines import Line, WindowLine
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
 _SENT_AT_ONCE = 10
@@ -167,27 +160,6 @@ def _tls_context(config: MqttConfig) -> ssl.SSLContext:
     return context
 
 
-_CONFIRM_AFTER = 8
-"""Number of messages after which the state should be stored; brokers wait after 10 (RabbitMQ) or 20
-(mosquitto), or as configured."""
-
-_CONFIRM_WITHIN = 1.0
-"""Time after which the state should be stored [s]."""
-
-_MOST_UNACKNOWLEDGED = 64
-"""Most unacknowledged messages that the broker is asked to send. mosquitto 2.0.11 sends many more as soon as
-the first are acknowledged."""
-
-LEAST_SIZE = 1 << 15
-"""Bytes for which a small message counts, so that the number of messages is limited, too."""
-
-CAPACITY, AT_ONCE = 1000 * LEAST_SIZE, 100 * LEAST_SIZE
-"""Most bytes of messages that wait to be read, and that are read at once."""
-
-_ENOUGH = _CONFIRM_AFTER * LEAST_SIZE
-"""Bytes of messages that do not wait for more."""
-
-
 _BLOCK = 1 << 17
 """Bytes that are read from the network at once."""
 
@@ -246,131 +218,6 @@ class Reader(Client):
         message = Message(text, packet[at + length :], number, qos, bool(head & 8))
         self.received(self, message)
         return MQTTErrorCode.MQTT_ERR_SUCCESS
-
-
-class Subscription(MqttConnection):
-    """Topics, read at quality of service 1 in a session that outlives the monitor.
-
-    The broker keeps every message until it is acknowledged. At quality of service 1 nothing is lost: while
-    the inbox is full, nothing is read from the network. The broker is asked to send at most so many messages
-    that are `unacknowledged`. A small message counts for a `least_size` in the inbox [byte].
-    """
-
-    client_class = Reader
-
-    def __init__(
-        self,
-        address: Address,
-        topics: Sequence[str],
-        config: MonitorConfig,
-        client_id: str,
-        unacknowledged: int,
-        least_size: int,
-        first_wait: float = 1.0,
-    ) -> None:
-        self._least_size = least_size
-        self._inbox: Inbox[tuple[Reader, Message]] = Inbox(CAPACITY)
-        super().__init__(
-            address,
-            config.mqtt,
-            self._inbox.say,
-            first_wait,
-            client_id,
-            SessionExpiryInterval=round(config.mqtt.session_expiry),
-            ReceiveMaximum=unacknowledged,
-            MaximumPacketSize=16 * config.limits.payload,
-        )
-        self._topics = topics
-        self._was_connected, self._remark = False, ""
-
-    def close(self) -> None:
-        """End the connection; the broker keeps the session."""
-        self._inbox.close()
-        super().close()
-
-    def prepare(self, client: Client) -> None:
-        """Take messages."""
-        assert isinstance(client, Reader)
-        client.received, client.on_subscribe = self._received, self._subscribed
-
-    def connected(self, client: Client, had_session: bool) -> None:
-        """Subscribe to new messages, without an earlier retained one."""
-        is_forgotten = self._was_connected and not had_session
-        self._remark = "; the broker kept no messages in the meantime" if is_forgotten else ""
-        self._was_connected = True
-        options = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
-        client.subscribe([(topic, options) for topic in self._topics])
-
-    def _subscribed(self, client: Client, _: Any, __: int, codes: Any, properties: Any) -> None:
-        for topic, code in zip(self._topics, codes, strict=True):
-            if code.is_failure:
-                self.refuse(client, f"it does not let this user read {topic!r}")
-                return
-        is_lossy = not all(code.value for code in codes)
-        lossy = "; it grants only quality of service 0, so messages can be lost" if is_lossy else ""
-        self.report_connected(self._remark + lossy)
-
-    def _received(self, client: Reader, message: Message) -> None:
-        size = max(len(message.payload), self._least_size)
-        self._inbox.put((client, message), size, waits=bool(message.qos))
-
-
-class MqttSource(Subscription, StreamSource):
-    """A topic; its messages are acknowledged when a state that contains their samples is stored."""
-
-    def __init__(
-        self,
-        address: Address,
-        config: MonitorConfig,
-        detector: Path,
-        needed: Collection[Channel] = (),
-        first_wait: float = 1.0,
-    ) -> None:
-        client_id = config.mqtt.client_id or client_id_of(detector, str(address))
-        Subscription.__init__(
-            self, address, [address.path], config, client_id, _MOST_UNACKNOWLEDGED, LEAST_SIZE, first_wait
-        )
-        StreamSource.__init__(self, str(address), self._inbox.events)
-        self._reader = PayloadReader(config, needed=needed)
-        self._unconfirmed: list[tuple[Reader, int]] = []
-        self._unconfirmed_since, self._latest = 0.0, -math.inf
-
-    def open(self, position: Position) -> None:
-        """Begin to connect; the broker knows where to continue."""
-        self.connect()
-
-    def read(self, timeout: float) -> Chunk | None:
-        """The samples of the messages that have arrived."""
-        chunks = [self._samples(*delivery) for delivery in self._inbox.take(timeout, AT_ONCE, _ENOUGH)]
-        return joined(chunks) if chunks else None
-
-    @property
-    def wants_confirmation(self) -> bool:
-        """Whether a few messages were read, or a second has passed since."""
-        n_read, waited = len(self._unconfirmed), time.monotonic() - self._unconfirmed_since
-        return n_read >= _CONFIRM_AFTER or (n_read > 0 and waited >= _CONFIRM_WITHIN)
-
-    def confirm(self) -> None:
-        """Acknowledge all messages that were read, each to the connection that delivered it."""
-        for client, some in groupby(self._unconfirmed, itemgetter(0)):
-            client.acknowledge(number for _, number in some)
-        self._unconfirmed.clear()
-
-    def _samples(self, client: Reader, message: Message) -> Chunk:
-        if message.qos:
-            if not self._unconfirmed:
-                self._unconfirmed_since = time.monotonic()
-            self._unconfirmed.append((client, message.number))
-        try:
-            if message.topic != self.address.path:
-                raise PayloadError("belongs to another topic")
-            chunk = self._reader.read(message.payload)
-        except (PayloadError, UnicodeDecodeError) as error:
-            return malformed("message", message.payload[:60].decode(errors="replace"), str(error))
-        if message.is_repeated and chunk.n_time and chunk.time[-1] <= self._latest:
-            return Chunk(np.empty(0), {})  # sent again by a new connection
-        self._latest = max(self._latest, float(chunk.time[-1])) if chunk.n_time else self._latest
-        return chunk
 
 
 def client_id_of(file: Path, *more: str) -> str:
@@ -470,16 +317,10 @@ class MqttSink(Publisher):
         self,
         address: Address,
         config: MqttConfig,
-        unit: str = "1",
         capacity: int = 10_000,
         first_wait: float = 1.0,
     ) -> None:
-        self._unit = unit
         super().__init__(address, config, capacity, first_wait, status=f"{address.path}/status")
-
-    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> Sequence[Line]:
-        """Queue the lines to send; never waits."""
-        return self.send_all([line_text(line, self._unit) for line in lines if self.wants(line)])
 
     def wants(self, line: Line) -> bool:
         """Whether it sends such a line."""

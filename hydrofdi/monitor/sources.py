@@ -1,23 +1,15 @@
-"""Sources of streams: what they have in common; the sources and sinks that addresses mean."""
+"""What sources of streams have in common."""
 
 from __future__ import annotations
 
-import re
 from collections import deque
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack, closing
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.errors import ConfigError, without_credentials
-from hydrofdi.monitor.configuration import PORTS, Address, MonitorConfig, is_mqtt
-from hydrofdi.monitor.connections import needing_extra
-from hydrofdi.monitor.lines import Sink
+from hydrofdi.monitor.configuration import Address
 from hydrofdi.records.streams import Chunk, Event
-from hydrofdi.settings.messages import similar
 
 Position = Mapping[str, Any]
 """Where a source continues after a restart: small, and valid as JSON. Empty if it cannot go back."""
@@ -40,9 +32,14 @@ class StreamSource:
     may_repeat_all : bool
         Whether a restart without a position may repeat the whole stream, as a pipe does; a broker repeats at
         most the last few seconds.
+    is_file : bool
+        Whether it is there as a whole.
+    address : Address or None
+        Of a topic, whose messages come over a connection that machines share.
     """
 
-    is_over = may_repeat_all = False
+    is_over = may_repeat_all = is_file = False
+    address: Address | None = None
 
     def __init__(self, name: str, events: deque[Event] | None = None) -> None:
         self.name = name
@@ -62,11 +59,6 @@ class StreamSource:
     def position(self) -> Position:
         """Where to continue after all that was read; empty if it cannot go back."""
         return {}
-
-    @property
-    def wants_confirmation(self) -> bool:
-        """Whether so much was read since the last confirmation that the state should be stored now."""
-        return False
 
     def confirm(self) -> None:
         """A state that contains all that was read is stored: a broker may discard it."""
@@ -92,81 +84,3 @@ def joined(chunks: Sequence[Chunk]) -> Chunk:
 def malformed(what: str, text: str, reason: str) -> Chunk:
     """A line or a payload that is not understood: a sample that could not be read."""
     return Chunk(np.array([np.nan]), {}, {0: f"malformed {what} {text[:60]!r}: {reason}"})
-
-
-_SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*):/")
-_KINDS = "'-' (standard input), a file, mqtt://HOST/TOPIC, mqtts://HOST/TOPIC or opc.tcp://HOST:PORT"
-_RECORDS = (".h5", ".hdf5", ".mat", ".npz", ".parquet", ".yaml", ".yml")
-"""Suffixes of files that contain records, but no lines of text."""
-
-
-def of_detector(config: MonitorConfig, file: DetectorFile) -> MonitorConfig:
-    """The configuration with those channels alone that a detector reads, if it has any of them."""
-    seen = {*file.channels, file.config.window.channel}
-    channels = {channel: each for channel, each in config.channels.items() if channel in seen}
-    return config.model_copy(update={"channels": channels}) if channels else config
-
-
-def open_stream(
-    text: str,
-    config: MonitorConfig,
-    file: DetectorFile,
-    detector: Path,
-    *,
-    sampling_frequency: float | None = None,
-    is_followed: bool = True,
-    is_resumed: bool = False,
-) -> StreamSource:
-    """The stream that a text means; nothing is read or connected yet."""
-    from hydrofdi.monitor.growing_file import GrowingFile, StandardInput
-
-    config = of_detector(config, file)
-    if scheme := _SCHEME.match(text):
-        kind = scheme[1].lower()
-        if kind not in PORTS:
-            hint = similar(kind, [*PORTS]) or f"; a source is {_KINDS}"
-            raise ConfigError(f"{text}: unknown kind of source {kind!r}{hint}")
-        if sampling_frequency is not None:
-            raise ConfigError("sampling_frequency: applies only to text; other sources state times")
-        address = Address.parse(text)
-        with needing_extra():
-            if kind == "opc.tcp":
-                from hydrofdi.monitor.opcua import OpcUaSource
-
-                return OpcUaSource(address, config.opcua, config.channels, file.sampling_frequency)
-            from hydrofdi.monitor.mqtt import MqttSource
-
-            return MqttSource(address, config, detector, file.channels)
-    if sampling_frequency is not None:
-        config = config.model_copy(update={"sampling_frequency": sampling_frequency})
-    if text == "-":
-        return StandardInput(config, needed=file.channels)
-    path = Path(text)
-    if path.is_dir() or path.suffix.lower() in _RECORDS:
-        raise ConfigError(
-            f"{text}: is not a text stream; 'hydrofdi detect' judges it, 'hydrofdi replay' streams it"
-        )
-    if without_credentials(text) != text and not path.exists():
-        raise ConfigError(f"{text}: no such file; a source is {_KINDS}")
-    return GrowingFile(path, config, is_followed, file.channels, leaves_unended=is_resumed)
-
-
-def open_sinks(
-    config: MonitorConfig, file: DetectorFile, machine: str, metrics: str | None, events: Sequence[str]
-) -> list[Sink]:
-    """Sinks for metrics and for events; none stays open if one cannot be opened."""
-    sinks: list[Sink] = []
-    with needing_extra(), ExitStack() as stack:
-        if metrics is not None:
-            from hydrofdi.monitor.metrics import MetricsServer, MetricsSink
-
-            server = stack.enter_context(closing(MetricsServer(metrics)))
-            sinks += [server, MetricsSink(server, machine, file)]
-        for text in events:
-            if not is_mqtt(text):
-                raise ConfigError(f"events: {text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
-            from hydrofdi.monitor.mqtt import MqttSink
-
-            sinks.append(stack.enter_context(closing(MqttSink(Address.parse(text), config.mqtt, file.unit))))
-        stack.pop_all()
-    return sinks

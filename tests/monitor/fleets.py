@@ -7,7 +7,7 @@ from itertools import zip_longest
 
 from hydrofdi.api.fleets import monitor_fleet
 from hydrofdi.detectors.trained.file import detector_text
-from hydrofdi.monitor.lines import is_said, line_text
+from hydrofdi.monitor.lines import is_said, line_record
 from hydrofdi.monitor.mqtt import payload_of
 from hydrofdi.monitor.watch import Watch
 from tests.monitor.streams import P1, Killed, made_detector, part, stream
@@ -46,7 +46,7 @@ def expected(machines, *, is_over=True):
         watch = Watch(FILE)
         state, lines = watch.step(watch.start(), chunk)
         lines += watch.end(state)[1] if is_over else []
-        found[name] = [json.loads(line_text(line, FILE.unit)) for line in lines if is_said(line)]
+        found[name] = [line_record(line, FILE.unit) for line in lines if is_said(line)]
     return found
 
 

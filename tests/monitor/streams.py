@@ -10,11 +10,10 @@ from hydrofdi.detectors.trained.configuration import TimedChart
 from hydrofdi.detectors.trained.file import ChartLimit
 from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.loop import monitor
+from hydrofdi.monitor.loop import single_monitor
+from hydrofdi.monitor.machines import Kind
 from hydrofdi.monitor.sources import StreamSource, joined
-from hydrofdi.monitor.state import StateFile, WindowLog
 from hydrofdi.monitor.text_lines import TextLines
-from hydrofdi.monitor.watch import Watch
 from hydrofdi.records import Channel
 from hydrofdi.records.measured.description.sections import FormatConfig, LimitsConfig
 from hydrofdi.records.streams import Chunk
@@ -88,7 +87,7 @@ def reading_of(source, timeout):
 class Samples(StreamSource):
     """A source of samples in memory, in chunks of so many; it can go back."""
 
-    may_repeat_all, wants_confirmation = True, False
+    may_repeat_all = True
 
     def __init__(self, chunk, n_at_once=700, name="made"):
         super().__init__(name)
@@ -146,12 +145,30 @@ class KilledAt(Kept):
         return ()
 
 
-def live(folder, source, sinks=(), stop=lambda: False, file=None, state_file=None):
-    """One life of a monitor with its state and its log in a folder; gives how it ended."""
-    file = file or made_detector()
-    state_file = state_file or StateFile(folder / "state", file, source.name)
-    log = WindowLog(folder / "log.jsonl", file.unit)
-    return monitor(Watch(file), source, sinks, state_file=state_file, log=log, stop=stop)
+class Together:
+    """Views, one after another."""
+
+    def __init__(self, views):
+        self._views = views
+
+    def put(self, chunk, lines):
+        for view in self._views:
+            view.put(chunk, lines)
+
+    def close(self):
+        for view in self._views:
+            view.close()
+
+
+def monitor(file, source, *views, stop=lambda: False, **stated):
+    """One life of a monitor; gives how it ended."""
+    return single_monitor(Kind(file, MonitorConfig()), source, on_line=Together(views), **stated).run(stop)
+
+
+def live(folder, source, views=(), stop=lambda: False, file=None, **stated):
+    """One life of a monitor with its state and its log in a folder."""
+    files = {"state": folder / "state", "log": folder / "log.jsonl"}
+    return monitor(file or made_detector(), source, *views, stop=stop, **files, **stated)
 
 
 def logged(folder, without=("started", "resumed", "stopped")):

@@ -17,15 +17,15 @@ from prometheus_client.parser import text_string_to_metric_families
 from hydrofdi.api.fleets import monitor_fleet
 from hydrofdi.detectors.trained.file import detector_text
 from hydrofdi.errors import ConfigError, StoreError
+from hydrofdi.monitor import machines as machines_module
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet import machines as machines_module
-from hydrofdi.monitor.fleet.configuration import Pattern, load_fleet_config
-from hydrofdi.monitor.fleet.store import FleetStore, StoredMachine
+from hydrofdi.monitor.fleet_configuration import Pattern, load_fleet_config
 from hydrofdi.monitor.loop import Ending
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import joined
-from hydrofdi.monitor.state import WindowLog
+from hydrofdi.monitor.store import StateStore, StoredMachine
 from hydrofdi.monitor.watch import Watch
+from hydrofdi.monitor.window_log import WindowLog
 from tests.commands import run
 from tests.monitor.fleets import expected, killed_at, logged, made, n_window, once, write_csv, write_fleet
 from tests.monitor.streams import P1, Killed, made_detector, part, stream
@@ -60,7 +60,7 @@ def test_each_machine_is_judged_as_by_itself_and_broken_ones_disturb_none(fleet,
 def test_killed_at_any_place_each_window_of_each_machine_is_logged_once(fleet, tmp_path, monkeypatch, seed):
     draw = random.Random(seed)
     monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 3000)
-    write, write_log = FleetStore.write, WindowLog.write
+    write, write_log = StateStore.write, WindowLog.write
     left = {"state": 0, "log": 0}
 
     def counted(name, function):
@@ -72,7 +72,7 @@ def test_killed_at_any_place_each_window_of_each_machine_is_logged_once(fleet, t
 
         return call
 
-    monkeypatch.setattr(FleetStore, "write", counted("state", write))
+    monkeypatch.setattr(StateStore, "write", counted("state", write))
     monkeypatch.setattr(WindowLog, "write", counted("log", write_log))
     write_fleet(tmp_path, "press/*.csv", store_every="10 ms")
     for life in count():
@@ -148,7 +148,7 @@ def test_patterns_choose_detectors_and_a_machine_without_one_is_said(fleet, tmp_
 
 
 def test_new_files_are_new_machines_while_it_runs(fleet, tmp_path, monkeypatch):
-    monkeypatch.setattr("hydrofdi.monitor.fleet.sources._LOOK_EVERY", 0.0)
+    monkeypatch.setattr("hydrofdi.monitor.opening._LOOK_EVERY", 0.0)
     said = []
 
     def take(record):
@@ -175,29 +175,8 @@ def test_processes_share_the_machines_by_partitions(fleet, tmp_path):
     assert logged(tmp_path / "fleet.jsonl") == expected(MACHINES)
 
 
-def test_without_a_disk_it_goes_on_and_nothing_is_lost(fleet, tmp_path, monkeypatch):
-    write, said, fails = FleetStore.write, [], [True]
-
-    def full(self, *arguments):
-        if fails[0]:
-            raise StoreError("full")
-        write(self, *arguments)
-
-    def take(record):
-        said.append(record)
-        fails[0] = len(said) < 30
-
-    monkeypatch.setattr("hydrofdi.monitor.growing_file.BLOCK", 20_000)
-    monkeypatch.setattr(FleetStore, "write", full)
-    write_fleet(tmp_path, "press/*.csv", store_every="10 ms")
-    monitor_fleet(fleet, follow=False, on_line=take)
-    stored = [each["is_end"] for each in said if each.get("event") == "not_stored"]
-    assert stored == [False, True]
-    assert logged(tmp_path / "fleet.jsonl", ("started", "stopped")) == expected(MACHINES)
-
-
 def test_a_state_comes_back_with_the_same_bits(tmp_path):
-    draw, store = np.random.default_rng(1), FleetStore(tmp_path / "state")
+    draw, store = np.random.default_rng(1), StateStore(tmp_path / "state")
     state = {
         "a.held": draw.standard_normal((5, 7)), "a.none": np.empty((3, 0)), "b.n": np.array(-3),
         "b.flag": np.array([True, False]), "b.nan": np.array([np.nan, -np.inf]), "b.count": np.zeros(2, int),
@@ -240,11 +219,6 @@ def test_what_is_no_state_of_a_fleet_is_refused_and_left_whole(kind, fleet, tmp_
     with pytest.raises(StoreError, match=r"fleet\.db"):
         monitor_fleet(fleet, follow=False)
     assert path.read_bytes() == content
-
-
-def test_a_state_in_use_is_refused(fleet, tmp_path):
-    with FleetStore(tmp_path / "fleet.db").opened(), pytest.raises(StoreError, match="another monitor"):
-        monitor_fleet(fleet, follow=False)
 
 
 def test_metrics_have_the_machine_as_a_label(fleet):

@@ -18,12 +18,12 @@ from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
+from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet import topics
-from hydrofdi.monitor.fleet.store import FleetStore
-from hydrofdi.monitor.fleet.topics import TopicSource
 from hydrofdi.monitor.mqtt import Message, payload_of
-from hydrofdi.monitor.state import WindowLog
+from hydrofdi.monitor.store import StateStore
+from hydrofdi.monitor.topics import TopicSource
+from hydrofdi.monitor.window_log import WindowLog
 from tests.commands import COMMAND
 from tests.monitor.brokers import needs_mosquitto
 from tests.monitor.fleets import (
@@ -94,7 +94,7 @@ def test_killed_again_and_again_no_window_of_any_machine_is_lost_or_twice(
 ):
     """Before or after states are stored, the log is written, and messages are acknowledged."""
     draw, left = random.Random(3), {}
-    for kind, name in ((FleetStore, "write"), (WindowLog, "write"), (topics.Topics, "acknowledge")):
+    for kind, name in ((StateStore, "write"), (WindowLog, "write"), (topics.Topics, "acknowledge")):
         call, key = getattr(kind, name), f"{kind.__name__}.{name}"
 
         def counted(self, *arguments, call=call, key=key):

@@ -133,7 +133,7 @@ def test_silent_clients_are_dropped_and_nothing_listens_after_the_end(closing, m
         server.close()
     with socket.socket() as probe:
         assert probe.connect_ex(address) != 0
-    kinds = [event.kind for event in closing(MetricsServer("0.0.0.0:0")).put(None, [])]
+    kinds = [event.kind for event in closing(MetricsServer("0.0.0.0:0")).said]
     assert kinds == ["notice", "insecure"]
 
 

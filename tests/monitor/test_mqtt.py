@@ -1,7 +1,6 @@
 """Samples over MQTT, by a real broker on this machine."""
 
 import json
-import random
 import subprocess
 import sys
 import time
@@ -9,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing as closed
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import count, groupby
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +19,13 @@ from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
 from hydrofdi.detectors.trained.measuring import Verdict
-from hydrofdi.monitor import mqtt
+from hydrofdi.monitor import topics
 from hydrofdi.monitor.configuration import Address, MonitorConfig, MqttConfig
-from hydrofdi.monitor.lines import Condition, WindowLine
-from hydrofdi.monitor.mqtt import MqttSink, MqttSource, Publisher, payload_of
+from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
+from hydrofdi.monitor.lines import Condition, WindowLine, line_record
+from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
+from hydrofdi.monitor.sources import StreamSource
+from hydrofdi.monitor.topics import Topics, TopicSource
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.measured.description.sections import LimitsConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
@@ -33,8 +35,6 @@ from tests.monitor.brokers import SECRET, Broker, needs_mosquitto, running
 from tests.monitor.machines import make_machine
 from tests.monitor.streams import (
     N_SAMPLE,
-    Killed,
-    KilledAt,
     Samples,
     live,
     logged,
@@ -65,10 +65,36 @@ def blocks_of(n_block, n_sample=100):
 def source_at(address, config=None, detector=DETECTOR, is_open=True, largest=2**20):
     limits = LimitsConfig.model_construct(payload=largest)
     whole = MonitorConfig.model_construct(mqtt=config or MqttConfig(), limits=limits)
-    source = MqttSource(Address.parse(address), whole, detector, first_wait=SOON)
+    source = Topic(Address.parse(address), whole, detector)
     if is_open:
         source.open({})
     return source
+
+
+class Topic(StreamSource):
+    """A topic by itself, over a connection as that of a single machine."""
+
+    def __init__(self, address, config, detector):
+        fleet = FleetConfig.model_construct(**dict(config))
+        patterns = [Pattern(address, address.path)]
+        self.topics = Topics(patterns, fleet, detector, is_single=True, first_wait=SOON)
+        self.source = TopicSource(str(address), config, (), address)
+        super().__init__(str(address), self.topics.events)
+        self.client_id, self.inbox = self.topics.client_id, self.topics._inbox
+
+    def open(self, position):
+        self.topics.connect()
+
+    def read(self, timeout):
+        self.topics.dispatch(lambda *_: self.source, timeout or 1e-6)
+        return self.source.read(0.0)
+
+    def confirm(self):
+        self.source.confirm()
+        self.topics.acknowledge()
+
+    def close(self):
+        self.topics.close()
 
 
 def publisher_at(address, config=None):
@@ -115,7 +141,7 @@ def until(source, condition, *, confirms=True, timeout=30.0):
     while not condition(readings):
         assert time.monotonic() < end, readings
         readings.append(reading_of(source, 0.02))
-        if confirms and source.wants_confirmation:
+        if confirms and source.topics.blocking():
             source.confirm()
     return readings
 
@@ -186,16 +212,16 @@ def test_detectors_of_one_file_name_do_not_throw_each_other_out(broker, closing,
 
 def test_a_slow_monitor_holds_the_network_up_and_loses_nothing(broker, closing, monkeypatch):
     """However many messages the broker sends at once."""
-    monkeypatch.setattr(mqtt, "CAPACITY", 10 * mqtt.LEAST_SIZE)
-    monkeypatch.setattr(mqtt, "AT_ONCE", 3 * mqtt.LEAST_SIZE)
+    monkeypatch.setattr(topics, "CAPACITY", 10 * topics.LEAST_OF_ONE)
+    monkeypatch.setattr(topics, "AT_ONCE", 3 * topics.LEAST_OF_ONE)
     blocks = blocks_of(300)
     source = closing(source_at(broker.address()))
     connected(source)
     sent(closing(publisher_at(broker.address())), blocks)
     n_waiting, readings = [], []
     while not through(*blocks)(readings):
-        wait_for(lambda: source._inbox._items)
-        n_waiting.append(len(source._inbox._items))
+        wait_for(lambda: source.inbox._items)
+        n_waiting.append(len(source.inbox._items))
         readings.append(reading_of(source, 0.0))
         source.confirm()
     assert max(n_waiting) == 10
@@ -251,7 +277,7 @@ def test_messages_that_wait_while_the_connection_breaks_come_once(broker, closin
     source = closing(source_at(broker.address()))
     connected(source)
     sent(closing(publisher_at(broker.address())), blocks)
-    wait_for(lambda: len(source._inbox._items) == 15)
+    wait_for(lambda: len(source.inbox._items) == 15)
     intruder = client_at(broker, source.client_id)
     wait_for(lambda: "taken over" in broker.log or "already connected" in broker.log)
     intruder.disconnect()
@@ -322,15 +348,20 @@ class Listener:
 
 def sink_at(broker, with_windows=False, **options):
     address, config = Address.parse(broker.address(TOPIC_LINES)), MqttConfig(windows=with_windows)
-    return MqttSink(address, config, "bar", first_wait=SOON, **options)
+    return MqttSink(address, config, first_wait=SOON, **options)
+
+
+def said_by(sink, lines):
+    """Send lines that it wants; what happened to those before."""
+    return sink.send_all([json.dumps(line_record(line)) for line in lines if sink.wants(line)])
 
 
 def lines_until(sink, kind, lines=()):
     """What the sink says until it says something of this kind."""
-    said = list(sink.put(None, lines))
+    said = list(said_by(sink, lines))
 
     def has_said():
-        said.extend(sink.put(None, []))
+        said.extend(said_by(sink, []))
         return kind in [each.kind for each in said]
 
     wait_for(has_said)
@@ -342,7 +373,7 @@ def test_events_are_sent_and_windows_on_request(broker, closing):
     for with_windows, expected in ((False, ["event"]), (True, ["window", "event"])):
         listener.messages.clear()
         sink = sink_at(broker, with_windows)
-        sink.put(None, [WINDOW, ALARM, replace(ALARM, is_silent=True)])
+        said_by(sink, [WINDOW, ALARM, replace(ALARM, is_silent=True)])
         sink.close()
         wait_for(lambda: listener.payloads(f"{TOPIC_LINES}/status")[-1:] == [b"offline"])
         records = [json.loads(payload) for payload in listener.payloads()]
@@ -354,7 +385,7 @@ def test_lines_wait_for_a_broker_that_is_away_and_those_too_many_are_counted(tmp
     broker = Broker(tmp_path)
     sink = closing(sink_at(broker, capacity=50))
     events = [replace(ALARM, time=float(number)) for number in range(80)]
-    said = [line for event in events for line in sink.put(None, [event])]
+    said = [line for event in events for line in said_by(sink, [event])]
     dropped = [line for line in said if line.kind is EventKind.DROPPED]
     assert sum(line.count for line in dropped) == 30
     assert [line.is_silent for line in dropped] == [False] + [True] * 29
@@ -363,7 +394,7 @@ def test_lines_wait_for_a_broker_that_is_away_and_those_too_many_are_counted(tmp
         listener = closing(Listener(broker))
         lines_until(sink, EventKind.CONNECTED)
         assert sink.wait_until(0, 30.0)
-        assert not [line for line in sink.put(None, [ALARM]) if line.kind is EventKind.DROPPED]
+        assert not [line for line in said_by(sink, [ALARM]) if line.kind is EventKind.DROPPED]
         assert sink.wait_until(0, 30.0)
     finally:
         sink.close()
@@ -380,7 +411,7 @@ def test_lines_come_in_order_over_a_broker_that_starts_again(broker, closing):
             lines_until(sink, EventKind.DISCONNECTED)
         if number == 40:
             broker.start()
-        sink.put(None, [replace(ALARM, time=float(number))])
+        said_by(sink, [replace(ALARM, time=float(number))])
 
     def instants():
         return list(dict.fromkeys(json.loads(payload)["time"] for payload in listener.payloads()))
@@ -426,23 +457,17 @@ BLOCKS = [part(MADE, first, first + N_BLOCK) for first in range(0, N_WINDOW * N_
 CONCERNS_CONNECTIONS = {"started", "resumed", "stopped", "connected", "disconnected"}
 
 
-def run(folder, source, sinks=(), stop=lambda: False):
-    live(folder, source, sinks, stop, FILE)
+def run(folder, source):
+    live(folder, source, file=FILE, detector=DETECTOR)
+
+
+def topic_at(address):
+    parsed = Address.parse(address)
+    return TopicSource(str(parsed), MonitorConfig(), FILE.channels, parsed)
 
 
 def of_samples(folder):
     return logged(folder, CONCERNS_CONNECTIONS)
-
-
-def is_complete(folder):
-    """Asks whether all windows are there; not for ever."""
-    end = time.monotonic() + 60.0
-
-    def ask():
-        assert time.monotonic() < end, f"{n_logged(folder)} windows"
-        return n_logged(folder) == N_WINDOW
-
-    return ask
 
 
 def n_logged(folder):
@@ -472,48 +497,11 @@ def send(broker, blocks):
         sent(publisher, blocks)
 
 
-def test_killed_again_and_again_no_window_is_lost_or_twice(subscribed, undisturbed, tmp_path, monkeypatch):
-    monkeypatch.setattr(mqtt, "AT_ONCE", 4 * mqtt.LEAST_SIZE)
-    draw = random.Random(5)
-    with ThreadPoolExecutor(1) as pool:
-        sending = pool.submit(send, subscribed, BLOCKS)
-        for life in count():
-            try:
-                sinks = [KilledAt(draw.randint(1, 7))] if life < 12 else []
-                run(tmp_path, source_at(subscribed.address(), is_open=False), sinks, is_complete(tmp_path))
-                break
-            except Killed:
-                continue
-        sending.result()
-    assert life == 12
-    assert of_samples(tmp_path) == undisturbed
-
-
-def test_a_broker_that_starts_again_in_mid_stream_changes_no_window(subscribed, undisturbed, tmp_path):
-    def restart():
-        for number in (8, 20):
-            wait_for(lambda number=number: n_logged(tmp_path) >= number)
-            subscribed.stop()
-            subscribed.start()
-
-    with ThreadPoolExecutor(2) as pool:
-        others = pool.submit(send, subscribed, BLOCKS), pool.submit(restart)
-        run(tmp_path, source_at(subscribed.address(), is_open=False), stop=is_complete(tmp_path))
-        for other in others:
-            other.result()
-    assert _windows(of_samples(tmp_path)) == _windows(undisturbed)
-
-
-def _windows(lines):
-    """Without what a sender repeats because the broker's answer was lost: such samples are dropped."""
-    return [line for line in lines if line.get("event") not in ("time_ran_back", "duplicate")]
-
-
 LIFE = """
 import sys
 from pathlib import Path
-from tests.monitor.test_mqtt import run, source_at
-run(Path(sys.argv[2]), source_at(sys.argv[1], is_open=False))
+from tests.monitor.test_mqtt import run, topic_at
+run(Path(sys.argv[2]), topic_at(sys.argv[1]))
 """
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from html import escape
@@ -20,7 +19,6 @@ from hydrofdi.detectors.trained.conditions import coverage
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
-from hydrofdi.monitor.watch import Watch
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import count_text, percent, plain, time_text
@@ -177,8 +175,6 @@ def alarms_per_hour(file: DetectorFile) -> dict[str, Any] | None:
 
 if TYPE_CHECKING:
     from hydrofdi.monitor.loop import Ending
-
-_log = logging.getLogger(__name__)
 
 
 class Detector:
@@ -455,42 +451,34 @@ class Detector:
             An argument is invalid, or the records cannot be read.
         """
         from hydrofdi.monitor.configuration import load_monitor_config
-        from hydrofdi.monitor.lines import Output
-        from hydrofdi.monitor.loop import monitor
-        from hydrofdi.monitor.sources import open_sinks, open_stream
-        from hydrofdi.monitor.state import StateFile, WindowLog
+        from hydrofdi.monitor.loop import single_monitor
+        from hydrofdi.monitor.machines import Kind
+        from hydrofdi.monitor.opening import open_stream
 
-        file, unit = self.file, self.file.unit
         if self.path is None and "://" in str(source):
             raise ConfigError("save the detector first: the broker identifies it by the path of its file")
         if not isinstance(metrics, str | None):
             raise refusal("metrics", "HOST:PORT", metrics)
         addresses = names_of("events", events, "addresses")
         stated = load_monitor_config(None if config is None else path_of(config))
-        file.require_machine(stated.actuator.given, str(config))
-        if state is not None and log is not None and path_of(state).resolve() == path_of(log).resolve():
-            raise ConfigError(f"state and log are the same file, {state}; choose another name for one")
+        kind = Kind(self.file, stated, str(config))
         stream = open_stream(
             source if isinstance(source, str) else str(path_of(source)),
-            stated,
-            file,
-            self.path or Path("detector.json"),
+            kind,
             sampling_frequency=Said(sampling_frequency).frequency,
             is_followed=follow,
             is_resumed=state is not None,
         )
-        others = open_sinks(stated, file, stream.name, metrics, addresses)
-        if state is None:
-            _log.info("no --state: after a restart, the monitor starts from scratch")
-        shown: Any = on_line if hasattr(on_line, "put") else Output(on_line, unit)
-        return monitor(
-            Watch(file),
+        return single_monitor(
+            kind,
             stream,
-            [shown, *others],
-            state_file=None if state is None else StateFile(path_of(state), file, stream.name),
-            log=None if log is None else WindowLog(path_of(log), unit),
-            stop=stop,
-        )
+            on_line,
+            self.path or Path("detector.json"),
+            state=None if state is None else path_of(state),
+            log=None if log is None else path_of(log),
+            metrics=metrics or "",
+            events=addresses,
+        ).run(stop)
 
     def __repr__(self) -> str:
         low, high = (percent(share) for share in self.false_alarm_interval)

@@ -1,17 +1,17 @@
-"""Where the lines of a fleet go: standard output, a function, topics, and metrics with labels."""
+"""Where lines go: standard output, a function, a live view, topics, and metrics with labels."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, Protocol, TextIO, runtime_checkable
 
-from hydrofdi.detectors.trained.file import DetectorFile
-from hydrofdi.monitor.configuration import Address
+from hydrofdi.monitor.configuration import topic_address
 from hydrofdi.monitor.connections import needing_extra
-from hydrofdi.monitor.fleet.configuration import FleetConfig
+from hydrofdi.monitor.fleet_configuration import FleetConfig
 from hydrofdi.monitor.lines import Line, is_said, line_record
+from hydrofdi.monitor.machines import Machine
 from hydrofdi.records.streams import Chunk, Event
 
 if TYPE_CHECKING:
@@ -19,39 +19,59 @@ if TYPE_CHECKING:
     from hydrofdi.monitor.mqtt import MqttSink
 
 
-class Outlets:
-    """Hands lines of machines on, with the name of the machine, as JSON; None for lines of the fleet."""
+@runtime_checkable
+class View(Protocol):
+    """A receiver of all samples and lines of a single machine."""
 
-    def __init__(self, config: FleetConfig, to: Callable[[dict[str, Any]], None] | TextIO | None) -> None:
-        self._to = to
+    def put(self, chunk: Chunk | None, lines: Sequence[Line]) -> object:
+        """Take the samples and the lines of a reading."""
+
+    def close(self) -> None:
+        """End."""
+
+
+Receiver = Callable[[dict[str, Any]], None] | TextIO | View | None
+
+
+class Outlets:
+    """Hands lines on as JSON; in a fleet with the name of the machine, which is None for the fleet itself."""
+
+    def __init__(self, config: FleetConfig, to: Receiver) -> None:
+        self._view = to if isinstance(to, View) else None
+        self._to = None if isinstance(to, View) else to
         self._metrics: MetricsServer | None = None
         self._counted: dict[str, MetricsSink] = {}
         self._sinks: list[MqttSink] = []
         self._events = list[Event]()
         self._stack = ExitStack()
         with needing_extra(), ExitStack() as stack:
+            if self._view is not None:
+                stack.callback(self._view.close)
             if config.metrics:
                 from hydrofdi.monitor.metrics import MetricsServer
 
                 self._metrics = MetricsServer(config.metrics)
                 stack.callback(self._metrics.close)
-                self._events += self._metrics.put(None, ())
+                self._events += self._metrics.said
             for text in config.events:
                 from hydrofdi.monitor.mqtt import MqttSink
 
-                self._sinks.append(MqttSink(Address.parse(text), config.mqtt))
+                self._sinks.append(MqttSink(topic_address(text), config.mqtt))
                 stack.callback(self._sinks[-1].close)
             self._stack = stack.pop_all()
 
-    def put(self, machine: str, file: DetectorFile | None, chunk: Chunk | None, lines: Sequence[Line]) -> str:
+    def put(self, machine: Machine | None, chunk: Chunk | None, lines: Sequence[Line]) -> str:
         """Hand lines on; the text of those that are said."""
         if self._metrics is not None and (lines or chunk is not None):
-            self._count(self._metrics, machine, file, chunk, lines)
+            self._count(self._metrics, machine, chunk, lines)
+        if self._view is not None:
+            self._view.put(chunk, lines)
         said = [line for line in lines if is_said(line)]
         if not said:
             return ""
-        unit = "1" if file is None else file.unit
-        records = [{"line": "", "machine": machine or None, **line_record(line, unit)} for line in said]
+        unit, name = ("1", None) if machine is None else (machine.kind.file.unit, machine.name)
+        named = {} if name == "" else {"line": "", "machine": name}
+        records = [{**named, **line_record(line, unit)} for line in said]
         texts = [json.dumps(record, ensure_ascii=False, allow_nan=False) + "\n" for record in records]
         for sink in self._sinks:
             wanted = [text for line, text in zip(said, texts, strict=True) if sink.wants(line)]
@@ -65,21 +85,17 @@ class Outlets:
         return "".join(texts)
 
     def _count(
-        self,
-        server: MetricsServer,
-        machine: str,
-        file: DetectorFile | None,
-        chunk: Chunk | None,
-        lines: Sequence[Line],
+        self, server: MetricsServer, machine: Machine | None, chunk: Chunk | None, lines: Sequence[Line]
     ) -> None:
-        if file is None:
+        if machine is None:
             server.count(lines)
             return
-        if machine not in self._counted:
+        name = machine.name or machine.source.name
+        if name not in self._counted:
             from hydrofdi.monitor.metrics import MetricsSink
 
-            self._counted[machine] = MetricsSink(server, machine, file)
-        self._counted[machine].put(chunk, lines)
+            self._counted[name] = MetricsSink(server, name, machine.kind.file)
+        self._counted[name].put(chunk, lines)
 
     def happened(self) -> list[Event]:
         """Events of the outlets themselves."""

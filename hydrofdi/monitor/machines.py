@@ -1,20 +1,19 @@
-"""A machine of a fleet: its stream, its state, and its lines. What goes wrong with it stays with it."""
+"""A machine: its stream, its state, and its lines. In a fleet, what goes wrong with it stays with it."""
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
-from hydrofdi.detectors.trained.file import DetectorFile, load_detector
+from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.errors import HydrofdiError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet.store import StoredMachine
 from hydrofdi.monitor.lines import Line, WindowLine, is_said
-from hydrofdi.monitor.sources import StreamSource, of_detector
-from hydrofdi.monitor.state import digest
+from hydrofdi.monitor.sources import StreamSource
+from hydrofdi.monitor.store import StoredMachine
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.streams import Chunk, Event, EventKind
 
@@ -28,16 +27,20 @@ _NUMBER = "judging.number"
 
 
 class Kind:
-    """Machines with the same detector, which share all that is not state."""
+    """Machines with the same detector, which share all that is not state.
 
-    def __init__(self, path: Path, config: MonitorConfig) -> None:
-        self.file: DetectorFile = load_detector(path)
-        self.file.require_machine(config.actuator.given, str(path))
-        self.config, self.watch, self.digest = (
-            of_detector(config, self.file),
-            Watch(self.file),
-            digest(self.file),
-        )
+    The configuration has those channels alone that the detector reads, if it has any of them. A digest of the
+    detector, except who made it, and when, tells its states from others.
+    """
+
+    def __init__(self, file: DetectorFile, config: MonitorConfig, where: str = "") -> None:
+        file.require_machine(config.actuator.given, where)
+        seen = {*file.channels, file.config.window.channel}
+        channels = {channel: each for channel, each in config.channels.items() if channel in seen}
+        self.file = file
+        self.config = config.model_copy(update={"channels": channels}) if channels else config
+        text = file.model_dump_json(by_alias=True, exclude={"made"})
+        self.watch, self.digest = Watch(file), hashlib.sha256(text.encode()).hexdigest()
 
 
 SourceOf = Callable[[str, str, Callable[[Kind], StreamSource]], StreamSource | None]
@@ -50,6 +53,10 @@ class Machine:
 
     Attributes
     ----------
+    name : str
+        Empty for a single machine, whose errors end the monitor.
+    row : StoredMachine
+        What is stored: the state in which all its lines were delivered.
     is_due : bool
         Whether it had lines since its state was stored.
     heard : float
@@ -64,7 +71,7 @@ class Machine:
         self.state = self.kind.watch.start()
         self.is_due, self.is_judged = False, False
         self.heard, self._retry = time.monotonic(), 0.0
-        self._said, self._position = "", dict[str, object]()
+        self._said, self._position, self._n_lost = "", dict[str, object](), 0
 
     def begin(self, stored: StoredMachine | None) -> list[Line]:
         """Continue from a stored state. That of another detector or source is only used to go on counting."""
@@ -73,26 +80,37 @@ class Machine:
         if stored is not None:
             self.state = {**self.state, _NUMBER: stored.state[_NUMBER]}
             kind, again = EventKind.RESUMED, f" again, from window {watch.next_number(stored.state)} on"
-            if stored.detector != self.kind.digest:
-                again += "; its detector is another one, so it starts anew"
-            elif stored.source != name:
-                again += f"; it was {stored.source}, so it starts anew"
+            if other := self.difference(stored):
+                again += f"; its {other} is another one, so it starts anew"
             else:
                 self.state, position = stored.state, dict(stored.position)
+                if not position:
+                    self.state = watch.resume(self.state, may_repeat=self.source.may_repeat_all)
             self.is_judged = watch.next_number(stored.state) > 0
-        self._position, self.is_due = position, True
-        return [Event(kind, f"watches {name}{again}"), *self._open()]
+        self._position = position
+        self.delivered()
+        lines: list[Line] = [Event(kind, f"watches {name}{again}"), *self._open()]
+        self.is_due = True
+        return lines
 
-    def step(self) -> tuple[Chunk | None, list[Line]]:
-        """The samples that have arrived, and their lines."""
+    def difference(self, stored: StoredMachine) -> str:
+        """What is another than that of a stored state; empty if it belongs to this machine."""
+        if stored.detector != self.kind.digest:
+            return "detector"
+        return "" if stored.source == self.source.name else "source"
+
+    def step(self, timeout: float) -> tuple[Chunk | None, list[Line]]:
+        """The samples that arrive within `timeout` seconds, and their lines."""
         if self._retry:
             return None, self._open() if time.monotonic() >= self._retry else []
         try:
-            chunk = self.source.read(0.0)
+            chunk = self.source.read(timeout)
         except Exception as error:
             return None, self._failed(error)
         events = self.source.events
-        lines: list[Line] = [events.popleft() for _ in range(len(events))]
+        happened = [events.popleft() for _ in range(len(events))]
+        self._n_lost += sum(event.count for event in happened if event.kind is EventKind.DROPPED)
+        lines: list[Line] = [*happened]
         if chunk is not None and chunk.n_time:
             self.heard = time.monotonic()
             lines += self._judged(chunk)
@@ -100,9 +118,15 @@ class Machine:
         self.is_due = self.is_due or any(map(is_said, lines))
         return chunk, lines
 
-    def end(self) -> Sequence[Line]:
-        """The last lines of a stream that will not go on."""
-        self.state, lines = self.kind.watch.end(self.state)
+    def end(self, *, is_final: bool) -> Sequence[Line]:
+        """The last lines, also those of a stream that will not go on."""
+        lines = list[Line]()
+        if self._n_lost:
+            text = f"{self._n_lost:,} samples or messages were lost in total"
+            lines.append(Event(EventKind.DROPPED, text, None, self._n_lost, is_end=True))
+        if is_final:
+            self.state, more = self.kind.watch.end(self.state)
+            lines += more
         return lines
 
     @property
@@ -110,10 +134,9 @@ class Machine:
         """Whether nothing follows, unless what failed is tried again."""
         return self.source.is_over or bool(self._retry)
 
-    @property
-    def row(self) -> StoredMachine:
-        """What is stored."""
-        return StoredMachine(self.source.name, self.kind.digest, self._position, self.state)
+    def delivered(self) -> None:
+        """All lines of the present state were delivered."""
+        self.row = StoredMachine(self.source.name, self.kind.digest, self._position, self.state)
 
     def _open(self) -> list[Line]:
         try:
@@ -147,7 +170,9 @@ class Machine:
         return [Event(EventKind.DISCONNECTED, text, None, is_silent=is_silent)]
 
     def _reason(self, error: Exception) -> str:
-        """A sentence; a bug in hydrofdi also shows its traceback, once."""
+        """A sentence; a bug in hydrofdi also shows its traceback, once. A single machine has the error."""
+        if not self.name:
+            raise error
         if isinstance(error, HydrofdiError):
             return str(error)
         text = f"{type(error).__name__}: {error}"

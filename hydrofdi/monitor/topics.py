@@ -1,4 +1,4 @@
-"""Topics of many machines over one connection. The broker keeps what is in no stored state yet."""
+"""Topics of machines over one connection. The broker keeps what is in no stored state yet."""
 
 from __future__ import annotations
 
@@ -8,13 +8,17 @@ from collections.abc import Collection
 from itertools import groupby, islice, takewhile
 from operator import attrgetter
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from zlib import crc32
 
-from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.fleet.configuration import FleetConfig, Pattern
-from hydrofdi.monitor.fleet.machines import SourceOf
-from hydrofdi.monitor.mqtt import CAPACITY, Message, Reader, Subscription, client_id_of
+from paho.mqtt.client import Client
+from paho.mqtt.subscribeoptions import SubscribeOptions
+
+from hydrofdi.monitor.configuration import Address, MonitorConfig
+from hydrofdi.monitor.connections import Inbox
+from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
+from hydrofdi.monitor.machines import SourceOf
+from hydrofdi.monitor.mqtt import Message, MqttConnection, Reader, client_id_of
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.records.batch import Channel
@@ -24,10 +28,18 @@ _MOST_UNACKNOWLEDGED = 2**16 - 1
 """Most unacknowledged messages that the broker is asked to send, the most that MQTT allows."""
 
 _LEAST_SIZE = 1 << 10
-"""Bytes for which a small message counts."""
+"""Bytes for which a small message counts, so that the number of messages is limited, too."""
 
-MOST_KEPT = 60_000
-"""Number of unacknowledged messages beyond which machines are stored in mid-window."""
+LEAST_OF_ONE = 1 << 15
+"""The same of a single machine."""
+
+CAPACITY, AT_ONCE, _ENOUGH = 1000 * LEAST_OF_ONE, 100 * LEAST_OF_ONE, 8 * LEAST_OF_ONE
+"""Most bytes of messages that wait to be read; of a single machine, the most that are read at once, and those
+that do not wait for more."""
+
+MOST_KEPT, _MOST_OF_ONE = 60_000, 10
+"""Number of unacknowledged messages beyond which machines are stored in mid-window, and that of a single one:
+brokers wait after 10 (RabbitMQ) or 20 (mosquitto), or as configured."""
 
 _STALLED = 1.0
 """Time without a message after which the broker may be waiting for acknowledgements [s]."""
@@ -43,8 +55,11 @@ class TopicSource(StreamSource):
     left out exactly, however the clock of the machine goes.
     """
 
-    def __init__(self, topic: str, config: MonitorConfig, needed: Collection[Channel]) -> None:
+    def __init__(
+        self, topic: str, config: MonitorConfig, needed: Collection[Channel], address: Address | None = None
+    ) -> None:
         super().__init__(topic)
+        self.address = address
         self._reader = PayloadReader(config, needed=needed)
         self._arrived: list[Message] = []
         self._client: Reader | None = None
@@ -108,33 +123,88 @@ class _Open(NamedTuple):
     source: TopicSource | None
 
 
-class Topics(Subscription):
-    """A connection for the topics of all machines at a broker.
+class Topics(MqttConnection):
+    """A connection for the topics of all machines at a broker, at quality of service 1 in a session that
+    outlives the monitor.
 
-    Messages are acknowledged in the order in which they came, as MQTT demands, each when the state of its
-    machine is stored. A state is best stored at the end of a window, when it is small: until then the broker
-    keeps the messages.
+    The broker keeps every message until it is acknowledged. While the inbox is full, nothing is read from the
+    network. Messages are acknowledged in the order in which they came, as MQTT demands, each when the state
+    of its machine is stored. A state is best stored at the end of a window, when it is small: until then the
+    broker keeps the messages.
     """
 
+    client_class = Reader
+
     def __init__(
-        self, patterns: list[Pattern], config: FleetConfig, file: Path, first_wait: float = 1.0
+        self,
+        patterns: list[Pattern],
+        config: FleetConfig,
+        file: Path,
+        *,
+        is_single: bool = False,
+        first_wait: float = 1.0,
     ) -> None:
         address = patterns[0].address
         assert address is not None
-        names = [str(pattern.address) for pattern in patterns]
-        own = config.partition.replace("/", "-")
-        client_id = config.mqtt.client_id + own if config.mqtt.client_id else client_id_of(file, *names, own)
-        topics = [pattern.text for pattern in patterns]
-        super().__init__(address, topics, config, client_id, _MOST_UNACKNOWLEDGED, _LEAST_SIZE, first_wait)
+        names, own = [str(pattern.address) for pattern in patterns], config.partition.replace("/", "-")
+        named = client_id_of(file, *names, *([] if is_single else [own]))
+        self._least_size = LEAST_OF_ONE if is_single else _LEAST_SIZE
+        self._most_kept = _MOST_OF_ONE if is_single else MOST_KEPT
+        self._inbox: Inbox[tuple[Reader, Message]] = Inbox(CAPACITY)
+        super().__init__(
+            address,
+            config.mqtt,
+            self._inbox.say,
+            first_wait,
+            config.mqtt.client_id + own if config.mqtt.client_id else named,
+            SessionExpiryInterval=round(config.mqtt.session_expiry),
+            ReceiveMaximum=_MOST_UNACKNOWLEDGED,
+            MaximumPacketSize=16 * config.limits.payload,
+        )
+        self._topics = [pattern.text for pattern in patterns]
+        self._was_connected, self._remark = False, ""
         self.events = self._inbox.events
         self._patterns, self._n_taken = patterns, 0
         self._open: deque[_Open] = deque()
         self._heard, self.is_behind = time.monotonic(), False
 
-    def dispatch(self, source_of: SourceOf) -> None:
-        """Hand the messages that have arrived to the sources of their machines."""
+    def close(self) -> None:
+        """End the connection; the broker keeps the session."""
+        self._inbox.close()
+        super().close()
+
+    def prepare(self, client: Client) -> None:
+        """Take messages."""
+        assert isinstance(client, Reader)
+        client.received, client.on_subscribe = self._received, self._subscribed
+
+    def connected(self, client: Client, had_session: bool) -> None:
+        """Subscribe to new messages, without an earlier retained one."""
+        is_forgotten = self._was_connected and not had_session
+        self._remark = "; the broker kept no messages in the meantime" if is_forgotten else ""
+        self._was_connected = True
+        options = SubscribeOptions(qos=1, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
+        client.subscribe([(topic, options) for topic in self._topics])
+
+    def _subscribed(self, client: Client, _: Any, __: int, codes: Any, properties: Any) -> None:
+        for topic, code in zip(self._topics, codes, strict=True):
+            if code.is_failure:
+                self.refuse(client, f"it does not let this user read {topic!r}")
+                return
+        is_lossy = not all(code.value for code in codes)
+        lossy = "; it grants only quality of service 0, so messages can be lost" if is_lossy else ""
+        self.report_connected(self._remark + lossy)
+
+    def _received(self, client: Reader, message: Message) -> None:
+        size = max(len(message.payload), self._least_size)
+        self._inbox.put((client, message), size, waits=bool(message.qos))
+
+    def dispatch(self, source_of: SourceOf, timeout: float = 0.0) -> None:
+        """Hand the messages that have arrived, or of a single machine arrive within `timeout` seconds, to the
+        sources of their machines."""
         self.is_behind = 2 * self._inbox.size > CAPACITY
-        arrived = self._inbox.take(0.0, CAPACITY)
+        limits = (AT_ONCE, _ENOUGH) if timeout else (CAPACITY, 0)
+        arrived = self._inbox.take(timeout, *limits)
         if arrived:
             self._heard = time.monotonic()
         for client, message in arrived:
@@ -152,12 +222,12 @@ class Topics(Subscription):
         unacknowledged messages stays below its limit. Some are stored early, so that not all are at once.
         """
         is_stalled, n_open = time.monotonic() - self._heard > _STALLED, len(self._open)
-        if not is_stalled and n_open <= 3 * MOST_KEPT // 4:
+        if not is_stalled and n_open <= 3 * self._most_kept // 4:
             return set()
-        n_over = n_open if is_stalled or n_open <= MOST_KEPT else n_open - MOST_KEPT // 2
+        n_over = n_open if is_stalled or n_open <= self._most_kept else n_open - self._most_kept // 2
         open_ones = (each.source for each in islice(self._open, n_over) if not _is_done(each))
         found = [*dict.fromkeys(source for source in open_ones if source is not None)]
-        return {*(found if is_stalled or n_open > MOST_KEPT else found[: 1 + len(found) // 8])}
+        return {*(found if is_stalled or n_open > self._most_kept else found[: 1 + len(found) // 8])}
 
     def acknowledge(self) -> None:
         """Acknowledge all that is stored, up to the first message that is not."""

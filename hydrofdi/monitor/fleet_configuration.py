@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, Self
 from zlib import crc32
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from hydrofdi.errors import ConfigError
-from hydrofdi.monitor.configuration import Address, MonitorConfig, is_mqtt, read_config
+from hydrofdi.monitor.configuration import Address, MonitorConfig, is_mqtt, read_config, topic_address
 from hydrofdi.records.measured.description.sections import one_or_more
 from hydrofdi.settings.quantities import SI
 
@@ -73,26 +72,15 @@ class FleetConfig(MonitorConfig):
             raise ValueError(f"{given!r} is no partition; write '1/3' to '3/3' for three processes")
         return given
 
-    @field_validator("machines")
+    @field_validator("machines", "events")
     @classmethod
-    def _are_sources(cls, given: tuple[str, ...]) -> tuple[str, ...]:
+    def _are_addresses(cls, given: tuple[str, ...], about: ValidationInfo) -> tuple[str, ...]:
         for text in given:
-            Pattern.parse(text, Path())
+            if about.field_name == "events":
+                topic_address(text)
+            else:
+                Pattern.parse(text, Path())
         return given
-
-    @field_validator("events")
-    @classmethod
-    def _are_topics(cls, given: tuple[str, ...]) -> tuple[str, ...]:
-        for text in given:
-            if not is_mqtt(text):
-                raise ValueError(f"{text}: expected mqtt://HOST/TOPIC or mqtts://HOST/TOPIC")
-        return given
-
-    @model_validator(mode="after")
-    def _has_files_of_its_own(self) -> Self:
-        if self.state is not None and self.state == self.log:
-            raise ValueError("'state' and 'log' are the same file")
-        return self
 
     @model_validator(mode="after")
     def _reads_no_own_events(self) -> Self:
@@ -169,8 +157,3 @@ def load_fleet_config(path: Path, **stated: Any) -> FleetConfig:
     files = {key: folder / file for key, file in config if isinstance(file, Path)}
     detectors = {pattern: folder / file for pattern, file in config.detectors.items()}
     return config.model_copy(update={**files, "detectors": detectors})
-
-
-def patterns_of(config: FleetConfig, folder: Path) -> Sequence[Pattern]:
-    """The sources of a fleet, in their order."""
-    return [Pattern.parse(text, folder) for text in config.machines]

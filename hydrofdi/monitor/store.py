@@ -1,11 +1,11 @@
-"""The state of all machines of a fleet: an SQLite database with a row for each."""
+"""The state of a monitor: an SQLite database with a row for each machine."""
 
 from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from zlib import crc32
@@ -14,12 +14,17 @@ import numpy as np
 
 from hydrofdi.errors import StoreError
 from hydrofdi.monitor.sources import Position
-from hydrofdi.monitor.state import VERSION, locked
 from hydrofdi.records.streams import State
-from hydrofdi.store.files import reason
+from hydrofdi.store.files import reason, require_regular
+from hydrofdi.store.folder.lock import file_lock
 
-_APPLICATION = 0x48464644
-"""Mark of the database: the letters HFFD."""
+VERSION = 5
+"""Raise it when arrays of the state get another name or meaning."""
+
+_APPLICATION = {"fleet": 0x48464644, "machine": 0x4846464D}
+"""Mark of the database: the letters HFFD, and HFFM for that of a single machine."""
+
+_MARKS = "application_id", "user_version"
 
 _TABLES = """
 create table machine (
@@ -40,18 +45,21 @@ class StoredMachine:
     state: State
 
 
-class FleetStore:
+class StateStore:
     """The database. After a crash of process or machine it has the rows of the last transaction."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path.resolve()
-        self._database: sqlite3.Connection | None = None
+    _database: sqlite3.Connection
+
+    def __init__(self, path: Path, *, is_fleet: bool = True) -> None:
+        self.path, self._owner = path.resolve(), "fleet" if is_fleet else "machine"
 
     @contextmanager
     def opened(self) -> Iterator[None]:
         """Lock the database for this process, and open it."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        with locked(self.path):
+        require_regular(self.path)
+        lock = self.path.with_name(f".{self.path.name}.lock")
+        with file_lock(lock, f"{self.path}: another monitor uses it"):
             with self._troubles("opened"):
                 self._database = sqlite3.connect(self.path, isolation_level=None)
             try:
@@ -59,13 +67,12 @@ class FleetStore:
                 yield
             finally:
                 self._database.close()
-                self._database = None
 
     def read(self, name: str) -> StoredMachine | None:
         """What is stored of a machine; None if nothing is."""
         question = "select source, detector, position, state from machine where name = ?"
         with self._troubles("read"):
-            row = self._execute(question, (name,)).fetchone()
+            row = self._database.execute(question, (name,)).fetchone()
         if row is None:
             return None
         source, detector, position, body = row
@@ -74,7 +81,7 @@ class FleetStore:
     def read_log(self) -> Position:
         """Where the log continues; empty at the first start."""
         with self._troubles("read"):
-            row = self._execute("select position from log").fetchone()
+            row = self._database.execute("select position from log").fetchone()
         return {} if row is None else dict(json.loads(row[0]))
 
     def write(self, machines: Mapping[str, StoredMachine], log: Position) -> None:
@@ -83,55 +90,32 @@ class FleetStore:
         for name, each in machines.items():
             body, position = _packed(each.state), json.dumps(dict(each.position))
             rows.append((name, each.source, each.detector, position, body, crc32(body)))
-        with self._troubles("written"):
-            self._execute("begin immediate")
-            try:
-                for row in rows:
-                    self._execute("insert or replace into machine values (?, ?, ?, ?, ?, ?)", row)
-                self._execute("delete from log")
-                self._execute("insert into log values (?)", (json.dumps(dict(log)),))
-                self._execute("commit")
-            except BaseException:
-                if self._connection.in_transaction:
-                    self._execute("rollback")
-                raise
-
-    @property
-    def _connection(self) -> sqlite3.Connection:
-        assert self._database is not None, "the store is not opened"
-        return self._database
-
-    def _execute(self, text: str, values: Sequence[object] = ()) -> sqlite3.Cursor:
-        return self._connection.execute(text, values)
+        with self._troubles("written"), self._database as database:
+            database.execute("begin immediate")
+            database.executemany("insert or replace into machine values (?, ?, ?, ?, ?, ?)", rows)
+            database.execute("delete from log")
+            database.execute("insert into log values (?)", (json.dumps(dict(log)),))
 
     def _prepare(self, database: sqlite3.Connection) -> None:
-        """Make a new database, or check that this one is of a fleet."""
-        with self._troubles("read"):
-            found = [
-                database.execute(f"pragma {key}").fetchone()[0] for key in ("application_id", "user_version")
-            ]
+        """Make a new database, or check that this one has the same owner."""
+        mark, found, is_new = _APPLICATION[self._owner], list[int](), False
+        with suppress(sqlite3.DatabaseError):  # another kind of file
+            found = [database.execute(f"pragma {key}").fetchone()[0] for key in _MARKS]
             is_new = not database.execute("select count(*) from sqlite_master").fetchone()[0]
-            if not is_new and found != [_APPLICATION, VERSION]:
-                what = (
-                    "belongs to another version"
-                    if found[0] == _APPLICATION
-                    else "is not the state of a fleet"
-                )
-                raise StoreError(f"{self.path}: {what} and was not changed; choose another name")
+        if not is_new and found != [mark, VERSION]:
+            what = f"belongs to another version, or is not the state of a {self._owner}"
+            raise StoreError(f"{self.path}: {what}, and was not changed; choose another name")
+        with self._troubles("read"):
             database.execute("pragma journal_mode = wal")
             database.execute("pragma synchronous = full")
             if is_new:
                 database.executescript(
-                    f"begin; pragma application_id = {_APPLICATION}; pragma user_version = {VERSION};"
+                    f"begin; pragma application_id = {mark}; pragma user_version = {VERSION};"
                     f"{_TABLES} commit;"
                 )
-
-        with self._troubles("read"):
-            for name, body, checksum in database.execute("select name, state, checksum from machine"):
+            for body, checksum in database.execute("select state, checksum from machine"):
                 if checksum != crc32(body):
-                    raise StoreError(
-                        f"{self.path}: the state of {name} is damaged; remove the file to start anew"
-                    )
+                    raise StoreError(f"{self.path}: is damaged; remove it to start from scratch")
 
     @contextmanager
     def _troubles(self, what: str) -> Iterator[None]:

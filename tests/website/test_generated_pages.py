@@ -16,7 +16,7 @@ from hydrofdi.config.study.study import OnlineConfig
 from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.registry import describe
 from hydrofdi.monitor.configuration import MqttConfig
-from hydrofdi.monitor.fleet.configuration import FleetConfig
+from hydrofdi.monitor.fleet_configuration import FleetConfig
 from hydrofdi.records.measured.description.sections import MeasuredConfig
 from hydrofdi.settings.ready import ready_names
 

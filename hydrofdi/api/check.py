@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from numbers import Real
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
@@ -55,7 +54,8 @@ MOST_ROWS = 24
 """Most runs that have a row each."""
 
 
-class Check(SimpleNamespace):
+@dataclass(frozen=True, repr=False)
+class Check:
     """Findings on an experiment, as `hydrofdi.check` returns them. True if there are no problems.
 
     Attributes
@@ -85,6 +85,23 @@ class Check(SimpleNamespace):
     problems, warnings : list of str
         What makes results wrong, and what to keep in mind when reading them.
     """
+
+    step: float
+    step_limits: dict[str, float]
+    binding: str
+    figures: dict[str, Any]
+    modes: list[Mode]
+    bands: list[tuple[float, float]]
+    n_sample: int
+    n_period: float
+    boundary_shares: list[float]
+    noise: list[dict[str, Any]]
+    n_left_out: int
+    n_run: int
+    sampling_frequency: float
+    plausibility: list[dict[str, Any]]
+    problems: list[str]
+    warnings: list[str]
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi check --json`` prints; None in place of what is not finite."""

@@ -9,7 +9,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.indicators.estimation.valve_use import follow_means
 from hydrofdi.records import Array, Channel, RecordBatch
 from hydrofdi.records.data_sheet import DataSheet, PlantConstant
 from hydrofdi.settings.quantities import Section, field_quantity
@@ -104,6 +103,8 @@ class NominalActuator(DataSheet):
         least_gain: float, state: Array,
     ) -> Array:  # fmt: skip
         """P_s of a chunk [Pa]; if it is the ``sum``, `follow_means` of the `total` (n_record, n_time)."""
+        from hydrofdi.indicators.estimation.valve_use import follow_means  # loads the compiler
+
         match self.supply_known_by(chunk):
             case "measured":
                 return np.ascontiguousarray(chunk[Channel.SUPPLY_PRESSURE])

@@ -57,6 +57,11 @@ def test_symbols_name_what_is_drawn_compared_and_faulty():
     assert loaded.study.shifts == {"stiff": {EBM: 1e9}}
 
 
+def test_options_of_an_indicator_are_no_parameters_whatever_its_label():
+    loaded = load_experiment({"indicators": {"grid": {"kind": "modwt", "levels": 3}}})
+    assert loaded.indicators["grid"]["levels"] == 3
+
+
 THREE = [5e8, 6e8, 7e8]
 
 

@@ -218,7 +218,10 @@ class Results:
         """
         from hydrofdi.report.runs import baseline_changes
 
-        axes = [name for name in map(coordinate, self.data.experiment.varied_names) if name in self.dataset]
+        axes = [*map(coordinate, self.data.experiment.varied_names)]
+        if axes and SWEPT.name not in self.dataset and self.data.experiment.study is None:
+            raise ReportError(f"{self.file}: is of an earlier version; 'hydrofdi collect' adds coordinates")
+        axes = [name for name in axes if name in self.dataset]
         sizes = [len({*self.dataset[name].values.tolist()}) for name in axes]
         if not axes or math.prod(sizes) > _LEAST_FULL * len(self):
             raise ReportError("the points of the sweep are no grid; see .dataset")

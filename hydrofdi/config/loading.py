@@ -92,9 +92,10 @@ def use_full_names(source: Source) -> None:
 
 
 def _use_full_names(source: Source, data: Any, path: Path) -> None:
-    is_mapping = path and path[-1] in (*PARAMETER_MAPPINGS, "faults", "units")
+    is_inside = path[:1] and path[0] in ("baseline", "sweep", "ensemble", "study", "units")
+    is_mapping = is_inside and path[-1] in (*PARAMETER_MAPPINGS, "faults", "units")
     is_section = len(path) == 1 and path[0] in RunRequest.model_fields
-    is_changed = len(path) == 3 and path[1] in ("shifts", "confusions")
+    is_changed = is_inside and len(path) == 3 and path[1] in ("shifts", "confusions")
     if isinstance(data, dict) and (is_mapping or is_section or is_changed):
         for key in list(data):
             within = f"{path[0]}." if is_section else ""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.run_table.runs import spread
+from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.axes import Axis
 from hydrofdi.report.responses import AGAINST, Array, Feature, ResponseStudy
 from hydrofdi.report.table import Block, Column, Table
@@ -78,7 +79,7 @@ class Plane:
             return self.features[0]
         changes = [each for each in self.features if each.is_change]
         ranges = [np.ptp(np.append(0.0, values[np.isfinite(values)])) for values in map(self.matrix, changes)]
-        return changes[int(np.argmax(ranges))]
+        return changes[int(np.argmax(comparable(np.array(ranges))))]
 
     @property
     def said(self) -> str:

@@ -4,8 +4,10 @@ import csv
 import io
 import json
 import os
+import shutil
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import xarray
@@ -112,6 +114,16 @@ def test_the_file_alone_is_a_cube_and_the_extra_baseline_does_not_stand_in_the_w
     runs = results.runs
     at = (runs["fluid.bulk_modulus"] == 700e6) & (runs["leakage.internal_coefficient"] == 4e-9)
     np.testing.assert_array_equal(cell, results[int(np.flatnonzero(at)[0])].detail_rms)
+
+
+def test_a_file_without_coordinates_says_how_to_get_them(results, tmp_path):
+    shutil.copytree(results.folder, tmp_path / "old")
+    old = package.load(tmp_path / "old")
+    with h5py.File(old.file, "r+") as file:
+        del file.attrs["coordinates"], file["EBM"], file["K_i"], file["swept"]
+    with pytest.raises(ReportError, match="collect"):
+        old.grid()
+    np.testing.assert_array_equal(package.collect(old.folder).grid().delta, results.grid().delta)
 
 
 def test_a_stored_run_is_the_run_that_was_simulated(results):

@@ -48,8 +48,8 @@ def draw_sensitivity(plane: Plane) -> Figure:
         bar.outline.set_visible(False)
     for axis, texts, header in zip("yx", plane.texts, plane.headers, strict=True):
         places = spread(len(texts), _MOST_TICKS)
-        panels[0, 0].__getattribute__(f"set_{axis}ticks")(places, [texts[place] for place in places])
-        figure.__getattribute__(f"sup{axis}label")(header, fontsize=9)
+        getattr(panels[0, 0], f"set_{axis}ticks")(places, [texts[place] for place in places])
+        getattr(figure, f"sup{axis}label")(header, fontsize=9)
     marked = "framed or starred: the healthy baseline" if plane.baseline is not None else ""
     figure.suptitle("; ".join(filter(None, (plane.said, marked))), fontsize=8, x=0.01, ha="left")
     return figure

@@ -12,7 +12,7 @@ from hydrofdi.report.detection.record import design_record
 from hydrofdi.report.detection.wording import severity_unit
 from hydrofdi.report.table import Block, Table, finite, group_breaks
 from hydrofdi.report.wording import joined
-from hydrofdi.studies.charts import ChartJudgement, LeakDelay, RunLengths
+from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
 from hydrofdi.studies.truth import EstimateJudgement, Estimates
 from hydrofdi.units import convert
 
@@ -26,10 +26,10 @@ _ORDER = (
 _DULL = ("unit", "kind", "not_measurable")
 
 
-def run_lengths_block(lengths: RunLengths) -> Block:
+def run_lengths_block(detection: Detection) -> Block:
     """Delays of detection for each time between false alarms, alarms, and why a chart has none."""
-    lines, confidence = [*_lines(lengths)], f"{100.0 * lengths.confidence:g} %"
-    refusals = [_lead(chart) | {"refused": why} for chart in lengths.charts for why in chart.refusals]
+    lines, confidence = [*_lines(detection)], f"{100.0 * detection.rules.confidence:g} %"
+    refusals = [_lead(chart) | {"refused": why} for chart in detection.charts for why in chart.refusals]
     note = f"low, high: {confidence} interval. –: longer than the records, or no alarm in them."
     tables = (
         Table.of_records(
@@ -44,7 +44,7 @@ def run_lengths_block(lengths: RunLengths) -> Block:
         ),
         Table.of_records(refusals, _DULL, title="Not stated"),
     )
-    figures = ("delays",) if any(chart.delays for chart in lengths.charts) else ()
+    figures = ("delays",) if any(chart.delays for chart in detection.charts) else ()
     return Block("run-lengths", "Delay in operation", (_ORDER,), tables, figures)
 
 
@@ -53,7 +53,7 @@ def hours(duration: float) -> float:
     return convert(duration, "h")
 
 
-def run_length_records(judged: Sequence[RunLengths]) -> list[dict[str, Any]]:
+def run_length_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
     """One record for each chart at each limit."""
     return [
         {
@@ -65,31 +65,30 @@ def run_length_records(judged: Sequence[RunLengths]) -> list[dict[str, Any]]:
                 for each in chart.false_alarms
             ],
             "delays": [
-                {"population": delay.population.name} | _delay_record(lengths, delay)
+                {"population": delay.population.name} | _delay_record(detection, delay)
                 for delay in chart.delays
             ],
-            "design": design_record(lengths),
+            "design": design_record(detection),
             "refusals": list(chart.refusals),
         }
-        for lengths in judged
-        for chart in lengths.charts
+        for detection in detections
+        for chart in detection.charts
     ]
 
 
-def run_length_lines(judged: Sequence[RunLengths]) -> Iterator[dict[str, Any]]:
+def run_length_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]]:
     """Header → value, one line for each chart, limit and tested population."""
-    for lengths in judged:
-        for line in _lines(lengths):
-            yield design_record(lengths) | line
+    for detection in detections:
+        yield from (design_record(detection) | line for line in _lines(detection))
 
 
-def _lines(lengths: RunLengths) -> Iterator[dict[str, Any]]:
-    for chart in lengths.charts:
-        lead = _lead(chart)
-        for population in chart.false_alarms:
-            yield lead | _population(lengths, population) | _alarm_record(chart, population)
-        for delay in chart.delays:
-            yield lead | _population(lengths, delay.population) | _delay_record(lengths, delay)
+def _lines(detection: Detection) -> Iterator[dict[str, Any]]:
+    for chart in detection.charts:
+        lead, stated = _lead(chart), [(each, _alarm_record(chart, each)) for each in chart.false_alarms]
+        stated += [(delay.population, _delay_record(detection, delay)) for delay in chart.delays]
+        for population, line in stated:
+            named = {"population": population.name, "kind": str(population.kind)}
+            yield lead | named | _severity(detection, population) | line
         if chart.refusals:
             yield lead
 
@@ -105,13 +104,9 @@ def _lead(chart: ChartJudgement) -> dict[str, Any]:
     }
 
 
-def _population(lengths: RunLengths, population: Population) -> dict[str, Any]:
-    unit = severity_unit(lengths)
-    return {
-        "population": population.name,
-        "kind": str(population.kind),
-        unit.key: unit.value(population.severity),
-    }
+def _severity(detection: Detection, population: Population) -> dict[str, Any]:
+    unit = severity_unit(detection)
+    return {unit.key: unit.value(population.severity)}
 
 
 def _alarm_record(chart: ChartJudgement, population: Population) -> dict[str, Any]:
@@ -126,17 +121,16 @@ def _alarm_record(chart: ChartJudgement, population: Population) -> dict[str, An
     }
 
 
-def _delay_record(lengths: RunLengths, delay: LeakDelay) -> dict[str, Any]:
-    unit = severity_unit(lengths)
+def _delay_record(detection: Detection, delay: LeakDelay) -> dict[str, Any]:
     return {
-        unit.key: unit.value(delay.population.severity),
+        **_severity(detection, delay.population),
         "true_mean_flow_after_onset_L_per_min": finite(convert(delay.flow, "L/min")),
         "found": delay.n_found,
         "n": delay.n,
         "false_alarms_before_onset": delay.n_early,
         "not_measurable": delay.not_measurable,
         **_quantile("delay_median", delay.median),
-        **_quantile(f"delay_{100.0 * lengths.share:g}_percent", delay.late),
+        **_quantile(f"delay_{100.0 * detection.rules.probability:g}_percent", delay.late),
     }
 
 

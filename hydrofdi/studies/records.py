@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.detectors.rules import Rules
+from hydrofdi.detectors.run_lengths import AlarmLimit, Delay, time_needed
 from hydrofdi.detectors.scores.configuration import ScoreConfig
 from hydrofdi.evaluation.pod import DetectableSeverity, PodCurve
 from hydrofdi.evaluation.rates import HealthyPair, Rate
@@ -75,6 +76,8 @@ class StudyRecords:
     per_mean_flow : float
         Flow of the same leaks at `REFERENCE_DROP`, per mean leakage flow of the record: the median over the
         faulty records [-]; NaN if unknown.
+    runs : ndarray of int, shape (n_record,)
+        Rows of the records in the file of a stored study.
     is_labelled : bool
         Whether labels name the faults of measured records; otherwise their severities do.
     remarks : tuple of str
@@ -90,6 +93,7 @@ class StudyRecords:
     remarks: tuple[str, ...] = ()
     per_mean_flow: float = float("nan")
     is_labelled: bool = False
+    runs: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
 
     def rows(self, population: Population) -> NDArray[np.intp]:
         """Rows of the records of a population."""
@@ -247,6 +251,76 @@ class Judgement:
         return bool(comparable(max(areas, default=0.0)) > comparable(spread))
 
 
+@dataclass(frozen=True)
+class LeakDelay:
+    """The detection delay of a leak of one nominal severity.
+
+    Attributes
+    ----------
+    flow : float
+        Mean of the true leakage flows from the onset on [m³/s].
+    n_found, n : int
+        Number of leaks detected before their record ends, and of all leaks.
+    n_early : int
+        Number of false alarms before the onset; the chart restarts after each.
+    not_measurable : int
+        Number of leaks whose estimator diverged before the onset; they count as not detected.
+    watched : float
+        Time from the latest onset to the last instant [s].
+    median, late : Delay
+        Delay within which half of the leaks, and the required fraction, are detected [s].
+    """
+
+    population: Population
+    flow: float
+    n_found: int
+    n: int
+    n_early: int
+    not_measurable: int
+    watched: float
+    median: Delay
+    late: Delay
+
+
+@dataclass(frozen=True)
+class ChartJudgement:
+    """A chart at one limit.
+
+    Attributes
+    ----------
+    label, watched, rule : str
+        Label of the chart, the watched output, and the name of the chart rule.
+    centre, spread : float
+        Median and spread of the watched output in healthy fit records [unit]; NaN if there is no limit.
+    false_alarms : mapping of Population to AlarmLimit
+        False alarms at this limit of healthy test records, each shift and each confusion.
+    """
+
+    label: str
+    watched: str
+    rule: str
+    unit: str
+    false_alarm_every: float
+    centre: float = math.nan
+    spread: float = math.nan
+    limit: AlarmLimit | None = None
+    false_alarms: Mapping[Population, AlarmLimit] = field(default_factory=dict)
+    delays: tuple[LeakDelay, ...] = ()
+    refusals: tuple[str, ...] = ()
+
+    def keeps(self, population: Population) -> bool | None:
+        """Whether the false-alarm rate of a population is compatible with the requirement.
+
+        None if its records are not watched, or not long enough.
+        """
+        found = self.false_alarms.get(population)
+        if found is None:
+            return None
+        if found.high < self.false_alarm_every:
+            return False
+        return True if found.duration >= time_needed(self.false_alarm_every, found.confidence) else None
+
+
 @dataclass(frozen=True, eq=False)
 class Detection:
     """Evaluation of all scores of one design of a study.
@@ -258,6 +332,8 @@ class Detection:
         false-alarm rate.
     remarks : tuple of str
         Remarks on all results, such as that the draws are not independent.
+    charts : tuple of ChartJudgement
+        Control charts on scores over time.
     """
 
     records: StudyRecords
@@ -265,6 +341,7 @@ class Detection:
     rules: Rules
     pareto: frozenset[str] = frozenset()
     remarks: tuple[str, ...] = ()
+    charts: tuple[ChartJudgement, ...] = ()
 
 
 _RANK_BY_RATE = {True: 0, None: 1, False: 2}

@@ -13,7 +13,6 @@ from hydrofdi.evaluation.rates import Rate, alarm_rate
 from hydrofdi.evaluation.scores import Array, Kind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import BULK_MODULUS, LEAKAGE_COEFFICIENT
-from hydrofdi.studies.reading import study_designs
 from hydrofdi.studies.records import StudyRecords
 
 TRUTHS = {"internal_coefficient": LEAKAGE_COEFFICIENT, "bulk_modulus": BULK_MODULUS}
@@ -64,15 +63,14 @@ class Estimates:
         Estimates without a stated standard deviation, which are not evaluated.
     """
 
-    records: StudyRecords
     judgements: tuple[EstimateJudgement, ...]
     confidence: float
     has_constant_leaks: bool = True
     without_deviation: tuple[str, ...] = ()
 
 
-def judge_estimates(data: ExperimentData) -> tuple[Estimates, ...]:
-    """Evaluate every estimate of every design of a stored study, on test records and shifts.
+def judge_estimates(data: ExperimentData, records: StudyRecords) -> Estimates:
+    """Evaluate every estimate of a design of a stored study, on test records and shifts.
 
     Leaks with a later onset are excluded, and so is β if it is not constant: such records have no single true
     value.
@@ -80,10 +78,7 @@ def judge_estimates(data: ExperimentData) -> tuple[Estimates, ...]:
     confidence = data.experiment.detection.confidence
     is_constant = data.experiment.leakage.onset == "constant"
     without = tuple(name for name in _estimates(data) if f"{name}{ERROR}" not in data.columns)
-    return tuple(
-        Estimates(records, tuple(_judged(data, records, rows, confidence)), confidence, is_constant, without)
-        for records, rows in study_designs(data)
-    )
+    return Estimates(tuple(_judged(data, records, confidence)), confidence, is_constant, without)
 
 
 def _estimates(data: ExperimentData) -> Iterator[str]:
@@ -95,9 +90,7 @@ def _estimates(data: ExperimentData) -> Iterator[str]:
             yield name
 
 
-def _judged(
-    data: ExperimentData, records: StudyRecords, rows: NDArray[np.intp], confidence: float
-) -> Iterator[EstimateJudgement]:
+def _judged(data: ExperimentData, records: StudyRecords, confidence: float) -> Iterator[EstimateJudgement]:
     populations = dict(_populations(records))
     if data.experiment.leakage.onset != "constant":
         populations.pop(FAULTS, None)
@@ -106,10 +99,10 @@ def _judged(
         stated = data.columns.get(f"{name}{ERROR}")
         if stated is None:
             continue
-        truth = np.asarray(data.columns[TRUTHS[quantity]][rows], dtype=float)
-        estimate = np.asarray(data.columns[name][rows], dtype=float)
+        columns = (data.columns[TRUTHS[quantity]], data.columns[name], stated)
+        truth, estimate, deviation = (np.asarray(own[records.runs], dtype=float) for own in columns)
         scale = truth if quantity == "bulk_modulus" else np.ones_like(truth)
-        error, deviation = (estimate - truth) / scale, np.asarray(stated[rows], dtype=float) / scale
+        error, deviation = (estimate - truth) / scale, deviation / scale
         for population, own in populations.items():
             yield _judgement(label, quantity, population, error[own], deviation[own], confidence)
 

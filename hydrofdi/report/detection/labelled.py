@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from hydrofdi.evaluation.scores import Kind, comparable
-from hydrofdi.report.detection.record import detection_lines, pair_records
+from hydrofdi.report.detection.record import detection_lines
 from hydrofdi.report.detection.wording import FROM_LEVELS, severity_unit
 from hydrofdi.report.table import Column, Table, group_breaks
 from hydrofdi.settings.messages import counted
@@ -80,32 +80,27 @@ def pairs_table(detection: Detection) -> Table:
     The threshold of ``fit_group`` is tested on ``test_group``. If no alarms are counted, both groups are
     listed once, and the second reads higher.
     """
-    best = detection.judgements[:1]
-    rows = [
-        row | {"of": each.rate and each.rate.total}
-        for judgement in best
-        for row, each in zip(pair_records(judgement), judgement.healthy_pairs, strict=True)
-    ]
-    rows.sort(key=lambda row: -abs(comparable(row["value"] - 0.5)))
-    has_alarms = any(row["of"] is not None for row in rows)
+    best = next(iter(detection.judgements), None)
+    pairs = [] if best is None else list(best.healthy_pairs)
+    pairs.sort(key=lambda pair: -abs(comparable(pair.area.value - 0.5)))
+    has_alarms = any(pair.rate is not None for pair in pairs)
     if not has_alarms:
-        rows = [row for row in rows if (row["value"], row["fit_group"]) > (0.5, row["test_group"])]
-    groups = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
-    titles = {"fit_group": groups[0], "test_group": groups[1], "value": "AUC"}
-    titles |= {"alarms": "false alarms", "of": "of"} if has_alarms else {}
-    texts = [_area_text(row["value"], row["low"], row["high"]) for row in rows]
-    names = ("fit_group", "test_group", "value", "low", "high", "alarms", "of")
-    columns = (
-        Column(name, [row[name] for row in rows], title=titles.get(name, ""), is_shown=name in titles)
-        for name in names
-    )
-    made = [
-        replace(each, text=texts) if each.name == "value" else replace(each, is_text="group" in each.name)
-        for each in columns
-    ]
-    title = "Healthy groups against each other by {}: none of them leaks"
+        pairs = [each for each in pairs if (each.area.value, each.fit_group) > (0.5, each.test_group)]
+    titles = ("threshold of", "tested") if has_alarms else ("group", "reads higher")
+    areas, rates = [pair.area for pair in pairs], [pair.rate for pair in pairs]
+    texts = [_area_text(area.value, area.low, area.high) for area in areas]
     return Table(
-        tuple(made), title=title.format(*(each.scored.name for each in best)) if best else "", n_lead=2
+        (
+            Column("fit_group", [pair.fit_group for pair in pairs], title=titles[0], is_text=True),
+            Column("test_group", [pair.test_group for pair in pairs], title=titles[1], is_text=True),
+            Column("auc", [area.value for area in areas], title="AUC", text=texts),
+            Column("auc_low", [area.low for area in areas], is_shown=False),
+            Column("auc_high", [area.high for area in areas], is_shown=False),
+            Column("alarms", [r and r.count for r in rates], title="false alarms", is_shown=has_alarms),
+            Column("n", [r and r.total for r in rates], title="of", is_shown=has_alarms),
+        ),
+        title=f"Healthy groups against each other by {best.scored.name if best else ''}: none of them leaks",
+        n_lead=2,
     )
 
 

@@ -20,7 +20,6 @@ from hydrofdi.report.detection.wording import (
 )
 from hydrofdi.report.table import Block, Column, Table, finite, numbers
 from hydrofdi.settings.readable import HOLE
-from hydrofdi.studies.charts import RunLengths
 from hydrofdi.studies.detecting import EvaluatedScore, Gain, are_shown, gain
 from hydrofdi.studies.records import Detection, Judgement
 
@@ -57,11 +56,11 @@ def study_record(detection: Detection) -> dict[str, Any]:
     }
 
 
-def design_record(study: Detection | RunLengths) -> dict[str, Any]:
+def design_record(detection: Detection) -> dict[str, Any]:
     """What was chosen for all records alike, in SI."""
     return {
         name: finite(value) if isinstance(value, float) else value
-        for name, value in study.records.design.items()
+        for name, value in detection.records.design.items()
     }
 
 
@@ -122,19 +121,14 @@ def _record(detection: Detection, judgement: Judgement) -> dict[str, Any]:
         missing = {each.name: records.n_missing(scored, each) for each in records.populations}
         record["without_number"] = {name: count for name, count in missing.items() if count}
         record["stands_clear"] = judgement.stands_clear
-        record["healthy_against_healthy"] = pair_records(judgement)
+        record["healthy_against_healthy"] = [
+            {"fit_group": each.fit_group, "test_group": each.test_group}
+            | numbers(each.area, "value", "low", "high")
+            | {"n_healthy": each.area.n_healthy, "n": each.area.n_faulty}
+            | {"alarms": each.rate and each.rate.count, "refusal": each.refusal or None}
+            for each in judgement.healthy_pairs
+        ]
     return record
-
-
-def pair_records(judgement: Judgement) -> list[dict[str, Any]]:
-    """Healthy groups against each other."""
-    return [
-        {"fit_group": each.fit_group, "test_group": each.test_group}
-        | numbers(each.area, "value", "low", "high")
-        | {"n_healthy": each.area.n_healthy, "n": each.area.n_faulty}
-        | {"alarms": each.rate and each.rate.count, "refusal": each.refusal or None}
-        for each in judgement.healthy_pairs
-    ]
 
 
 def stated_severity(unit: SeverityUnit, population: Population) -> float | None:

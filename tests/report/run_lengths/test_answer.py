@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from hydrofdi.detectors.rules import Rules
 from hydrofdi.report.run_lengths import run_lengths_block
-from hydrofdi.studies.charts import RunLengths
+from hydrofdi.studies.records import Detection
 from tests.commands import run, run_json
 from tests.studies.test_run_lengths import EVERY, LARGE, judged, traces
 
@@ -17,7 +18,7 @@ from tests.studies.test_run_lengths import EVERY, LARGE, judged, traces
 def block(of, every=EVERY):
     sums = [replace(chart, label="sums") for chart in judged(of, every, chart="cusum", shift=4)]
     charts = [*judged(of, every), *sums]
-    return run_lengths_block(RunLengths(of.records, tuple(charts), 0.95, 0.9))
+    return run_lengths_block(Detection(of.records, (), Rules(), charts=tuple(charts)))
 
 
 def test_delays_have_their_interval_and_a_chart_without_a_limit_its_reason():

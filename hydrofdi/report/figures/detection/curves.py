@@ -12,16 +12,17 @@ from hydrofdi.evaluation.pod import PodCurve, lower_bound
 from hydrofdi.evaluation.roc import RocCurve, roc_curve
 from hydrofdi.evaluation.scores import Array, Kind, Population
 from hydrofdi.report.detection.wording import SeverityUnit, chosen_levels, level_of, sensors, severity_unit
-from hydrofdi.report.figures.detection.marks import (
+from hydrofdi.report.figures.detection.populations import score_panels, sensor_marks, with_threshold
+from hydrofdi.report.figures.style import (
+    INK,
+    LINES,
     deviates,
     legend_outside,
+    log_axis,
     normal_deviate_axis,
+    ordered_color,
     panels,
-    score_panels,
-    sensor_marks,
-    with_threshold,
 )
-from hydrofdi.report.figures.style import INK, LINES, log_axis, ordered_color
 from hydrofdi.studies.judging import reference_of
 from hydrofdi.studies.parts import part
 from hydrofdi.studies.records import Detection, Judgement

@@ -16,7 +16,7 @@ from hydrofdi.studies.records import ChartJudgement, Detection, LeakDelay
 from hydrofdi.studies.truth import EstimateJudgement, Estimates
 from hydrofdi.units import convert
 
-_ORDER = (
+_CHARTS = (
     "Charts leave out the transient of the estimator and restart after each alarm. Healthy fit records, "
     "resampled whole and joined, set the limits; all results come from other records. A delay is the"
     " time from the onset of a leak to the first alarm after it; alarms before it are false ones (early)."
@@ -45,12 +45,7 @@ def run_lengths_block(detection: Detection) -> Block:
         Table.of_records(refusals, _DULL, title="Not stated"),
     )
     figures = ("delays",) if any(chart.delays for chart in detection.charts) else ()
-    return Block("run-lengths", "Delay in operation", (_ORDER,), tables, figures)
-
-
-def hours(duration: float) -> float:
-    """A duration [s] in hours."""
-    return convert(duration, "h")
+    return Block("run-lengths", "Delay in operation", (_CHARTS,), tables, figures)
 
 
 def run_length_records(detections: Sequence[Detection]) -> list[dict[str, Any]]:
@@ -83,12 +78,13 @@ def run_length_lines(detections: Sequence[Detection]) -> Iterator[dict[str, Any]
 
 
 def _lines(detection: Detection) -> Iterator[dict[str, Any]]:
+    unit = severity_unit(detection)
     for chart in detection.charts:
         lead, stated = _lead(chart), [(each, _alarm_record(chart, each)) for each in chart.false_alarms]
         stated += [(delay.population, _delay_record(detection, delay)) for delay in chart.delays]
         for population, line in stated:
             named = {"population": population.name, "kind": str(population.kind)}
-            yield lead | named | _severity(detection, population) | line
+            yield lead | named | {unit.key: unit.value(population.severity)} | line
         if chart.refusals:
             yield lead
 
@@ -99,31 +95,27 @@ def _lead(chart: ChartJudgement) -> dict[str, Any]:
         "rule": chart.rule,
         "indicator": chart.watched,
         "unit": chart.unit,
-        "false_alarm_every_h": hours(chart.false_alarm_every),
+        "false_alarm_every_h": convert(chart.false_alarm_every, "h"),
         "limit": None if chart.limit is None else chart.limit.value,
     }
-
-
-def _severity(detection: Detection, population: Population) -> dict[str, Any]:
-    unit = severity_unit(detection)
-    return {unit.key: unit.value(population.severity)}
 
 
 def _alarm_record(chart: ChartJudgement, population: Population) -> dict[str, Any]:
     found, keeps = chart.false_alarms[population], chart.keeps(population)
     return {
         "alarms": found.n_alarm,
-        "hours": hours(found.duration),
-        "between_alarms_h": finite(hours(found.mean_time)),
-        "between_alarms_low_h": finite(hours(found.low)),
-        "between_alarms_high_h": finite(hours(found.high)),
+        "hours": convert(found.duration, "h"),
+        "between_alarms_h": finite(convert(found.mean_time, "h")),
+        "between_alarms_low_h": finite(convert(found.low, "h")),
+        "between_alarms_high_h": finite(convert(found.high, "h")),
         "keeps_false_alarm_rate": None if keeps is None else int(keeps),
     }
 
 
 def _delay_record(detection: Detection, delay: LeakDelay) -> dict[str, Any]:
+    unit = severity_unit(detection)
     return {
-        **_severity(detection, delay.population),
+        unit.key: unit.value(delay.population.severity),
         "true_mean_flow_after_onset_L_per_min": finite(convert(delay.flow, "L/min")),
         "found": delay.n_found,
         "n": delay.n,

@@ -45,12 +45,11 @@ def report_study(data: ExperimentData, simulate: Simulate | None = None) -> Dete
     ReportError
         The experiment has no study, or its file does not contain the runs of its study.
     """
-    has_results = bool((data.columns[STATUS].astype(str) == "ok").any())
-    detections = (
-        replace(each, charts=tuple(judge_charts(data, each.records)) if has_results else ())
-        for each in judge_study(data)
-    )
-    return DetectionReport(data.experiment.name, data.path, tuple(detections), data, simulate)
+    report = DetectionReport(data.experiment.name, data.path, judge_study(data), data, simulate)
+    if not report.has_results:
+        return report
+    charted = (replace(each, charts=tuple(judge_charts(data, each.records))) for each in report.detections)
+    return replace(report, detections=tuple(charted))
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,9 @@ def block(of, every=EVERY):
 
 
 def test_delays_have_their_interval_and_a_chart_without_a_limit_its_reason():
-    delays, alarms, refused = block(traces(), [EVERY, 1e6]).tables
+    found = block(traces(), [EVERY, 1e6])
+    assert "time from the onset of a leak to the first alarm" in found.paragraphs[0]
+    delays, alarms, refused = found.tables
     (own,) = [row for row in delays if (row["chart"], row["population"]) == ("own", LARGE.name)]
     assert [own[f"delay_median{end}_s"] for end in ("", "_low", "_high")] == [1.5] * 3
     assert alarms["false_alarm_every_h"] == pytest.approx(EVERY / 3600.0)

@@ -51,7 +51,7 @@ def draw_roc(detection: Detection) -> Any:
             if (curve := _curve(detection, judgement, level)) is not None:
                 _draw_curve(axis, curve.false_alarm_rate, curve.detection_rate, style)
                 _draw_threshold(axis, judgement, level, style["color"])
-        axis.set_title(unit.text(level.severity))
+        axis.set_title(unit.text(level.severity) if level.severity else level.name)
         _frame(axis, detection, rising=True)
     legend_outside(figure, dict(zip(map(_named, shown), styles, strict=True)), 2)
     return figure

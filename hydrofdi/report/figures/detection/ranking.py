@@ -40,8 +40,8 @@ from hydrofdi.report.figures.style import (
     row_axis,
     series,
 )
-from hydrofdi.report.run_lengths import hours
 from hydrofdi.studies.records import ChartJudgement, Detection, Judgement
+from hydrofdi.units import convert
 
 _MOST_SETS = 10
 """Sets of sensors."""
@@ -211,7 +211,10 @@ def draw_delays(detection: Detection) -> Any:
     styles = {label: series(k, len(labels)) | marks[k] for k, label in enumerate(labels)}
     names = {"x": "mean time between false alarms that is asked for [h]", "y": "median delay [s]"}
     figure, axes = panels(len(levels), 4, width=2.6, height=2.6, sharex=True, sharey=True, **names)
-    unit, every = severity_unit(detection), [hours(chart.false_alarm_every) for chart in detection.charts]
+    unit, every = (
+        severity_unit(detection),
+        [convert(chart.false_alarm_every, "h") for chart in detection.charts],
+    )
     for axis, level in zip(axes, levels, strict=True):
         for label, style in styles.items():
             _draw_line(axis, [chart for chart in detection.charts if chart.label == label], level, style)
@@ -227,7 +230,7 @@ def _draw_line(axis: Any, charts: Sequence[ChartJudgement], level: Population, s
     """Delays of a leak over the time between false alarms, ascending."""
     known = sorted(
         (
-            hours(chart.false_alarm_every),
+            convert(chart.false_alarm_every, "h"),
             delay.median.value,
             delay.median.low,
             min(delay.median.high, delay.watched),

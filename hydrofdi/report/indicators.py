@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import DWT
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.contract import Output
-from hydrofdi.report.intervals import span_of
+from hydrofdi.report.runs import Array, of_healthy
 from hydrofdi.report.table import Block, Column, Table, group_breaks, plain
 from hydrofdi.report.wording import span_text
 from hydrofdi.settings.readable import HOLE, readable_unit
@@ -22,10 +23,14 @@ from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
-Array = NDArray[np.float64]
-
 LEAST_SHARE = 0.01
 """A healthy value below this share of the largest size over all runs counts as near zero."""
+
+
+def span_of(values: Iterable[float]) -> tuple[float, float]:
+    """Smallest and largest of some numbers, without NaN; NaN if there is none."""
+    known = [float(value) for value in values if not math.isnan(value)]
+    return min(known, default=math.nan), max(known, default=math.nan)
 
 
 class Changes(NamedTuple):
@@ -106,7 +111,7 @@ class MeasuredOutput:
 
     def changes(self, baseline: NDArray[np.int64]) -> Changes:
         """Changes against the healthy run of each run."""
-        against = np.where(baseline == names.NO_BASELINE, np.nan, self.means[baseline])
+        against = of_healthy(self.means, baseline)
         return Changes(self.means - against, relative_change(against, self.means))
 
 
@@ -220,7 +225,7 @@ def output_columns(study: MeasuredIndicator, rows: NDArray[np.int64]) -> dict[st
         for place in np.ndindex(output.values.shape[1:]):
             index = "".join(f"[{part}]" for part in place)
             columns[f"{name}{index}{shown}"] = output.values[(rows, *place)]
-        for kind, baseline in (("fixed", data.fixed_baseline), ("matched", data.matched_baseline)):
+        for kind, baseline in data.baselines.items():
             changes, change = output.changes(baseline), f"{name} change_{kind}"
             columns[f"{change} [%]"] = changes.percent[rows]
             columns[f"{change}{shown}"] = changes.absolute[rows]

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.run_table.runs import spread
 from hydrofdi.evaluation.scores import comparable
-from hydrofdi.report.axes import Axis
-from hydrofdi.report.responses import AGAINST, Array, Feature, ResponseStudy
+from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
+from hydrofdi.report.runs import Array
 from hydrofdi.report.table import Block, Column, Table
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import number_text
@@ -102,7 +102,7 @@ def plane_of(data: ExperimentData, study: ResponseStudy) -> Plane | None:
         cell = np.where(inside, row_of * len(column_values) + column_of, -1)
         if len(np.unique(cell[inside])) < _LEAST_FILLED * len(row_values) * len(column_values):
             continue
-        known = (name for name in ("fixed", "matched") if any(map(_has_numbers, study.details[name])))
+        known = (name for name in data.baselines if any(map(_has_numbers, study.details[name])))
         against = next(known, "")
         return Plane(
             ([*map(rows.text, row_values)], [*map(columns.text, column_values)]),

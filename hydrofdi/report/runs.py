@@ -143,16 +143,20 @@ def baseline_changes(data: ExperimentData, name: str = names.DETAIL_RMS) -> dict
     NaN if a run failed, or if the RMS of the healthy run is rounding error.
     """
     rms = data.columns[name]
-    column = (-1, *[1] * (rms.ndim - 1))
-    rounding = ROUNDING * data.columns[names.LARGEST_CHAMBER_1_PRESSURE].reshape(column)
-    healthy = np.where(rms < rounding, np.nan, rms)
-    baselines = {"fixed": data.fixed_baseline, "matched": data.matched_baseline}
-    return {
-        kind: percentage_change(
-            np.where((rows == names.NO_BASELINE).reshape(column), np.nan, healthy[rows]), rms
-        )
-        for kind, rows in baselines.items()
-    }
+    rounding = ROUNDING * data.columns[names.LARGEST_CHAMBER_1_PRESSURE]
+    known = np.where(rms < _along(rounding, rms), np.nan, rms)
+    return {kind: percentage_change(of_healthy(known, rows), rms) for kind, rows in data.baselines.items()}
+
+
+def of_healthy(values: Array, rows: NDArray[np.int64]) -> Array:
+    """Values of the healthy run of each run, by its row; NaN without one."""
+    healthy: Array = np.where(_along(rows == names.NO_BASELINE, values), np.nan, values[rows])
+    return healthy
+
+
+def _along(of_run: NDArray[Any], values: Array) -> NDArray[Any]:
+    """A number of each run, in as many dimensions as values of each."""
+    return of_run.reshape(-1, *[1] * (values.ndim - 1))
 
 
 def normal_bulk_modulus(data: ExperimentData) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
-from hydrofdi.report.intervals import span_of
+from hydrofdi.report.indicators import span_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable
 from hydrofdi.report.table import Block, Column, Table, finite
 from hydrofdi.report.wording import joined, lead_columns, signed, span_text

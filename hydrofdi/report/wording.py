@@ -44,37 +44,25 @@ def mode_name(leakage_flow: float, bulk_modulus: float) -> str:
     return f"{leakage} at {modulus_text(bulk_modulus)}"
 
 
-def leakage_texts(table: RunTable) -> list[str]:
-    """The leakage level of each row in L/min; its K_i if only that is known, as for a missing run."""
+def lead_columns(table: RunTable) -> list[Column]:
+    """What says which run a row is; external leakage as the flow that it causes."""
     pairs = zip(table.leakage_requests.tolist(), table.leakage_flows.tolist(), strict=True)
-    return [
+    # of a missing run only K_i is known
+    leakages = [
         "sealed" if not request else f"K_i {request:g}" if math.isnan(flow) else litres_per_minute(flow)
         for request, flow in pairs
     ]
-
-
-def _outside_texts(table: RunTable) -> list[list[str]]:
-    """Flows out of both chambers of each row."""
-    pairs = zip(table.external_flows.tolist(), table.external_coefficients.tolist(), strict=True)
-    return [[litres_per_minute(flow) if k else "0" for flow, k in zip(*pair, strict=True)] for pair in pairs]
-
-
-def lead_columns(table: RunTable) -> list[Column]:
-    """What says which run a row is; external leakage as the flow that it causes."""
-    columns = [Column("Leakage [L/min]", leakage_texts(table)), modulus_column(table[names.BULK_MODULUS])]
+    columns = [Column("Leakage [L/min]", leakages), modulus_column(table[names.BULK_MODULUS])]
     if table.varies_external:
-        chambers = zip(*_outside_texts(table), strict=True)
-        columns += [Column(f"Out of {c} [L/min]", texts) for c, texts in enumerate(chambers, 1)]
+        chambers = zip(table.external_flows.T, table.external_coefficients.T, strict=True)
+        for chamber, (flows, k) in enumerate(chambers, 1):
+            texts = [litres_per_minute(flow) if k[row] else "0" for row, flow in enumerate(flows.tolist())]
+            columns.append(Column(f"Out of {chamber} [L/min]", texts))
     for name in table.label_names:
         if not name.startswith(EXTERNAL):
             shown = shown_parameter(name, values := table.values(name))
             columns.append(Column(shown.header, values, text=shown.text))
     return columns
-
-
-def mode_column(table: RunTable) -> Column:
-    """The frequency of the hydraulic mode."""
-    return Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: hole_or(f, f"{f:.1f}"))
 
 
 def delta_columns(delta: Array) -> list[Column]:

@@ -15,13 +15,10 @@ from hypothesis.extra.numpy import arrays
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.config.experiment import ClaimId
-from hydrofdi.papers.maddahi2015.claims import CLAIMS, claim_margins
-from hydrofdi.papers.maddahi2015.conclusions import alarm_verdicts, best_deltas
-from hydrofdi.papers.maddahi2015.grid import ModeGrid
-from hydrofdi.papers.maddahi2015.report import StudyReport, deviations
+from hydrofdi.papers.maddahi2015.claims import CLAIMS, ModeGrid, claim_margins
+from hydrofdi.papers.maddahi2015.report import StudyReport, alarm_verdicts, best_deltas, deviations
 from hydrofdi.report.figures import draw_figure
 from hydrofdi.report.forms.page import render_markdown
-from hydrofdi.report.record import tidy_columns
 from hydrofdi.report.runs import run_table
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
@@ -96,19 +93,18 @@ def test_c6_fails_where_one_level_is_the_largest_in_all_modes(paper, break_cell)
     assert claims(data)["C6"].reproduced is False
 
 
-def grid_of(leaky):
-    n_scenario, n_leakage, n_bulk_modulus, _ = leaky.shape
+def margins_of(leaky):
+    """Margins of all claims on δ of shape (scenario, leakage, EBM, level)."""
+    n_scenario, n_leakage, n_bulk_modulus, n_level = leaky.shape
     delta = np.concatenate([np.zeros_like(leaky[:, :1]), leaky], axis=1)
-    positions = np.arange(delta[..., 0].size).reshape(delta.shape[:3])
-    return ModeGrid(
+    grid = ModeGrid(
         scenarios=({},) * n_scenario,
         leakage_flows=tuple(range(1, n_leakage + 1)),
         bulk_moduli=tuple(range(n_bulk_modulus)),
         normal=0,
-        positions=positions,
-        fixed=delta,
-        matched=delta,
+        positions=np.arange(delta[..., 0].size).reshape(delta.shape[:3]),
     )
+    return claim_margins(grid, delta.reshape(-1, n_level))
 
 
 def holds_as_the_paper_says(d):
@@ -140,7 +136,7 @@ def test_margins_say_the_same_as_the_checks_written_out(leaky, is_close_to_the_p
         leaky[:, :, 1:, 2] += 60.0003
         leaky[:, :, 2, 1] -= 55.0001
     leaky = leaky + shift
-    margins = claim_margins(grid_of(leaky))
+    margins = margins_of(leaky)
     for scenario, delta in enumerate(leaky):
         expected = holds_as_the_paper_says(delta)
         assert {name: bool(margin[scenario] > 0.0) for name, margin in margins.items()} == expected
@@ -148,7 +144,7 @@ def test_margins_say_the_same_as_the_checks_written_out(leaky, is_close_to_the_p
 
 def test_with_two_levels_there_is_nothing_to_check():
     leaky = np.ones((1, LEAKAGES, BULK_MODULI, 2))
-    assert all(np.isnan(margin).all() for margin in claim_margins(grid_of(leaky)).values())
+    assert all(np.isnan(margin).all() for margin in margins_of(leaky).values())
 
 
 def sealed_row(data, beta):
@@ -220,7 +216,7 @@ TOLERANCE = {"delta_fixed_percent": 0.05, "delta_matched_percent": 0.05}
 def test_the_numbers_are_those_that_the_repository_keeps(paper_analysis):
     with open(KEPT / "table3.csv", newline="", encoding="utf-8") as file:
         kept = list(csv.DictReader(file))
-    columns = tidy_columns(paper_analysis)
+    columns = paper_analysis.columns()
     assert list(kept[0]) == list(columns)
     del columns["run_id"]
     for header, values in columns.items():

@@ -19,9 +19,8 @@ from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.papers import make_report
 from hydrofdi.report.figures import KINDS, draw_figure
-from hydrofdi.report.forms.page import render_page, write_all_forms
+from hydrofdi.report.forms.page import render_json, render_page, write_all_forms
 from hydrofdi.report.indicators import measured_indicator, relative_change
-from hydrofdi.report.record import render_json, tidy_columns
 from hydrofdi.report.table import Table
 from hydrofdi.store.layout import names
 from tests.commands import run_hydrofdi
@@ -204,7 +203,7 @@ def test_a_table_survives_csv_and_json(made_up, columns):
     columns[names.DETAIL_RMS] = np.tile(columns[names.DETAIL_RMS], (5, 1)).T
     with np.errstate(all="ignore"):
         report = make_report(replace(made_up, columns=made_up.columns | columns_of(columns)))
-        tidy, record = tidy_columns(report), report.record()
+        tidy, record = report.columns(), report.record()
     read = list(csv.DictReader(io.StringIO(Table.of(tidy).to_csv())))
     for header, values in tidy.items():
         texts = [line[header] for line in read]

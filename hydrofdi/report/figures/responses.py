@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from hydrofdi.errors import ReportError
-from hydrofdi.report.axes import Axis
 from hydrofdi.report.figures.style import BLUE, log_axis
-from hydrofdi.report.responses import AGAINST, RANGES, AxisResponses, Response
-
-if TYPE_CHECKING:
-    from hydrofdi.report.data import ReportData
+from hydrofdi.report.responses import AGAINST, RANGES, Axis, AxisResponses, Response, ResponseStudy
 
 _MOST_AXES, _MOST_FEATURES = 6, 8
 _WIDTH, _HEIGHT = 2.4, 1.25
@@ -26,7 +22,7 @@ _DECADES = 30.0
 """An axis is logarithmic if the ratio of its values is at least this."""
 
 
-def draw_responses(report: ReportData) -> Figure:
+def draw_responses(study: ResponseStudy) -> Figure:
     """A row for each feature, a column for each parameter.
 
     Raises
@@ -34,7 +30,7 @@ def draw_responses(report: ReportData) -> Figure:
     ReportError
         Nothing varies, or no feature is measured.
     """
-    found = [each for each in report.responses.axes if each.responses]
+    found = [each for each in study.axes if each.responses]
     if not found:
         raise ReportError("the runs do not differ in any parameter of the sweep")
     axes = sorted(

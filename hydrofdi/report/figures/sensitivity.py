@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 from hydrofdi.config.run_table.runs import spread
 from hydrofdi.report.figures.style import INK
 from hydrofdi.report.plane import Plane
-from hydrofdi.report.responses import Array, Feature
+from hydrofdi.report.responses import Feature
+from hydrofdi.report.runs import Array
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import number_text
 

@@ -9,9 +9,8 @@ from scipy.stats import spearmanr
 
 from hydrofdi.api.stored import read_results
 from hydrofdi.papers import make_report
-from hydrofdi.report.intervals import LEAST_RUNS
-from hydrofdi.report.record import render_json
-from hydrofdi.report.responses import rank_correlation, spread, study_responses
+from hydrofdi.report.forms.page import render_json
+from hydrofdi.report.responses import LEAST_RUNS, rank_correlation, spread, study_responses
 from hydrofdi.store.layout import names
 from tests.conftest import sweep_in
 

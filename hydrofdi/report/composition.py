@@ -337,8 +337,7 @@ class Report:
 
     def figures(self) -> Mapping[str, FigureKind]:
         """Name → figure; none if no run has results."""
-        from hydrofdi.report.figures.responses import draw_responses
-        from hydrofdi.report.figures.sensitivity import draw_sensitivity
+        from hydrofdi.report.figures.sweep import draw_responses, draw_sensitivity
 
         figures = {}
         if self.has_results and self.plane:

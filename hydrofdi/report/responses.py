@@ -143,23 +143,20 @@ def _axis(data: ExperimentData, name: str, kept: NDArray[np.bool_]) -> Axis:
         shown = shown_modulus() if is_modulus else shown_parameter(name, values)
         header, text = f"EBM [{shown.unit}]" if is_modulus else shown.header, shown.text
     found = dict.fromkeys(value for value, is_kept in zip(values, kept, strict=True) if is_kept)
-    if all(isinstance(value, int | float) for value in found):
-        numbers = np.array([v if isinstance(v, int | float) else np.nan for v in values], dtype=float)
-        numbers[~kept] = np.nan
-        if len(found) > MOST_VALUES:
-            ranges = []
-            for low, high, members in fifths(numbers[kept]):
-                rows = kept.copy()
-                rows[kept] = members
-                ranges.append(Group(None, f"{text(low)} … {text(high)}", rows))
-            return Axis(name, header, tuple(each for each in ranges if each.rows.any()), numbers, text)
-        groups = (Group(value, text(value), numbers == value) for value in sorted(found))
-        return Axis(name, header, tuple(groups), numbers, text)
-    words = (
-        Group(value, HOLE if value is None else text(value), kept & np.array([v == value for v in values]))
-        for value in found
-    )
-    return Axis(name, header, tuple(words), None, text)
+    if not all(isinstance(value, int | float) for value in found):
+        rows_of = {value: kept & np.array([each == value for each in values]) for value in found}
+        words = (Group(v, HOLE if v is None else text(v), rows) for v, rows in rows_of.items())
+        return Axis(name, header, tuple(words), None, text)
+    numbers = np.array([v if isinstance(v, int | float) else np.nan for v in values], dtype=float)
+    numbers[~kept] = np.nan
+    groups = [Group(value, text(value), numbers == value) for value in sorted(found)]
+    if len(found) > MOST_VALUES:
+        groups = []
+        for low, high, members in fifths(numbers[kept]):
+            rows = kept.copy()
+            rows[kept] = members
+            groups.append(Group(None, f"{text(low)} … {text(high)}", rows))
+    return Axis(name, header, tuple(each for each in groups if each.rows.any()), numbers, text)
 
 
 @dataclass(frozen=True)
@@ -404,7 +401,7 @@ def responses_block(study: ResponseStudy) -> Block | None:
         "responses",
         "Responses",
         (_LEGEND,),
-        (*map(_axis_table, shown), *_rank_tables(shown)),
+        (*map(_axis_table, shown), _rank_table(shown)),
         ("responses",),
     )
 
@@ -438,22 +435,17 @@ def _number(value: float, is_change: bool) -> str:
     return signed(value) if is_change else HOLE if math.isnan(value) else with_minus(f"{value:.4g}")
 
 
-def _rank_tables(axes: list[AxisResponses]) -> Iterator[Table]:
+def _rank_table(axes: list[AxisResponses]) -> Table:
     """Rank correlations of all features with the parameters that have many values."""
-    ranked = [
-        (response.feature.name, found.axis.name, response.rank)
+    rows = [
+        {"feature": response.feature.name, "parameter": found.axis.name, "ρ": rank.value}
+        | {"interval from": rank.low, "to": rank.high, "by chance up to": rank.chance, "runs": rank.n_run}
         for found in axes
         for response in found.responses
-        if response.rank is not None
+        if (rank := response.rank) is not None
     ]
-    if ranked:
-        rows = [
-            {"feature": name, "parameter": axis, "ρ": rank.value, "interval from": rank.low, "to": rank.high}
-            | {"by chance up to": rank.chance, "runs": rank.n_run}
-            for name, axis, rank in ranked
-        ]
-        title = "Rank correlation of features with sampled parameters"
-        yield Table.of_records(rows, title=title, key="responses-ranks", notes=(_RANKS,), n_lead=2)
+    title = "Rank correlation of features with sampled parameters"
+    return Table.of_records(rows, title=title, key="responses-ranks", notes=(_RANKS,), n_lead=2)
 
 
 def responses_record(study: ResponseStudy) -> dict[str, Any]:

@@ -116,6 +116,10 @@ class RunTable:
         """Whether any run has features of its settled record."""
         return bool(np.isfinite(self[names.SETTLED_DETAIL_RMS][:, 0]).any())
 
+    def settled(self, name: str) -> str:
+        """The variable of the settled records that stands for an RMS, if any run has settled."""
+        return f"settled_{name}" if self.has_settled else name
+
     @property
     def varies_external(self) -> bool:
         """Whether the runs differ in their external leakage."""

@@ -17,7 +17,7 @@ from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_value
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
-from hydrofdi.report.table import Block, Column, Document, Table
+from hydrofdi.report.table import Block, Document, Table
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout.names import MESSAGE, STATUS, VERDICT
@@ -71,13 +71,13 @@ def holes_block(data: ExperimentData) -> Block | None:
     if not holes:
         return None
     remedies = REMEDIES | {MISSING: "hydrofdi sweep CONFIG computes the missing runs and keeps the others"}
-    table = Table(
-        (
-            Column("Runs", [n_run for _, n_run in holes]),
-            Column("Status", [status for (status, _), _ in holes], is_text=True),
-            Column("Reason", [why for (_, why), _ in holes], is_text=True),
-            Column("Remedy", [remedies.get(status, "") for (status, _), _ in holes], is_text=True),
-        ),
+    table = Table.of(
+        {
+            "Runs": [n_run for _, n_run in holes],
+            "Status": [status for (status, _), _ in holes],
+            "Reason": [why for (_, why), _ in holes],
+            "Remedy": [remedies.get(status, "") for (status, _), _ in holes],
+        },
         key="runs-without-results",
     )
     lead = f"{sum(n_run for _, n_run in holes):,} of {counted(len(statuses), 'run')} without results."

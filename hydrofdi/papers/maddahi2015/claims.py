@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.report.runs import (
     Array,
+    RunTable,
     baseline_changes,
     best_levels,
     label_names,
@@ -107,7 +108,9 @@ def arrange_modes(data: ExperimentData) -> ModeGrid:
         if (leaky != ABSENT).any():
             positions[scenario, 0, beta] = data.matched_baseline[leaky[leaky != ABSENT][0]]
     normal = 0 if lack else moduli.index(normal_bulk_modulus(data))
-    flows = tuple(_flow(data, leaky, normal) for leaky in positions[0, 1:])
+    planned = [(leaky[normal], *leaky[leaky != ABSENT]) for leaky in positions[0, 1:]]
+    first = [next(row for row in rows if row != ABSENT) for rows in planned]
+    flows = tuple(RunTable(data, np.array(first, dtype=int), ()).leakage_flows.tolist())
     return ModeGrid(tuple(scenarios), flows, tuple(moduli), normal, positions, lack)
 
 
@@ -123,13 +126,6 @@ def _axes(
     moduli, modulus = np.unique(data.columns[names.BULK_MODULUS][kept], return_inverse=True)
     places = (np.array([order[scenario] for scenario in found]), leakage[1:], modulus)
     return [dict(zip(labels, each, strict=True)) for each in order], moduli.tolist(), places
-
-
-def _flow(data: ExperimentData, positions: NDArray[np.int64], normal: int) -> float:
-    """Leakage level of the runs of one leakage: as it was asked for, or as it is at the normal EBM."""
-    position = positions[normal] if positions[normal] != ABSENT else positions[positions != ABSENT][0]
-    asked = float(data.columns[names.LEAKAGE_LEVEL][position])
-    return asked if asked == asked else float(data.columns[names.MEAN_LEAKAGE_FLOW][position])
 
 
 def _lack(data: ExperimentData, shape: tuple[int, ...], n_run: int) -> str:

@@ -16,7 +16,6 @@ from matplotlib.lines import Line2D
 
 from hydrofdi.errors import ReportError
 from hydrofdi.papers.maddahi2015.claims import ABSENT, CLAIMS, Outcome
-from hydrofdi.papers.maddahi2015.scenarios import value_text
 from hydrofdi.papers.maddahi2015.study import CLAIM_SETS, ScenarioStudy, StudyData
 from hydrofdi.report.figures.signals import PANELS, draw_beside
 from hydrofdi.report.figures.style import (
@@ -315,7 +314,7 @@ def _layout(study: ScenarioStudy) -> tuple[list[float], dict[float, str]]:
         if value.parameters != previous:
             labels[float(len(labels))] = ", ".join(value.parameters)
         heights.append(float(len(labels)))
-        labels[heights[-1]] = value_text(value)
+        labels[heights[-1]] = value.text
         previous = value.parameters
     return heights, labels
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.shown_values import shown_values
+from hydrofdi.config.shown_values import shown_value, shown_values
 from hydrofdi.evaluation.rates import Rate
 from hydrofdi.papers.maddahi2015.claims import (
     ABSENT,
@@ -54,6 +54,13 @@ class ValueShare(NamedTuple):
     values: tuple[Any, ...]
     is_range: bool
     members: Mask
+
+    @property
+    def text(self) -> str:
+        """The value or range, with its unit."""
+        if self.is_range:
+            return shown_value(self.parameters[0], {"uniform": self.values})
+        return ", ".join(map(shown_value, self.parameters, self.values))
 
 
 @dataclass(frozen=True)

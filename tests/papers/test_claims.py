@@ -175,13 +175,6 @@ def test_the_best_level_is_the_one_that_the_table_marks(paper_analysis):
         assert delta[level] == max(delta) == best
 
 
-def test_the_best_level_follows_a_changed_cell(paper, break_cell):
-    position = int(StudyReport(paper).grid.positions[0, 1, 1])
-    rms = paper.columns[names.DETAIL_RMS][position, 4]
-    analysis = StudyReport(break_cell(paper, position, 4, 0.5 * rms))
-    assert [k for k, d in zip(*best_deltas(analysis.leaky), strict=True) if abs(d - 50.0) < 1.0] == [4]
-
-
 def test_figure_2_shows_the_reference_in_closed_loop_alone(small_sweep, tmp_path):
     text = SMALL.replace("sweep:", "control: {law: pi}\nsweep:")
     closed = StudyReport(read_results(sweep_in(tmp_path, text).directory))
@@ -318,12 +311,6 @@ def test_a_scenario_gives_the_margins_of_the_same_experiment_by_itself(study, en
     claims = json.loads(ensemble("report", "results/alone", "--json").stdout)["claims"]
     for claim in claims:
         assert claim["margin_percentage_points"] == member["margins_percentage_points"][claim["id"]]
-
-
-def test_a_parameter_that_varies_in_sweep_and_ensemble_is_a_mistake(ensemble):
-    result = ensemble("sweep", "scenarios.yaml", "--set=ensemble.grid.fluid.bulk_modulus=[551 MPa, 600 MPa]")
-    assert result.returncode == 2
-    assert "fluid.bulk_modulus varies in both ensemble and sweep" in result.stderr
 
 
 def test_check_asks_that_a_claim_holds_in_every_feasible_reading(ensemble, study):

@@ -5,7 +5,7 @@ That is, margins over the start phases, and shares over the scenarios.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from textwrap import fill
 from typing import Any
@@ -56,10 +56,17 @@ def _flow(study: StudyData, leakage: int) -> float:
     return study.grid.leakage_flows[leakage - 1] if leakage else 0.0
 
 
-def _small_leak(study: StudyData) -> tuple[int, list[int]]:
-    """The smallest leakage, or the sealed actuator if there is none; positions of the EBM with such a run."""
-    leakage = min(1, len(study.grid.leakage_flows))
-    return leakage, np.flatnonzero(study.grid.positions[0, leakage] != ABSENT).tolist()
+def _small_leak(study: StudyData) -> int:
+    """The smallest leakage, or the sealed actuator if there is none."""
+    return min(1, len(study.grid.leakage_flows))
+
+
+def _pressures(study: StudyData, leakage: int) -> Iterator[tuple[float, int, Any, Any]]:
+    """EBM, row, instants and P_1 of the runs of a leakage, at the EBM at which there is a small leak."""
+    for beta in np.flatnonzero(study.grid.positions[0, _small_leak(study)] != ABSENT).tolist():
+        position = _position(study, leakage, beta)
+        time, pressure = study.data.signal(names.CHAMBER_1_PRESSURE, position)
+        yield study.grid.bulk_moduli[beta], position, time, pressure
 
 
 def _stacked(n_panel: int, width: float, lead: float, height: float) -> tuple[Figure, Any]:
@@ -71,9 +78,9 @@ def _stacked(n_panel: int, width: float, lead: float, height: float) -> tuple[Fi
 def draw_figure_2(study: StudyData) -> Figure:
     """Figure 2: (a) normal and (b) with the small leakage, both at the normal EBM."""
     grid, data = study.grid, study.data
-    leakages = list(dict.fromkeys((0, _small_leak(study)[0])))
+    leakages = list(dict.fromkeys((0, _small_leak(study))))
     runs = [_position(study, leakage, grid.normal) for leakage in leakages]
-    columns: dict[str, Any] = {name: [data.signal(name, run)[1] for run in runs] for name, _, _ in PANELS}
+    columns: dict[str, Any] = {name: [data.signal(name, run)[1] for run in runs] for name in PANELS}
     columns[names.TIME] = data.signal(names.CHAMBER_1_PRESSURE, runs[0])[0]
     columns[names.REFERENCE_POSITION] = [
         np.array([np.nan])
@@ -88,17 +95,16 @@ def draw_figure_2(study: StudyData) -> Figure:
 
 def draw_details(study: StudyData, level: int) -> Figure:
     """Figures 3 and 4: the coefficients of a level of P_1 with the small leakage, one panel per EBM."""
-    wavelet, (leakage, moduli) = study.data.experiment.wavelet, _small_leak(study)
+    wavelet, leakage = study.data.experiment.wavelet, _small_leak(study)
     if level > wavelet.levels:
         raise ReportError(f"the experiment has no level d{level}")
-    figure, axes = _stacked(len(moduli), 7.0, 0.6, 1.6)
-    for number, (axis, beta) in enumerate(zip(axes, moduli, strict=True)):
-        position = _position(study, leakage, beta)
-        time, pressure = study.data.signal(names.CHAMBER_1_PRESSURE, position)
+    runs = [*_pressures(study, leakage)]
+    figure, axes = _stacked(len(runs), 7.0, 0.6, 1.6)
+    for number, (axis, (modulus, position, time, pressure)) in enumerate(zip(axes, runs, strict=True)):
         instants, details = detail_coefficients(pressure, wavelet, level, time)
-        axis.plot(instants, 1e-3 * details, color=series(number, len(moduli))["color"], linewidth=0.7)
+        axis.plot(instants, 1e-3 * details, color=series(number, len(runs))["color"], linewidth=0.7)
         rms = float(study.data.columns[names.DETAIL_RMS][position][level - 1])
-        mode = mode_name(_flow(study, leakage), study.grid.bulk_moduli[beta])
+        mode = mode_name(_flow(study, leakage), modulus)
         axis.set(title=f"{mode}: RMS {kilopascal(rms)} kPa", ylabel=f"$d_{level}$ of $P_1$ [kPa]")
     time_axis(axes[-1], time)
     return figure
@@ -123,15 +129,12 @@ def draw_spectrum(study: StudyData) -> Figure:
 
 def _draw_leakage(axis: Any, study: StudyData, leakage: int) -> bool:
     """Draw the spectra of one leakage, and the bands; whether there is any spectrum."""
-    data, (_, moduli), has_spectrum = study.data, _small_leak(study), False
-    for number, beta in enumerate(moduli):
-        style = series(number, len(moduli))
-        position = _position(study, leakage, beta)
-        _, pressure = data.signal(names.CHAMBER_1_PRESSURE, position)
+    data, runs, has_spectrum = study.data, [*_pressures(study, leakage)], False
+    for number, (modulus, position, _, pressure) in enumerate(runs):
+        style = series(number, len(runs))
         frequency, density = power_spectrum(pressure, data.experiment.record.sampling_frequency)
         if np.ptp(pressure) > ROUNDING * np.abs(pressure).max():
-            name = modulus_text(study.grid.bulk_moduli[beta])
-            axis.plot(frequency[1:], 1e-6 * density[1:], label=name, **style)
+            axis.plot(frequency[1:], 1e-6 * density[1:], label=modulus_text(modulus), **style)
             has_spectrum = True
         mode = float(data.columns[names.MODE_FREQUENCY][position])
         axis.axvline(mode, color=style["color"], linewidth=1.2, linestyle=":")

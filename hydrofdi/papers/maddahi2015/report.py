@@ -147,7 +147,15 @@ def claims_block(study: StudyReport) -> Block:
     title = "Claims: the paper's sentences as checks"
     if study.grid.lack:
         return Block("claims", title, (study.grid.lack, *required(study)))
-    return Block("claims", title, required(study), (_claims_table(study),))
+    note = (
+        "At the configured start phase. Margin: how far one δ behind a claim could move before its result"
+        " turns; negative if it does not hold. If it is a difference of two δ, both may move, each by half of"
+        " it. –: open, cannot be decided (a run is missing, or the actuator does not move)."
+    )
+    records = [claim_record(study, each) for each in study.claims]
+    nested = ("checks", "phases", "settled")
+    table = Table.of_records(plain(records), nested, title="Claims", key="claims", notes=(note,))
+    return Block("claims", title, required(study), (table,))
 
 
 def required(study: StudyReport) -> tuple[str, ...]:
@@ -159,17 +167,6 @@ def required(study: StudyReport) -> tuple[str, ...]:
     return (f"The experiment file requires {joined([each.claim.id for each in study.guarded])}: {held}.",)
 
 
-def _claims_table(study: StudyReport) -> Table:
-    note = (
-        "At the configured start phase. Margin: how far one δ behind a claim could move before its result"
-        " turns; negative if it does not hold. If it is a difference of two δ, both may move, each by half of"
-        " it. –: open, cannot be decided (a run is missing, or the actuator does not move)."
-    )
-    records = [claim_record(study, each) for each in study.claims]
-    nested = ("checks", "phases", "settled")
-    return Table.of_records(plain(records), nested, title="Claims", key="claims", notes=(note,))
-
-
 def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
     """Which claims and sealed alarms survive every start phase, as configured and settled; their numbers."""
     sentences = {claim.id: f"{claim.id}: {claim.sentence}" for claim in CLAIMS}
@@ -179,11 +176,11 @@ def standing_blocks(study: StudyReport) -> tuple[Block, Block]:
     survival: dict[str, dict[str, Any]] = {}
     for name, each in named:
         lead = "" if each.records == study.standings[0].title else f"{each.records} "
-        numbers = {end: each.spread[end] for end in ("least", "largest")} | {"number": each.number}
-        row = rows.setdefault(name, {"what": name})
-        row[f"{lead}phases"] = f"{each.held} of {each.of}" if each.of else None
-        row |= {f"{lead}{key}": number for key, number in numbers.items()}
-        survival.setdefault(name, {"claim": name})[each.records] = row[f"{lead}phases"]
+        phases = f"{each.held} of {each.of}" if each.of else None
+        ends = {"least": each.spread["least"], "largest": each.spread["largest"], "number": each.number}
+        row = rows.setdefault(name, {"what": name}) | {f"{lead}phases": phases}
+        rows[name] = row | {f"{lead}{key}": number for key, number in ends.items()}
+        survival.setdefault(name, {"claim": name})[each.records] = phases
     note = (
         "Phases in which it holds. Least, largest: margins in percentage points, δd3 in percent. Phase p: the"
         " record from its sample p on; phases of settled records repeat if a period has fewer samples."

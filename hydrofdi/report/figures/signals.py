@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import matplotlib
@@ -30,18 +30,21 @@ from hydrofdi.transforms.spectrum import power_spectrum
 from hydrofdi.transforms.wavelet import detail_coefficients, level_bands
 from hydrofdi.units import convert
 
-PANELS = (
-    (names.INPUT_VOLTAGE, "$u$ [V]", "V"),
-    ("piston_position", "$x_p$ [mm]", "mm"),
-    (names.CHAMBER_1_PRESSURE, "$P_1$ [MPa]", "MPa"),
-    (names.CHAMBER_2_PRESSURE, "$P_2$ [MPa]", "MPa"),
-    ("internal_leakage_flow", "$q_{il}$ [L/min]", "L/min"),
-)
+Panels = Mapping[str, tuple[str, str]]
+"""Signal → label of its axis, and the unit in it."""
 
-_MOVING_PANELS = (
-    (names.VALVE_SUPPLY_PRESSURE, "$P_s$ [MPa]", "MPa"),
-    (names.LOAD_FORCE, "$F_L$ [N]", "N"),
-)
+PANELS: Panels = {
+    names.INPUT_VOLTAGE: ("$u$ [V]", "V"),
+    "piston_position": ("$x_p$ [mm]", "mm"),
+    names.CHAMBER_1_PRESSURE: ("$P_1$ [MPa]", "MPa"),
+    names.CHAMBER_2_PRESSURE: ("$P_2$ [MPa]", "MPa"),
+    "internal_leakage_flow": ("$q_{il}$ [L/min]", "L/min"),
+}
+
+_MOVING_PANELS: Panels = {
+    names.VALVE_SUPPLY_PRESSURE: ("$P_s$ [MPa]", "MPa"),
+    names.LOAD_FORCE: ("$F_L$ [N]", "N"),
+}
 """Shown if an option of the model makes them vary."""
 
 _READABLE = {"Pa": "MPa", "m": "mm", "m/s": "mm/s", "V": "V"}
@@ -62,31 +65,31 @@ def draw_signals(
     """
     if names.CHAMBER_1_PRESSURE not in columns:
         raise ReportError("the signals of the run are not stored; set store: {signals: all} and sweep again")
-    usual = [panel for panel in (*PANELS, *_MOVING_PANELS) if panel[0] in columns]
-    usual = [panel for panel in usual if panel in PANELS or np.ptp(columns[panel[0]][0]) > 0.0]
-    known = {panel[0]: panel for panel in (*PANELS, *_MOVING_PANELS)}
-    own = {each.name: _READABLE.get(each.units, each.units) for each in chosen}
-    panels = tuple(known.get(name, (name, f"{name} [{unit}]", unit)) for name, unit in own.items())
-    if panels:
+    known = {**PANELS, **_MOVING_PANELS}
+    if chosen:
+        units = {each.name: _READABLE.get(each.units, each.units) for each in chosen}
+        panels = {name: known.get(name, (f"{name} [{unit}]", unit)) for name, unit in units.items()}
         return shown(draw_beside(columns, [title], None, panels, start))
-    return shown(draw_beside(columns, [title], wavelet, tuple(usual), start))
+    held = {name: about for name, about in known.items() if name in columns}
+    usual = {name: about for name, about in held.items() if name in PANELS or np.ptp(columns[name][0]) > 0.0}
+    return shown(draw_beside(columns, [title], wavelet, usual, start))
 
 
 def draw_beside(
     columns: Columns,
     titles: list[str],
     wavelet: Any,
-    panels: tuple[tuple[str, str, str], ...] = PANELS,
+    panels: Panels = PANELS,
     start: float = 0.0,
 ) -> Figure:
     """The same signals of one or two runs beside each other, with the reference of a controller."""
     time, level = columns[names.TIME], min(2, wavelet.levels) if wavelet else 0
-    labels = [*(label for _, label, _ in panels), *([f"$d_{level}$ of $P_1$ [kPa]"] if level else [])]
+    labels = [*(label for label, _ in panels.values()), *([f"$d_{level}$ of $P_1$ [kPa]"] if level else [])]
     width = 3.6 * len(titles) + (0.0 if len(titles) > 1 else 3.4)
     figure = Figure(figsize=(width, 2.0 + len(labels)), layout="constrained")
     axes = figure.subplots(len(labels), len(titles), sharex=True, sharey="row", squeeze=False)
     for row, (title, color) in enumerate(zip(titles, (BLUE, ORANGE), strict=False)):
-        lines = [(name, time, convert(1.0, unit) * columns[name][row]) for name, _, unit in panels]
+        lines = [(name, time, convert(1.0, unit) * columns[name][row]) for name, (_, unit) in panels.items()]
         if level:
             pressure = columns[names.CHAMBER_1_PRESSURE][row]
             instants, details = detail_coefficients(pressure, wavelet, level, time)

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,17 +31,6 @@ def span_of(values: Iterable[float]) -> tuple[float, float]:
     """Smallest and largest of some numbers, without NaN; NaN if there is none."""
     known = [float(value) for value in values if not math.isnan(value)]
     return min(known, default=math.nan), max(known, default=math.nan)
-
-
-class Changes(NamedTuple):
-    """Changes of all runs against one kind of baseline; each of shape (n_run,), NaN if there is none.
-
-    `absolute` is in the unit of the number, above zero where it rose; `percent` of the size of the healthy
-    value, NaN if that is near zero.
-    """
-
-    absolute: Array
-    percent: Array
 
 
 def relative_change(healthy: Array, values: Array) -> Array:
@@ -108,11 +97,6 @@ class MeasuredOutput:
         rows = self.data.fixed_baseline
         healthy: Array = self.means[np.unique(rows[rows != names.NO_BASELINE])]
         return healthy
-
-    def changes(self, baseline: NDArray[np.int64]) -> Changes:
-        """Changes against the healthy run of each run."""
-        against = of_healthy(self.means, baseline)
-        return Changes(self.means - against, relative_change(against, self.means))
 
 
 @dataclass(frozen=True)
@@ -226,9 +210,9 @@ def output_columns(study: MeasuredIndicator, rows: NDArray[np.int64]) -> dict[st
             index = "".join(f"[{part}]" for part in place)
             columns[f"{name}{index}{shown}"] = output.values[(rows, *place)]
         for kind, baseline in data.baselines.items():
-            changes, change = output.changes(baseline), f"{name} change_{kind}"
-            columns[f"{change} [%]"] = changes.percent[rows]
-            columns[f"{change}{shown}"] = changes.absolute[rows]
+            healthy, change = of_healthy(output.means, baseline), f"{name} change_{kind}"
+            columns[f"{change} [%]"] = relative_change(healthy, output.means)[rows]
+            columns[f"{change}{shown}"] = (output.means - healthy)[rows]
     if study.unmeasured:
         reasons = [study.unmeasured.get(row, "") for row in rows.tolist()]
         columns[f"{study.label}{names.OBSTACLE}"] = reasons

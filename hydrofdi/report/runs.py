@@ -171,18 +171,6 @@ def normal_bulk_modulus(data: ExperimentData) -> float:
     return float(data.columns[names.BULK_MODULUS][row])
 
 
-def leaks_out_more(data: ExperimentData) -> NDArray[np.bool_]:
-    """Whether the chambers of each run leak more than those of its healthy run; scenarios count as they are.
-
-    Modes are combinations of internal leakage and EBM; additional external leakage is another fault.
-    """
-    coefficients = external_coefficients(data)
-    healthy = coefficients[np.maximum(data.matched_baseline, 0)]
-    is_compared = (data.matched_baseline != names.NO_BASELINE) & (not data.experiment.has_scenarios)
-    more: NDArray[np.bool_] = is_compared & (coefficients != healthy).any(axis=1)
-    return more
-
-
 def external_coefficients(data: ExperimentData) -> Array:
     """K_e of chamber 1 and 2 of each run [m³/(s·Pa)], shape (n_run, 2)."""
     either, *own = (data.values(f"{EXTERNAL}{chamber}") for chamber in ("", "_1", "_2"))

@@ -31,8 +31,8 @@ from hydrofdi.report.runs import (
     RunTable,
     baseline_changes,
     best_levels,
+    external_coefficients,
     label_names,
-    leaks_out_more,
     normal_bulk_modulus,
 )
 from hydrofdi.store.experiment_data import ExperimentData
@@ -91,6 +91,18 @@ class ModeGrid:
         positions = self.positions[:, 1:]
         found: Array = np.where((positions == ABSENT)[..., None], np.nan, delta[..., positions, :])
         return found
+
+
+def leaks_out_more(data: ExperimentData) -> Mask:
+    """Whether the chambers of each run leak more than those of its healthy run; scenarios count as they are.
+
+    Modes are combinations of internal leakage and EBM; additional external leakage is another fault.
+    """
+    coefficients = external_coefficients(data)
+    healthy = coefficients[np.maximum(data.matched_baseline, 0)]
+    is_compared = (data.matched_baseline != names.NO_BASELINE) & (not data.experiment.has_scenarios)
+    more: Mask = is_compared & (coefficients != healthy).any(axis=1)
+    return more
 
 
 def arrange_modes(data: ExperimentData) -> ModeGrid:

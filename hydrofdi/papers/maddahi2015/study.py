@@ -25,12 +25,13 @@ from hydrofdi.papers.maddahi2015.claims import (
     Outcome,
     Standing,
     arrange_modes,
+    leaks_out_more,
     standings,
 )
 from hydrofdi.quality.doubts import DOUBTS
 from hydrofdi.report.composition import Report
 from hydrofdi.report.responses import MOST_VALUES, Z_95, fifths
-from hydrofdi.report.runs import RunTable, baseline_changes, best_levels, leaks_out_more, normal_bulk_modulus
+from hydrofdi.report.runs import RunTable, baseline_changes, best_levels, normal_bulk_modulus
 from hydrofdi.report.wording import mode_name, modulus_text
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
 from hydrofdi.store.layout import names

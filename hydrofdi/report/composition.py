@@ -13,6 +13,7 @@ import numpy as np
 
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.config.shown_values import shown_values
+from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.report import sections
 from hydrofdi.report.indicators import (
     MeasuredIndicator,
@@ -46,8 +47,6 @@ from hydrofdi.report.views import View, asked_views
 from hydrofdi.report.wording import (
     band_sentence,
     delta_columns,
-    doubt_columns,
-    doubt_notes,
     hole_or,
     kilopascal,
     lead_columns,
@@ -368,8 +367,13 @@ def _rows_table(table: RunTable, *columns: Column) -> Table:
     """Columns between what a run is and its verdict."""
     mode = Column("f_h [Hz]", table[names.MODE_FREQUENCY], text=lambda f: hole_or(f, f"{f:.1f}"))
     lead = [*lead_columns(table), mode]
-    content = (*lead, *columns, *doubt_columns(table))
-    return Table(content, notes=doubt_notes(table), n_lead=len(lead))
+    doubts = [doubts_of(verdict) for verdict in table.verdicts]
+    found = {doubt.word for own in doubts for doubt in own}
+    if not found:
+        return Table((*lead, *columns), n_lead=len(lead))
+    marks = Column("Verdict", [" ".join(doubt.mark for doubt in own) for own in doubts], is_text=True)
+    words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in found)
+    return Table((*lead, *columns, marks), notes=(f"Verdict: {words}.",), n_lead=len(lead))
 
 
 def _modes(table: RunTable) -> dict[str, Any]:

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from hydrofdi.config.shown_values import ShownParameter, shown_parameter
-from hydrofdi.evaluation.rates import Rate
-from hydrofdi.quality.doubts import DOUBTS, doubts_of
 from hydrofdi.report.runs import EXTERNAL, Array, RunTable, best_levels
 from hydrofdi.report.table import Column
 from hydrofdi.settings.readable import HOLE
@@ -79,19 +77,6 @@ def delta_columns(delta: Array) -> list[Column]:
     ]
 
 
-def doubt_columns(table: RunTable) -> list[Column]:
-    """The marks of rows to read with care; nothing if there are none."""
-    marks = [" ".join(doubt.mark for doubt in doubts_of(verdict)) for verdict in table.verdicts]
-    return [Column("Verdict", marks, is_text=True)] if any(marks) else []
-
-
-def doubt_notes(table: RunTable) -> tuple[str, ...]:
-    """What the marks mean, those that occur."""
-    found = {doubt.word for verdict in set(table.verdicts) for doubt in doubts_of(verdict)}
-    words = ", ".join(f"{doubt.mark} {word}" for word, doubt in DOUBTS.items() if word in found)
-    return (f"Verdict: {words}.",) if words else ()
-
-
 def band_sentence(table: RunTable) -> str:
     """Bands of the levels."""
     bands = ", ".join(f"d{level} {low:g}–{high:g}" for level, (low, high) in enumerate(table.bands, 1))
@@ -136,11 +121,3 @@ def capitalized(sentence: str) -> str:
 def joined(words: Sequence[str]) -> str:
     """``a, b and c``."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 2 else words)
-
-
-def share_text(share: Rate, *, with_interval: bool) -> str:
-    """A share in percent, e.g. ``3.5 % (2.7–4.5)``; a hole if there is nothing to share."""
-    if not share.total:
-        return HOLE
-    interval = f" ({100.0 * share.low:.1f}–{100.0 * share.high:.1f})" if with_interval else ""
-    return f"{100.0 * share.value:.1f} %{interval}"

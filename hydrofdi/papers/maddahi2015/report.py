@@ -19,8 +19,9 @@ from hydrofdi.report.composition import rms_table
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.runs import Array, RunTable, best_levels, level_names
 from hydrofdi.report.table import Block, FigureKind, Table, group_breaks, plain, row_records
-from hydrofdi.report.wording import joined, modulus_text, share_text
+from hydrofdi.report.wording import joined, modulus_text
 from hydrofdi.settings.messages import counted
+from hydrofdi.settings.readable import HOLE
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
@@ -423,7 +424,10 @@ def scenario_blocks(study: ScenarioStudy) -> tuple[Block, Block]:
 
 
 def _share(study: ScenarioStudy, outcomes: Mask, members: Mask) -> str:
-    return share_text(study.share(outcomes, members), with_interval=study.is_drawn)
+    """A share in percent, with the interval of independent draws; a hole if there is nothing to share."""
+    share = study.share(outcomes, members)
+    interval = f" ({100.0 * share.low:.1f}–{100.0 * share.high:.1f})" if study.is_drawn else ""
+    return f"{100.0 * share.value:.1f} %{interval}" if share.total else HOLE
 
 
 def _claims(study: ScenarioStudy) -> Table:

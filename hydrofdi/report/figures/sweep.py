@@ -12,10 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from hydrofdi.config.run_table.runs import spread
-from hydrofdi.errors import ReportError
 from hydrofdi.report.figures.style import BLUE, INK, log_axis
 from hydrofdi.report.plane import Plane
-from hydrofdi.report.responses import AGAINST, RANGES, Axis, AxisResponses, Feature, Response, ResponseStudy
+from hydrofdi.report.responses import AGAINST, RANGES, Axis, AxisResponses, Feature, ResponseStudy
 from hydrofdi.report.runs import Array
 from hydrofdi.report.wording import signed
 from hydrofdi.settings.readable import number_text
@@ -30,22 +29,15 @@ _DECADES = 30.0
 
 
 def draw_responses(study: ResponseStudy) -> Figure:
-    """A row for each feature, a column for each parameter.
-
-    Raises
-    ------
-    ReportError
-        Nothing varies, or no feature is measured.
-    """
+    """A row for each feature, a column for each parameter."""
     found = [each for each in study.axes if each.responses]
-    if not found:
-        raise ReportError("the runs do not differ in any parameter of the sweep")
     axes = sorted(
         _largest(found, [max(one.reach for one in each.responses) for each in found], _MOST_AXES),
         key=found.index,
     )
-    names = list(dict.fromkeys(one.feature.header for each in axes for one in each.responses))
-    moved = [max(one.reach for one in _named(axes, name)) for name in names]
+    every = [one for each in axes for one in each.responses]
+    names = list(dict.fromkeys(one.feature.header for one in every))
+    moved = [max(one.reach for one in every if one.feature.header == name) for name in names]
     shown = sorted(_largest(names, moved, _MOST_FEATURES), key=names.index)
     size = (max(_WIDTH * len(axes) + 0.8, 5.0), _HEIGHT * len(shown) + 1.6)
     figure = Figure(figsize=size, layout="constrained")
@@ -71,10 +63,6 @@ def _largest(items: Sequence[Any], sizes: Sequence[float], most: int) -> list[An
     """Those of the largest sizes."""
     order = sorted(range(len(items)), key=lambda place: -sizes[place])
     return [items[place] for place in order[:most]]
-
-
-def _named(axes: Sequence[AxisResponses], name: str) -> list[Response]:
-    return [one for each in axes for one in each.responses if one.feature.header == name]
 
 
 def _draw_column(panels: Any, responses: AxisResponses, shown: Sequence[str]) -> None:

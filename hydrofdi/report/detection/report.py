@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.detectors.scores.contract import has_extra
-from hydrofdi.report import changes, run_lengths
-from hydrofdi.report.composition import answers, document_of
+from hydrofdi.report import run_lengths, sections
 from hydrofdi.report.detection import answer, populations, record
 from hydrofdi.report.detection.wording import answers as answers_of
 from hydrofdi.report.detection.wording import finds, severity_unit
-from hydrofdi.report.provenance import provenance_block
 from hydrofdi.report.run_lengths import estimate_records, estimates_block
+from hydrofdi.report.sections import answers, document_of, provenance_block
 from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
@@ -96,14 +95,14 @@ class DetectionReport:
     def document(self) -> Document:
         """The sections of the report."""
         first, data, is_complete = self.detections[0], self.data, self.is_complete
-        missing = (changes.remarks_block(data), changes.holes_block(data)) if data else ()
+        missing = (sections.remarks_block(data), sections.holes_block(data)) if data else ()
         after = (provenance_block(_with_extra(data)),) if data else ()
         if not self.has_results:
             return document_of(self.name, _LEAD, (*answers(*missing), *after))
         found = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
             *answers(*missing),
-            *(changes.doubts_blocks(data) if data else ()),
+            *(sections.doubts_blocks(data) if data else ()),
             *answers(found, self._training),
             self._signals,
             populations.populations_block(first, data.experiment if data else None),

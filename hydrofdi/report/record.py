@@ -12,7 +12,7 @@ import numpy as np
 from hydrofdi.config.request import parameter_unit
 from hydrofdi.report.indicators import indicator_record, output_columns
 from hydrofdi.report.runs import Array, RunTable, best_levels, level_names
-from hydrofdi.report.table import plain, row_records
+from hydrofdi.report.table import Table, plain
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
 
@@ -93,8 +93,8 @@ def _row_records(report: ReportData) -> list[dict[str, Any]]:
         for output in study.outputs
     }
     if measured:
-        columns["indicators"] = row_records(measured)
-    return row_records(columns)
+        columns["indicators"] = [*Table.of(measured)]
+    return [*Table.of(columns)]
 
 
 def tidy_columns(report: ReportData) -> dict[str, list[Any]]:

@@ -20,7 +20,7 @@ from hydrofdi.report.runs import (
     best_levels,
     level_names,
 )
-from hydrofdi.report.table import Block, Table, plain, row_records
+from hydrofdi.report.table import Block, Table, plain
 from hydrofdi.report.wording import joined
 from hydrofdi.store.layout import names
 from hydrofdi.units import convert
@@ -168,5 +168,5 @@ def _records(table: RunTable, views: Sequence[dict[str, Any]]) -> list[dict[str,
     }
     columns |= views[0]
     if len(views) > 1:
-        columns["settled"] = row_records(views[1])
-    return row_records(columns | ({"labels": table.labels} if table.label_names else {}))
+        columns["settled"] = [*Table.of(views[1])]
+    return [*Table.of(columns | ({"labels": table.labels} if table.label_names else {}))]

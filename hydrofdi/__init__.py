@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from hydrofdi.api.evaluation import evaluate as evaluate
     from hydrofdi.api.exporting import Exported as Exported
     from hydrofdi.api.exporting import export as export
-    from hydrofdi.api.fleets import monitor_fleet as monitor_fleet
     from hydrofdi.api.folders import rerun as rerun
     from hydrofdi.api.folders import status as status
     from hydrofdi.api.folders import verify as verify
@@ -39,7 +38,6 @@ if TYPE_CHECKING:
     from hydrofdi.api.measuring import indicators as indicators
     from hydrofdi.api.measuring import measure as measure
     from hydrofdi.api.plan import plan as plan
-    from hydrofdi.api.replaying import replay as replay
     from hydrofdi.api.results import Results as Results
     from hydrofdi.api.results import load as load
     from hydrofdi.api.results import report as report
@@ -47,6 +45,8 @@ if TYPE_CHECKING:
     from hydrofdi.api.run import simulate as simulate
     from hydrofdi.api.starting import configs as configs
     from hydrofdi.api.starting import init as init
+    from hydrofdi.api.streams import monitor_fleet as monitor_fleet
+    from hydrofdi.api.streams import replay as replay
     from hydrofdi.api.sweep import collect as collect
     from hydrofdi.api.sweep import sweep as sweep
     from hydrofdi.api.trend import trend as trend
@@ -64,15 +64,14 @@ _HOMES = {
         "api.diagnosing": "Diagnosis diagnose",
         "api.evaluation": "Evaluation evaluate",
         "api.exporting": "Exported export",
-        "api.fleets": "monitor_fleet",
         "api.folders": "rerun status verify why",
         "api.inspecting": "Inspection inspect",
         "api.measuring": "indicators measure",
         "api.plan": "plan",
-        "api.replaying": "replay",
         "api.results": "Results load report",
         "api.run": "Run simulate",
         "api.starting": "configs init",
+        "api.streams": "monitor_fleet replay",
         "api.sweep": "collect sweep",
         "api.trend": "trend",
         "config": "load_experiment",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Unpack
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.api.arguments import positive_of
-from hydrofdi.api.plausible import plausibility
+from hydrofdi.api.plausible import plausibility, plausibility_table
 from hydrofdi.api.step_limits import Distinct, lag_limit, step_limits, too_long_sentence
 from hydrofdi.api.warnings import experiment_warnings, period_count, place_in_bands
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
@@ -29,13 +29,15 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.quality.machine import FIGURES, machine_figures
-from hydrofdi.report.table import Column, Table, plain, quantity
+from hydrofdi.report.answer import Answer, Piece, Strong
+from hydrofdi.report.table import UNSAID, Column, Table, quantity
 from hydrofdi.report.wording import modulus_column
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, K_I_UNIT, number_text, shown_quantity
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
+from hydrofdi.units import convert
 
 if TYPE_CHECKING:
     from hydrofdi.api.settings import Settings
@@ -55,7 +57,7 @@ MOST_ROWS = 24
 
 
 @dataclass(frozen=True, repr=False)
-class Check:
+class Check(Answer):
     """Findings on an experiment, as `hydrofdi.check` returns them. True if there are no problems.
 
     Attributes
@@ -103,16 +105,40 @@ class Check:
     problems: list[str]
     warnings: list[str]
 
-    def to_dict(self) -> dict[str, Any]:
-        """What ``hydrofdi check --json`` prints; None in place of what is not finite."""
-        return {name: plain(found) for name, found in vars(self).items() if found is not None}
+    units: Mapping[str, str] = field(default_factory=dict, metadata=UNSAID)
 
     def __bool__(self) -> bool:
         return not self.problems
 
-    def __repr__(self) -> str:
-        lines = [f"problem: {each}" for each in self.problems]
-        return "\n".join([*lines, *(f"warning: {each}" for each in self.warnings)] or ["no warnings"])
+    def parts(self) -> Iterator[Piece]:
+        """Machine, modes, step, record, noise and warnings."""
+        figures = ((*FIGURES[name], value) for name, value in self.figures.items())
+        yield from (plausibility_table(self.plausibility), "", Strong("Machine, nominal"))
+        yield "; ".join(f"{title} {shown_quantity(value, unit)}" for unit, title, value in figures)
+        yield ""
+        n_mode = len(self.modes)
+        if n_mode <= MOST_ROWS:
+            yield from (_modes_table(self), "")
+        if self.n_left_out or n_mode > MOST_ROWS:
+            n_distinct = n_mode + self.n_left_out
+            kinds = f"{n_distinct:,} that differ in more than sensors, of " if n_distinct < self.n_run else ""
+            yield f"{n_mode} of {kinds}{counted(self.n_run, 'run')} are simulated; --json lists each"
+        limit = convert(self.step_limits[self.binding], "ms")
+        step = f"step {convert(self.step, 'ms'):g} ms: stable up to {limit:.3g} ms"
+        yield f"{step}, limited by {self.binding}"
+        shares = (f"d{level} {100.0 * share:.1f}" for level, share in enumerate(self.boundary_shares, 1))
+        periods = f", {counted(self.n_period, 'period')}" if math.isfinite(self.n_period) else ""
+        yield f"{counted(self.n_sample, 'sample')}{periods}; coefficients at ends [%]: {', '.join(shares)}"
+        if self.noise:
+            ratios = ((each["noise"], each["weakest_rms"]) for each in self.noise)
+            noisy = (f"{100.0 * noise / rms:.2g}" if rms > 0.0 else HOLE for noise, rms in ratios)
+            levels = ", ".join(f"d{level} {share}" for level, share in enumerate(noisy, 1))
+            yield f"P_1 noise over the weakest run [%]: {levels}"
+        yield ""
+        yield from (Strong(f"problem: {problem}") for problem in self.problems)
+        yield from (f"warning: {warning}" for warning in self.warnings)
+        if not (self.problems or self.warnings):
+            yield "no warnings"
 
 
 def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings]) -> Check:
@@ -183,6 +209,7 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
         plausibility=plausibility(unusual, distinct, [job.parameters for job in jobs], rows, modes),
         problems=problems,
         warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
+        units=loaded.units,
     )
 
 
@@ -296,18 +323,10 @@ def _autocovariance(run: RunParameters) -> tuple[float, ...]:
     return variance + quantisation_noise(sensor.resolution) ** 2, *others
 
 
-def machine_text(found: Check) -> str:
-    """Statics, speeds and hydraulic mode of the nominal machine, in readable units."""
-    return "; ".join(
-        f"{FIGURES[name][1]} {shown_quantity(value, FIGURES[name][0])}"
-        for name, value in found.figures.items()
-    )
-
-
 _percent = partial(number_text, n_digit=3, scale=100.0)
 
 
-def modes_table(found: Check) -> Table:
+def _modes_table(found: Check) -> Table:
     """The hydraulic mode of each run."""
     modes, n_band = found.modes, len(found.bands)
     columns = {name: [mode[name] for mode in modes] for name in modes[0]}
@@ -328,13 +347,6 @@ def modes_table(found: Check) -> Table:
         Column("conditions", conditions, is_text=True, is_shown=len({*conditions}) > 1),
     )
     return Table(content, title="Hydraulic mode in motion", n_lead=3)
-
-
-def noise_text(found: Check) -> str:
-    """Noise of the chamber-1 pressure sensor in each level over that of the weakest run [%]."""
-    pairs = ((each["noise"], each["weakest_rms"]) for each in found.noise)
-    shares = (f"{100.0 * noise / rms:.2g}" if rms > 0.0 else HOLE for noise, rms in pairs)
-    return ", ".join(f"d{level} {share}" for level, share in enumerate(shares, 1))
 
 
 _USUAL = ("fluid.bulk_modulus", "leakage.internal_flow", "leakage.internal_coefficient")

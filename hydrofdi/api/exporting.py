@@ -17,6 +17,7 @@ from hydrofdi.config.run_table.runs import run_identities
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.writing import OWN, WRITERS, selection
+from hydrofdi.report.answer import Answer
 from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.store.files import require_own, whole_file
 from hydrofdi.store.layout.names import RUN_ID, STATUS
@@ -32,8 +33,8 @@ Texts = str | Sequence[str]
 
 
 @dataclass(frozen=True, repr=False)
-class Exported:
-    """What `hydrofdi.export` has written.
+class Exported(Answer):
+    """What `hydrofdi.export` has written. True if no record is left out.
 
     Attributes
     ----------
@@ -46,10 +47,17 @@ class Exported:
     files: list[Path] = field(default_factory=list)
     rejected: dict[str, str] = field(default_factory=dict)
 
-    def __repr__(self) -> str:
-        folders = dict.fromkeys(str(file.parent) for file in self.files)
-        left_out = f"; left out: {counted(len(self.rejected), 'record')}" if self.rejected else ""
-        return f"{counted(len(self.files), 'file')} in {', '.join(folders) or 'no folder'}{left_out}"
+    def __bool__(self) -> bool:
+        return not self.rejected
+
+    def parts(self) -> Iterator[str]:
+        """How many files were written, and records left out."""
+        n_file, n_rejected = len(self.files), len(self.rejected)
+        folders = ", ".join(dict.fromkeys(str(file.parent) for file in self.files))
+        yield f"wrote {self.files[0]}" if n_file == 1 else f"wrote {counted(n_file, 'record')} to {folders}"
+        if n_rejected:
+            of = counted(n_file + n_rejected, "record")
+            yield f"left out {n_rejected:,} of {of}; {self.first_rejection}"
 
     @property
     def first_rejection(self) -> str:

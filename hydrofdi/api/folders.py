@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from numbers import Integral
 from os import PathLike
@@ -23,7 +24,8 @@ from hydrofdi.config.run_table.roles import StudyTable
 from hydrofdi.config.run_table.runs import record_identity
 from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
-from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of
+from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubt_lines, doubts_of
+from hydrofdi.report.answer import Answer, Piece
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import read_texts
@@ -46,7 +48,7 @@ _SAID = (MESSAGE, VERDICT, *(doubt.number for doubt in DOUBTS.values()))
 
 
 @dataclass(frozen=True, repr=False)
-class SweepStatus:
+class SweepStatus(Answer):
     """How far a sweep is: numbers of runs; failed ones count as done too, unless they left no result.
 
     `earlier` runs are stored by an earlier version of the physics; reports read them, a sweep does not.
@@ -63,17 +65,26 @@ class SweepStatus:
     earlier: int = 0
     verdicts: dict[str, int] = field(default_factory=dict)
 
-    def __repr__(self) -> str:
+    def __bool__(self) -> bool:
+        return not (self.failed or self.damaged)
+
+    def parts(self) -> Iterator[Piece]:
+        """The numbers, and what is wrong."""
         stored = ((name, n) for name, n in sorted(self.statuses.items()) if name != MISSING)
         details = ", ".join(f"{count:,} {name}" for name, count in stored)
-        return (
+        yield (
             f"{self.planned:,} planned, {self.done:,} done, {self.failed:,} failed,"
             f" {self.missing:,} missing{f' ({details})' if details else ''}"
         )
+        yield from doubt_lines(self.verdicts)
+        if self.earlier:
+            runs = counted(self.earlier, "run")
+            yield f"stored by an earlier version of the physics: {runs}; a sweep computes them again"
+        yield from (f"{fault}; the next sweep computes its runs again" for fault in self.damaged)
 
 
 @dataclass(frozen=True, repr=False)
-class Explanation:
+class Explanation(Answer):
     """Why a run is as it is.
 
     ``reason`` to compute it: what of its request is not stored, its record or its analysis; empty where it is
@@ -112,14 +123,27 @@ class Explanation:
     is_baseline: bool
     units: dict[str, str]
 
-    def __repr__(self) -> str:
-        said = [self.verdict or self.status, self.message, self.remedy, self.reason]
-        said += [doubt["remedy"] for doubt in self.doubts.values()]
-        return f"run {self.run_id}, row {self.position}: " + "; ".join(filter(None, said))
+    def parts(self) -> Iterator[Piece]:
+        """What is known of the run, without its whole request."""
+        facts = dict(vars(self))
+        for name in ("request", "calibration", "units", "log", "provenance"):
+            del facts[name]
+        facts["analysis"] = {
+            label: f"{each['analysis_id']}: {each['shown'] or 'default options'}"
+            for label, each in self.analysis.items()
+        }
+        if self.provenance:
+            facts |= {name: self.provenance[name] for name in ("started", "python", "seeds")}
+            git = self.provenance["git"] or {}
+            facts["commit"] = f"{git.get('commit') or ''}{', with changes' * bool(git.get('dirty'))}"
+            facts["command"] = " ".join(self.provenance["command"])
+        yield facts
+        if self.log:
+            yield self.log
 
 
-@dataclass(frozen=True)
-class Verification:
+@dataclass(frozen=True, repr=False)
+class Verification(Answer):
     """Integrity of a folder: its ``faults``, one sentence each. True if there are none."""
 
     faults: list[str]
@@ -127,12 +151,17 @@ class Verification:
     def __bool__(self) -> bool:
         return not self.faults
 
-    def __repr__(self) -> str:
-        return "; ".join(self.faults) or "every shard is sound"
+    def parts(self) -> list[str]:
+        """The faults."""
+        return self.faults or ["every shard is sound"]
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``hydrofdi verify --json`` prints."""
+        return {"sound": bool(self), "faults": self.faults}
 
 
-@dataclass(frozen=True)
-class Rerun:
+@dataclass(frozen=True, repr=False)
+class Rerun(Answer):
     """A stored run that was computed again, with the variables that are ``differing``. True if all bits
     agree."""
 
@@ -142,10 +171,14 @@ class Rerun:
     def __bool__(self) -> bool:
         return not self.differing
 
-    def __repr__(self) -> str:
-        return f"run {self.run_id}: " + (
-            f"differs in {', '.join(self.differing)}" if self.differing else "the same bits"
-        )
+    def parts(self) -> list[str]:
+        """One sentence."""
+        result = f"differs in {', '.join(self.differing)}" if self.differing else "the same bits"
+        return [f"run {self.run_id}: {result}"]
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``hydrofdi rerun --json`` prints."""
+        return {"run_id": self.run_id, "same_bits": bool(self), "differing": self.differing}
 
 
 def status(folder: Folder) -> SweepStatus:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from itertools import chain
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -21,7 +22,8 @@ from hydrofdi.records import Channel
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
 from hydrofdi.records.measured.source import write_description
 from hydrofdi.records.stuck import found_period
-from hydrofdi.report.table import Table, finite
+from hydrofdi.report.answer import Answer, Piece, Strong
+from hydrofdi.report.table import Table, plain
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import readable_unit
 from hydrofdi.units import convert, parse_unit
@@ -36,8 +38,8 @@ _MOST_SIMULATED = 32
 _WITHOUT_SCALE = ("counts", "1")
 """Units of channels that have no scale."""
 
-_EXAMPLES = 3
-"""Examples that are kept of each kind of remark."""
+_EXAMPLES, _MOST_GROUPS = 3, 12
+"""Examples that are kept of each kind of remark; most groups and labels that are listed."""
 
 
 @dataclass
@@ -96,7 +98,7 @@ class Finding:
 
 
 @dataclass(repr=False)
-class Inspection:
+class Inspection(Answer):
     """Contents and defects of records, as `hydrofdi.inspect` returns them.
 
     Attributes
@@ -176,27 +178,23 @@ class Inspection:
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi inspect --json`` prints."""
-        frequency_is = "inferred" if self.is_inferred else "given"
-        return {
+        rate_is = {"is": "inferred" if self.is_inferred else "given"}
+        record: dict[str, Any] = plain({
             "source": self.name,
             "records": self.n_record,
             "rejected": self.n_rejected,
-            "samples": [{"samples": n, "records": count} for n, count in sorted(self.lengths.items())],
+            "samples": _counted("samples", self.lengths),
             "sampling_frequencies_Hz": [
-                {"frequency": rate, "records": count, "is": frequency_is}
-                for rate, count in sorted(self.sampling_frequencies.items())
+                each | rate_is for each in _counted("frequency", self.sampling_frequencies)
             ],
-            "drive_periods_s": [
-                {"period": period, "records": count}
-                for period, count in sorted(self.drive_periods.items(), key=lambda item: item[0] or 0.0)
-            ],
+            "drive_periods_s": _counted("period", self.drive_periods),
             "channels": {
                 channel: {"unit": each.unit, "records": each.n_record}
-                | {"min": finite(each.least), "mean": finite(each.mean), "max": finite(each.largest)}
+                | {"min": each.least, "mean": each.mean, "max": each.largest}
                 for channel, each in self.ranges.items()
             },
-            "groups": dict(self.groups),
-            "labels": dict(self.labels),
+            "groups": self.groups,
+            "labels": self.labels,
             "findings": {
                 kind: {
                     "records": finding.n_record,
@@ -205,8 +203,9 @@ class Inspection:
                 }
                 for kind, finding in self.remarked.items()
             },
-            "assumptions": list(self.assumptions),
-        }
+            "assumptions": self.assumptions,
+        })  # fmt: skip
+        return record
 
     @property
     def channels(self) -> Table:
@@ -242,19 +241,46 @@ class Inspection:
             title="Remarks",
         )
 
-    def _title(self) -> str:
-        rates = ", ".join(f"{rate:g} Hz" for rate in self.sampling_frequencies)
-        rejected = f", {self.n_rejected:,} rejected" if self.n_rejected else ""
-        records = f"{counted(self.n_record, 'record')}{rejected}"
-        return f"{self.name}: {records} at {rates or 'no known rate'}"
+    def __bool__(self) -> bool:
+        return not self.n_rejected
 
-    def __repr__(self) -> str:
-        tables = [self.channels, self.findings] if self.remarked else [self.channels]
-        return "\n\n".join([self._title(), *map(repr, tables)])
+    def parts(self) -> Iterator[Piece]:
+        """What occurs, the channels, and remarks."""
+        rejected = f", and {self.n_rejected:,} rejected" if self.n_rejected else ""
+        rates = _counts({f"{rate:g} Hz": n for rate, n in self.sampling_frequencies.items()})
+        periods = self.drive_periods.items()
+        yield Strong(self.name)
+        yield {
+            "records": f"{self.n_record:,}{rejected}",
+            "sampling": rates + (" (inferred)" if self.is_inferred else ""),
+            "samples": _counts({f"{length:,}": n for length, n in self.lengths.items()}),
+            "drive": _counts({f"period {each:g} s" if each else "no known period": n for each, n in periods}),
+            "groups": _counts(self.groups),
+            "labels": _counts(self.labels),
+        }
+        for table in (self.channels, self.findings):
+            if len(table):
+                yield from ("", table)
+        if not self.remarked:
+            yield from ("", "no remarks")
 
-    def _repr_html_(self) -> str:
-        tables = replace(self.channels, title=self._title()), self.findings
-        return "".join(each._repr_html_() for each in tables if len(each))
+    def asides(self) -> Iterator[str]:
+        """What is assumed of the machine."""
+        return (f"note: {assumption}" for assumption in self.assumptions)
+
+
+def _counted(name: str, counts: Mapping[Any, int]) -> list[dict[str, Any]]:
+    """What occurs, and how often, for JSON: in order, what is not known first."""
+    return [{name: each, "records": counts[each]} for each in sorted(counts, key=lambda each: each or 0.0)]
+
+
+def _counts(counts: Mapping[Any, int]) -> str:
+    """What occurs, and how often; without the number if only one thing occurs."""
+    if len(counts) == 1:
+        return str(next(iter(counts)))
+    shown = [f"{name} ({count:,})" for name, count in list(counts.items())[:_MOST_GROUPS]]
+    more = [f"and {len(counts) - _MOST_GROUPS:,} more"] if len(counts) > _MOST_GROUPS else []
+    return "; ".join(shown + more)
 
 
 def inspect(
@@ -295,11 +321,14 @@ def inspect(
     --------
     >>> import hydrofdi, numpy
     >>> hydrofdi.inspect({"P1 [bar]": numpy.linspace(50.0, 51.0, 500)}, sampling_frequency="1 kHz")
-    the mapping: 1 record at 1000 Hz
-    <BLANKLINE>
+    the mapping
+    records   1
+    sampling  1000 Hz
+    ...
     Channels
     channel             unit  min  mean  max  records
     chamber_1_pressure  bar    50  50.5   51        1
+    ...
     """
     said = Said(sampling_frequency, channel, unit, label, group)
     if not isinstance(record, str | None):

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 from math import prod
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 from numpy import bincount
 
-from hydrofdi.api.arguments import count_of, path_of
-from hydrofdi.api.parts import WHOLE, Part
+from hydrofdi.api.arguments import count_of, path_of, refusal
 from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
@@ -24,9 +25,11 @@ from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
 from hydrofdi.config.run_table.runs import identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.shown_values import shown_in
+from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.report.answer import Answer, Piece
+from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_bytes, time_text
 from hydrofdi.simulation.kernels.lanes import WIDTH
@@ -42,6 +45,34 @@ _MOST_FACTOR, _START_SECONDS = 2.0, 10.0
 """On a busy machine ready configurations took at most so many times their arithmetic, and the start [s]."""
 _CALIBRATION_ROUNDS = 5
 """Simulations that a calibration takes, about."""
+
+
+class Part(NamedTuple):
+    """A share of a sweep: every so many blocks of its runs, whatever is stored."""
+
+    number: int = 1
+    of: int = 1
+
+    @property
+    def suffix(self) -> str:
+        """What the names of its own files end in; empty for the whole."""
+        return f"-{self.number}-of-{self.of}" if self.of > 1 else ""
+
+    def positions(self, n_run: int) -> list[int]:
+        """Positions of its runs among all."""
+        return [k for k in range(n_run) if k // WIDTH % self.of == self.number - 1]
+
+
+WHOLE = Part()
+
+
+def part_of(given: Any) -> Part:
+    """A part such as ``3/64``."""
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", given) if isinstance(given, str) else None
+    part = Part(*map(int, found.groups())) if found else Part(0)
+    if not 1 <= part.number <= part.of:
+        raise refusal("part", "a number of so many, from 1 on, such as '3/64'", given)
+    return part
 
 
 @dataclass(frozen=True)
@@ -233,7 +264,7 @@ def predict_seconds(plan: SweepPlan, workers: int) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, repr=False)
-class Plan:
+class Plan(Answer):
     """What a sweep will do, as `hydrofdi.plan` returns it.
 
     Runs: ``planned``, all; ``controls_added``, healthy ones to compare with; ``missing``, those to be
@@ -272,16 +303,41 @@ class Plan:
     idle_parameters: list[str]
     units: dict[str, str]
 
-    def to_dict(self) -> dict[str, Any]:
-        """What ``hydrofdi plan --json`` prints."""
-        return dict(vars(self))
-
-    def __repr__(self) -> str:
-        least, most = time_text(self.predicted_seconds), time_text(self.predicted_seconds_most)
-        return (
-            f"{self.experiment}: {self.missing:,} of {counted(self.planned, 'run')} to compute in {least} to"
-            f" {most}; {counted(len(self.warnings), 'warning')}, see .warnings"
-        )
+    def parts(self) -> Iterator[Piece]:
+        """What it says; records of a study of one kind and purpose have a row."""
+        study, added, failed = self.study or {}, self.controls_added, self.failed_before
+        reasons = ", ".join(f"{reason} {count:,}" for reason, count in self.reasons.items())
+        size, free = map(shown_bytes, (self.predicted_file_bytes, self.free_bytes))
+        times = " to ".join(map(time_text, (self.predicted_seconds, self.predicted_seconds_most)))
+        yield {
+            "experiment": f"{self.experiment} → {self.file}",
+            "runs": f"{self.planned:,}" + f", {added:,} of them healthy for comparison" * bool(added),
+            "axes": self.axes,
+            "first point": shown_values(self.first_point),
+            "last point": shown_values(self.last_point),
+            "designs": study["designs"] if study and len(study["designs"]) > 1 else [],
+            "varies": study.get("varies"),
+            "per record": ", ".join(study.get("differs_per_record", ())),
+            "stored": self.stored,
+            "failed": f"{failed:,} before; --retry-failed tries them again" * bool(failed),
+            "to compute": f"{self.missing:,}" + (f" ({reasons})" if reasons else ""),
+            "to simulate": counted(self.simulated_records, "record"),
+            "leakage coefficients": counted(self.solutions["total"], "solution"),
+            "predicted": f"{times} with {counted(self.workers, 'worker')}" * bool(self.missing),
+            "size": f"{size}, and as much in shards; {free} free",
+        }
+        if study:
+            alike: dict[tuple[str, str], list[dict[str, Any]]] = {}
+            for each in study["populations"]:
+                alike.setdefault((each["kind"], "fit" if each["is_fit"] else "test"), []).append(each)
+            columns = {
+                "records of": [kind for kind, _ in alike],
+                "to": [purpose for _, purpose in alike],
+                "number": [sum(each["records"] for each in own) for own in alike.values()],
+                "populations": [", ".join(each["name"] for each in own) for own in alike.values()],
+            }
+            yield from ("", Table.of(columns), "")
+        yield from (f"warning: {warning}" for warning in self.warnings)
 
 
 def plan(
@@ -312,7 +368,9 @@ def plan(
     >>> study = {"name": "planned", "record": {"duration": "2 s"}, "sweep": {"grid": stiffness}}
     >>> plan = hydrofdi.plan(study)
     >>> plan
-    planned: 2 of 2 runs to compute in 0... s to 1... s; 1 warning, see .warnings
+    experiment            planned → results/planned/planned.h5
+    runs                  2
+    ...
     >>> plan.reasons
     {'new': 2}
     """

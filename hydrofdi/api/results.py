@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
@@ -20,9 +20,11 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
-from hydrofdi.quality.doubts import doubt_counts
+from hydrofdi.quality.doubts import REMEDIES, doubt_counts, doubt_lines
+from hydrofdi.report.answer import Answer, Piece
 from hydrofdi.report.table import Table, library
 from hydrofdi.settings.messages import counted
+from hydrofdi.settings.readable import time_text
 from hydrofdi.store.experiment_data import MISSING
 from hydrofdi.store.layout.names import LEVEL, MESSAGE, RUN, SIGNALS, STATUS, SWEPT, TIME, VERDICT, coordinate
 
@@ -47,9 +49,9 @@ class Markdown(str):
     __repr__ = _repr_markdown_ = str.__str__
 
 
-@dataclass(frozen=True)
-class SweepSummary:
-    """What a sweep did.
+@dataclass(frozen=True, repr=False)
+class SweepSummary(Answer):
+    """What a sweep did. True if no run failed.
 
     Runs ``planned``; ``completed`` now, those of them ``measured`` from stored signals; ``skipped``, as
     stored or failed before; ``failed``, without a good end. ``seconds``: wall time [s]. ``interrupted``:
@@ -76,6 +78,26 @@ class SweepSummary:
     def stored(self) -> int:
         """Runs that are stored now, failed ones among them."""
         return self.planned - self.statuses.get(MISSING, 0)
+
+    def __bool__(self) -> bool:
+        return not (self.failed or self.faults)
+
+    def parts(self) -> tuple[Piece, ...]:
+        """Nothing: all that it says is about the work, not a result."""
+        return ()
+
+    def asides(self) -> Iterator[str]:
+        """Numbers of runs, the verdicts on them, and what failed."""
+        measured = f" ({self.measured:,} from stored signals)" if self.measured else ""
+        lost = f", {counted(self.lost_workers, 'worker')} lost and replaced" * bool(self.lost_workers)
+        yield (
+            f"{counted(self.planned, 'run')}: {self.completed:,} computed{measured}, {self.skipped:,} stored"
+            f" before, {self.failed:,} failed, in {time_text(self.seconds)}{lost}"
+        )
+        yield from doubt_lines(self.verdicts)
+        known = ((status, count) for status, count in self.statuses.items() if status in REMEDIES)
+        yield from (f"{count:,} {status}: {REMEDIES[status]}" for status, count in known)
+        yield from (f"{label}: {fault}" for label, fault in self.faults.items())
 
 
 class Results:

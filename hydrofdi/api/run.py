@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from os import PathLike
@@ -28,7 +28,8 @@ from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.records.data_sheet import MachineSheet
-from hydrofdi.report.table import Column, Table, finite, library
+from hydrofdi.report.answer import Answer, Piece
+from hydrofdi.report.table import Column, Table, library, plain
 from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.readable import K_I_UNIT, typeset
 from hydrofdi.store.experiment_data import ShardResults
@@ -63,7 +64,7 @@ class Parameters(dict[str, Any]):
         return self[full]
 
 
-class Run:
+class Run(Answer):
     """One simulated actuator; `hydrofdi.simulate` makes it.
 
     Its signals and features are attributes and items, such as ``run.P1`` and ``run["dwt.d2"]``.
@@ -281,29 +282,27 @@ class Run:
 
     def to_dict(self) -> dict[str, Any]:
         """What ``hydrofdi simulate --json`` prints."""
-        number = {name: finite(value) for name, value in self.features.items()}
-        flows = [names.MEAN_LEAKAGE_FLOW, *names.EXTERNAL_LEAKAGE_FLOWS]
-        mean, *external = (finite(self.features[name].to("L/min")) for name in flows)
-        detail, approximation = (
-            [*map(finite, self.columns[name][0].tolist())]
-            for name in (names.DETAIL_RMS, names.APPROXIMATION_RMS)
+        number, columns = self.features, self.columns
+        mean, *external = (
+            number[name].to("L/min") for name in (names.MEAN_LEAKAGE_FLOW, *names.EXTERNAL_LEAKAGE_FLOWS)
         )
-        return {
+        record: dict[str, Any] = plain({
             "run_id": self.run_id,
             "status": self.status,
             "message": self.message,
             "parameters": self.spec.request.shown_sections(),
             "mean_internal_leakage_L_per_min": mean,
             "internal_leakage_coefficient": number[names.LEAKAGE_COEFFICIENT],
-            "detail_rms_Pa": detail,
-            "approximation_rms_Pa": approximation,
+            "detail_rms_Pa": columns[names.DETAIL_RMS][0],
+            "approximation_rms_Pa": columns[names.APPROXIMATION_RMS][0],
             "mean_external_leakage_L_per_min": external,
             "verdict": self.verdict,
             "residuals": {name: number[name] for name in _RESIDUALS},
             "extremes": {each.name: number[each.name] for each in names.EXTREMES},
             "hydraulic_mode_Hz": number[names.MODE_FREQUENCY],
             "hydraulic_mode_damping_ratio": number[names.MODE_DAMPING_RATIO],
-        }
+        })  # fmt: skip
+        return record
 
     def plot(self, channels: str | Sequence[str] = (), start: float = 0.0) -> Figure:
         """The signals over time; `Figure.savefig` writes them.
@@ -353,14 +352,27 @@ class Run:
             results = ShardResults([self.run_id], read_index(Path(folder)), {})
             write_experiment(path_of(path), alone, table, results, library_versions())
 
-    def __repr__(self) -> str:
-        return repr(self._with_warnings())
+    def __bool__(self) -> bool:
+        return self.status == "ok"
 
-    def _repr_html_(self) -> str:
-        return self._with_warnings()._repr_html_()
+    def parts(self) -> list[Piece]:
+        """The features."""
+        return [self.table]
 
-    def _with_warnings(self) -> Table:
-        return replace(self.table, notes=tuple(f"warning: {warning}" for warning in self.warnings))
+    def asides(self) -> Iterator[str]:
+        """Warnings, and what to do about a failure or a doubt."""
+        from hydrofdi.quality.doubts import REMEDIES, doubts_of
+
+        yield from (f"warning: {warning}" for warning in self.warnings)
+        if not self:
+            yield f"the run failed: {self.status}: {self.message}; {REMEDIES[self.status]}"
+        else:
+            yield from (f"{doubt.word}: {doubt.remedy}" for doubt in doubts_of(self.verdict))
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Dotted parameter → the unit that the experiment is written in."""
+        return self.experiment.units
 
 
 def simulate(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,9 @@ import numpy as np
 from hydrofdi.api.histories import DAY, time_or_days
 from hydrofdi.api.trend_estimates import TrendEstimates
 from hydrofdi.evaluation.change_point import Estimate
-from hydrofdi.report.table import Column, Table, finite, quantity
+from hydrofdi.report.answer import Answer, Piece, Strong
+from hydrofdi.report.table import Column, Table, quantity
+from hydrofdi.report.table import plain as for_json
 from hydrofdi.settings.readable import number_text, percent, plain, readable_unit, time_text, typeset
 from hydrofdi.units import convert
 
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Trend(TrendEstimates):
+class Trend(Answer, TrendEstimates):
     """The trend of a score, as `hydrofdi.trend` returns it."""
 
     @cached_property
@@ -81,8 +83,16 @@ class Trend(TrendEstimates):
         verb = "reached" if at.value <= end else "reaches"
         return f"{first} It {verb} {limit} {on} {self._range(at, self.when)}."
 
-    def facts(self) -> dict[str, str]:
-        """What stands beside the answer, for display."""
+    def parts(self) -> Iterator[Piece]:
+        """The history, its evidence, and the answer."""
+        yield from (Strong(self.history.name), self._facts(), Strong(self.answer))
+
+    def asides(self) -> Iterator[str]:
+        """The remarks."""
+        return (f"note: {remark}" for remark in self.remarks)
+
+    def _facts(self) -> dict[str, str]:
+        """What stands beside the answer."""
         points, used = self.points, int(self.points.is_used.sum())
         left = f", {len(points.time) - used} left out" if used < len(points.time) else ""
         ends = f"{self.when(self.draws.time[0] * DAY)} to {self.when(self.draws.time[-1] * DAY)}"
@@ -134,7 +144,7 @@ class Trend(TrendEstimates):
     def to_dict(self) -> dict[str, Any]:
         """Everything as ``hydrofdi trend --json`` prints it."""
         history, reached = self.history, self.reached
-        return {
+        record: dict[str, Any] = for_json({
             "source": history.name,
             "meaning": history.meaning,
             "unit": history.unit,
@@ -149,10 +159,10 @@ class Trend(TrendEstimates):
             "confidence": self.confidence,
             "onset": self._instants(self.onset),
             "laws": self.laws if self.has_trend else None,
-            "level_before": _numbers(self.level_before),
-            "level_now": _numbers(self.level_now),
-            "rate_per_s": _numbers(self.rate),
-            "temperature_effect_per_K": _numbers(self.temperature_effect),
+            "level_before": self.level_before,
+            "level_now": self.level_now,
+            "rate_per_s": self.rate,
+            "temperature_effect_per_K": self.temperature_effect,
             "limit": self.limit,
             "limit_reached": self._instants(reached),
             "probability_of_limit": None
@@ -161,16 +171,17 @@ class Trend(TrendEstimates):
                 "until_end": self.probability(self.horizon - self.duration),
                 "until_horizon": self.probability(self.horizon),
             },
-            "points": [*self.table],
-            "remarks": [*self.remarks],
+            "points": self.table,
+            "remarks": self.remarks,
             "answer": self.answer,
-        }
+        })  # fmt: skip
+        return record
 
     def _stated(self, time: float) -> dict[str, Any]:
         date = None
         if self.history.is_dated and math.isfinite(time):
             date = f"{datetime.fromtimestamp(time, UTC):%Y-%m-%dT%H:%M:%SZ}"
-        return {"time_s": finite(float(time)), "date": date}
+        return {"time_s": float(time), "date": date}
 
     def _instants(self, found: Estimate | None) -> dict[str, Any] | None:
         if found is None:
@@ -206,12 +217,3 @@ class Trend(TrendEstimates):
             reached,
             time_unit=unit,
         )
-
-    def __repr__(self) -> str:
-        return self.answer
-
-
-def _numbers(found: Estimate | None) -> dict[str, float | None] | None:
-    return (
-        None if found is None else {name: finite(getattr(found, name)) for name in ("value", "low", "high")}
-    )

@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 import hydrofdi
-from hydrofdi.cli.options import Detector, Json, Settings, Sources
-from hydrofdi.cli.terminal import answer, draw, facts, tell, write_out
+from hydrofdi.cli.options import Detector, Found, Json, Settings, Sources
+from hydrofdi.cli.terminal import answer, draw, tell, write_out
 from hydrofdi.errors import ConfigError, interruption, without_credentials
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.api.detectors.windows import JudgedWindow, Tally
-    from hydrofdi.api.trend_answer import Trend
     from hydrofdi.detectors.trained.file import DetectorFile
 
 INTERRUPTED = 130
@@ -48,26 +47,26 @@ def train(
             " own windows that are too few.",
         ),
     ] = None,
-    json: Json = False,
     **settings: Any,
-) -> int:
+) -> Found:
     """Train a detector on healthy records and show the evidence for its false-alarm rate.
 
     Uses the records with a healthy label, the runs of a sweep without a leak, or the healthy fit records of a
     study; all records if they have no labels. If there are too few, a message says how many are needed.
     Exit code 1 if records are rejected or repeat the samples of another.
     """
+    from hydrofdi.report.answer import Reply
+
     command = shlex.join(["hydrofdi", *map(without_credentials, sys.argv[1:])])
     settings |= {"best": best, "sensors": sensors or (), "fleet": fleet}
     detector = hydrofdi.train(sources, out=out, command=command, **settings)
-    record = {"out": str(out), **detector.to_dict()}
-    answer(record, lambda _: [f"{out}: {detector.name}\n{detector.summary}"], json=json)
-    left = detector.left_out
+    left, told = detector.left_out, []
     if left.n_rejected:
-        tell(f"rejected: {counted(left.n_rejected, 'record')}; {left.first_rejection}")
+        told.append(f"rejected: {counted(left.n_rejected, 'record')}; {left.first_rejection}")
     if left.n_repeated:
-        tell(f"left out as repeats: {counted(left.n_repeated, 'record')}; {left.first_repeat}")
-    return 1 if left.n_rejected or left.n_repeated else 0
+        told.append(f"left out as repeats: {counted(left.n_repeated, 'record')}; {left.first_repeat}")
+    text = f"{out}: {detector.name}\n{detector.summary}"
+    return Reply({"out": out, **detector.to_dict()}, [text], told, is_sound=not told)
 
 
 def train_options() -> dict[str, Any]:
@@ -94,13 +93,14 @@ def detect(
     Exit code 1 if no window of a record could be judged, and on an alarm with --fail-on-alarm.
     """
     from hydrofdi.api.detectors.windows import csv_lines, json_parts
+    from hydrofdi.report.answer import Reply
 
     tally = hydrofdi.Detector.load(detector).windows(sources, **settings)
     if json or form != "table":
         for text in (csv_lines if form == "csv" and not json else json_parts)(tally):
             write_out(text)
     else:
-        answer(tally, _windows, json=False)
+        answer(Reply({}, _windows(tally)))
     tell(*_told(tally))
     return 1 if tally.unjudged or (fail_on_alarm and tally.n_alarm) else 0
 
@@ -198,13 +198,15 @@ def monitor(
 
 def _view(file: DetectorFile, source: str, *, json: bool) -> Any:
     """The live view on a terminal, JSON lines elsewhere."""
-    from hydrofdi.cli.tables import terminal
-
-    console = terminal()
-    if json or not console.is_terminal or console.is_dumb_terminal:
+    if json or not sys.stdout.isatty():
         return sys.stdout
+    from rich.console import Console
+
     from hydrofdi.cli.live_view import LiveView
 
+    console = Console(highlight=False, markup=False)
+    if console.is_dumb_terminal:
+        return sys.stdout
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")
     return LiveView(file, without_credentials(source), console)
@@ -247,7 +249,7 @@ def replay(
 
     Samples are in SI; reading them restores them exactly. Several records follow each other with a short gap.
     """
-    from hydrofdi.api.replaying import sample_target
+    from hydrofdi.api.streams import sample_target
 
     chunks = hydrofdi.replay(source, rate=rate, settings=settings or (), **more)
     n_sample = 0
@@ -276,9 +278,8 @@ def trend(
     figure: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the trend (.png, .svg or .pdf).")
     ] = None,
-    json: Json = False,
     **settings: Any,
-) -> int:
+) -> Found:
     """State since when a leak grows, how fast, and when it reaches a limit.
 
     Reads the log of a monitor, or measures records with dates. All statements have intervals. Nothing is
@@ -286,14 +287,4 @@ def trend(
     """
     found = hydrofdi.trend(sources, **settings)
     draw(found, figure)
-    answer(found, _trend, json=json)
-    tell(*(f"note: {remark}" for remark in found.remarks))
-    return 0
-
-
-def _trend(found: Trend) -> Iterator[Any]:
-    from rich.text import Text
-
-    yield Text(found.history.name, "bold")
-    yield from facts(found.facts())
-    yield Text(found.answer, "bold")
+    return found

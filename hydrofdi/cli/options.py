@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 import typer
 
+from hydrofdi.cli.terminal import answer
+
 Settings = Annotated[
     list[str] | None,
     typer.Option(
@@ -80,15 +82,28 @@ _METAVARS = {
 """Unit of a quantity → what the help writes for it."""
 
 
-def with_options(command: Callable[..., int], options: Mapping[str, Any]) -> Callable[..., int]:
-    """A command whose ``**settings`` are these options, name → annotation; those not given are left out."""
-    own = signature(command, eval_str=True).parameters.values()
-    stated = [each for each in own if each.kind is not Parameter.VAR_KEYWORD]
+Found = Any
+"""What a command returns that finds an answer: it is printed as text, or as JSON with ``--json``."""
+
+
+def with_options(command: Callable[..., Any], options: Mapping[str, Any]) -> Callable[..., int]:
+    """A command whose ``**settings`` are these options, name → annotation; those not given are left out.
+
+    One that finds an answer gets ``--json``.
+    """
+    own = signature(command, eval_str=True)
+    stated = [each for each in own.parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+    if own.return_annotation is Found:
+        stated.append(Parameter("json", Parameter.KEYWORD_ONLY, default=False, annotation=Json))
 
     @wraps(command)
     def call(**values: Any) -> int:
         given = {name: value for name, value in values.items() if name not in options or value is not None}
-        return command(**given)
+        if own.return_annotation is Found:
+            as_json = given.pop("json")
+            return answer(command(**given), json=as_json)
+        code: int = command(**given)
+        return code
 
     by_name = Parameter.KEYWORD_ONLY
     more = [Parameter(name, by_name, default=None, annotation=kind) for name, kind in options.items()]

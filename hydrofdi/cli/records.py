@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -11,25 +12,20 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 import hydrofdi
-from hydrofdi.cli.options import Figure, Json, Sources
-from hydrofdi.cli.terminal import answer, draw, facts, tell, write_out
+from hydrofdi.cli.options import Figure, Found, Json, Sources
+from hydrofdi.cli.terminal import answer, draw, tell, write_out
 from hydrofdi.errors import ConfigError
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
     from hydrofdi.indicators.record_measures import Column, RecordMeasures
 
-_MOST_GROUPS, _MOST_ROWS, _FEW_RECORDS = 12, 20, 3
-"""Most groups and labels that are listed; most records, scores and pairs of groups; and most records beside
-each other."""
+_MOST_FAULTS, _MOST_ROWS, _FEW_RECORDS = 4, 20, 3
+"""Most faults that are explained; most records, scores and pairs of groups; and most records beside each
+other."""
 
 
-def inspect(
-    sources: Sources,
-    figure: Figure = None,
-    json: Json = False,
-    **settings: Any,
-) -> int:
+def inspect(sources: Sources, figure: Figure = None, **settings: Any) -> Found:
     """Inspect records: channels, rates, lengths, ranges and defects.
 
     Simulates at most 32 records of an experiment file (.yaml), spread evenly over its runs.
@@ -39,40 +35,7 @@ def inspect(
     if settings.get("write"):
         tell(f"wrote {settings['write']}")
     draw(found, figure)
-    answer(found, _inspection, json=json)
-    tell(*(f"note: {assumption}" for assumption in found.assumptions))
-    return 1 if found.n_rejected else 0
-
-
-def _inspection(found: hydrofdi.Inspection) -> Iterator[Any]:
-    from rich.text import Text
-
-    rejected = f", and {found.n_rejected:,} rejected" if found.n_rejected else ""
-    rates = _counts({f"{rate:g} Hz": n for rate, n in found.sampling_frequencies.items()})
-    periods = found.drive_periods.items()
-    yield Text(found.name, "bold")
-    yield from facts({
-        "records": f"{found.n_record:,}{rejected}",
-        "sampling": rates + (" (inferred)" if found.is_inferred else ""),
-        "samples": _counts({f"{length:,}": n for length, n in found.lengths.items()}),
-        "drive": _counts({f"period {each:g} s" if each else "no known period": n for each, n in periods}),
-        "groups": _counts(found.groups),
-        "labels": _counts(found.labels),
-    })  # fmt: skip
-    for table in (found.channels, found.findings):
-        if len(table):
-            yield from ("", table)
-    if not found.remarked:
-        yield from ("", "no remarks")
-
-
-def _counts(counts: Mapping[Any, int]) -> str:
-    """What occurs, and how often; without the number if only one thing occurs."""
-    if len(counts) == 1:
-        return str(next(iter(counts)))
-    shown = [f"{name} ({count:,})" for name, count in list(counts.items())[:_MOST_GROUPS]]
-    more = [f"and {len(counts) - _MOST_GROUPS:,} more"] if len(counts) > _MOST_GROUPS else []
-    return "; ".join(shown + more)
+    return found
 
 
 def measure(
@@ -125,12 +88,13 @@ def _form(form: str | None, out: Path | None) -> str:
 
 def _write(form: str, out: Path | None, columns: Sequence[Column], records: Iterable[RecordMeasures]) -> None:
     from hydrofdi.api.measuring import write_measures
+    from hydrofdi.report.answer import Reply
     from hydrofdi.report.forms.measures import csv_lines, json_parts
 
     if out is not None:
         write_measures(out, form, columns, records)
     elif form == "table":
-        answer(records, lambda records: _measures(columns, iter(records)), json=False)
+        answer(Reply({}, _measures(columns, iter(records))))
     else:
         for line in (csv_lines if form == "csv" else json_parts)(columns, records):
             write_out(line)
@@ -163,41 +127,41 @@ def diagnose(
         list[str] | None,
         typer.Option(metavar="SOURCE", help="Healthy records of the same machine; repeat it for several."),
     ] = None,
-    json: Json = False,
     **settings: Any,
-) -> int:
+) -> Found:
     """Name the fault that records show: which, how probable, how large, and what else it may be.
 
     Compares with healthy records of the same machine: --history, or those with a healthy label; else with the
     data sheet. Needs P1, x, and u or xv; P2 tells much more. Exit code 1 if a record could not be judged.
     """
+    from hydrofdi.report.answer import Reply
+
     found = hydrofdi.diagnose(sources, history or None, **settings)
-    answer(found, _diagnosis, json=json)
-    tell(*(f"warning: {remark}" for remark in found.remarks))
-    return int(any(not record.findings for record in found.records))
+    warnings = [f"warning: {remark}" for remark in found.remarks]
+    are_judged = all(record.findings for record in found.records)
+    return Reply(found.to_dict(), _diagnosis(found), warnings, are_judged)
 
 
 def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
     """The table, and of the first records with each fault what else it looks like, and what to do."""
-    from rich.text import Text
-
+    from hydrofdi.report.answer import Strong
     from hydrofdi.settings.readable import percent
 
     history = f"{counted(found.n_healthy, 'healthy record')} of it" if found.n_healthy else "its data sheet"
     yield f"Sensors {found.sensors}; the machine is compared with {history}."
     yield "In parentheses: 95 % interval of the size; leaks at 8 MPa."
     if len(found.table):
-        yield from ("", (found.table, _MOST_ROWS))
+        yield from ("", replace(found.table, most=_MOST_ROWS))
     for record in found.records:
         if record.reason:
             yield f"{record.record_id}: not judged: {record.reason}"
     faults = {each.name: each for each in reversed(found.records) if each.name not in ("", "healthy")}
     if not faults and any(each.findings for each in found.records):
-        yield from ("", Text("Nothing is wrong.", "bold"))
-    for record in [*reversed(faults.values())][: _MOST_GROUPS // 3]:
+        yield from ("", Strong("Nothing is wrong."))
+    for record in [*reversed(faults.values())][:_MOST_FAULTS]:
         finding, titles = record.findings[0], {each.name: each.title for each in record.findings}
         sure = "above 99.9 %" if finding.low > 0.999 else f"{percent(finding.low)} to {percent(finding.high)}"
-        yield from ("", Text(f"{record.record_id}: {finding.title}, probability {sure}.", "bold"))
+        yield from ("", Strong(f"{record.record_id}: {finding.title}, probability {sure}."))
         if finding.looks_like:
             alike = "; ".join(
                 titles[name]
@@ -209,7 +173,7 @@ def _diagnosis(found: hydrofdi.Diagnosis) -> Iterator[Any]:
             yield f"Next: {finding.advice}."
 
 
-def evaluate(sources: Sources, json: Json = False, **settings: Any) -> int:
+def evaluate(sources: Sources, **settings: Any) -> Found:
     """Evaluate indicators on labelled records.
 
     Shows what each detects, and its alarms on healthy groups. Labels and groups come from the descriptions.
@@ -219,15 +183,16 @@ def evaluate(sources: Sources, json: Json = False, **settings: Any) -> int:
     code 1 if records are rejected, repeat the samples of another or have no number of any indicator, or an
     indicator fails.
     """
-    evaluation = hydrofdi.evaluate(sources, **settings)
-    answer(evaluation, _evaluation, json=json)
-    tell(*evaluation.left.sentences())
-    return 1 if evaluation.left.is_lacking or evaluation.left.n_repeated else 0
+    from hydrofdi.report.answer import Reply
+
+    found = hydrofdi.evaluate(sources, **settings)
+    is_sound = not (found.left.is_lacking or found.left.n_repeated)
+    return Reply(found.to_dict(), _evaluation(found), found.left.sentences(), is_sound)
 
 
 def _evaluation(evaluation: hydrofdi.Evaluation) -> Iterator[Any]:
     """The conclusion from healthy groups, the scores (best first), and what is not stated, and why."""
-    from rich.text import Text
+    from hydrofdi.report.answer import Strong
 
     records, conclusion = evaluation.detection.records, evaluation.conclusion
     counts = ", ".join(f"{records.rows(each).size:,} {each.name}" for each in records.populations)
@@ -237,10 +202,10 @@ def _evaluation(evaluation: hydrofdi.Evaluation) -> Iterator[Any]:
         yield "no indicator could measure any record"
         return
     if conclusion:
-        yield Text(f"{conclusion[0].upper()}{conclusion[1:]}.", "bold")
-    yield from ("", (evaluation.table, _MOST_ROWS * len(records.populations)))
+        yield Strong(f"{conclusion[0].upper()}{conclusion[1:]}.")
+    yield from ("", replace(evaluation.table, most=_MOST_ROWS * len(records.populations)))
     if len(evaluation.pairs):
-        yield from ("", (evaluation.pairs, _MOST_ROWS))
+        yield from ("", replace(evaluation.pairs, most=_MOST_ROWS))
     yield ""
     yield from (f"- {sentence}" for sentence in evaluation.remarks)
 
@@ -262,8 +227,5 @@ def export(
     such files without a description. Exit code 1 if records are left out.
     """
     done = hydrofdi.export(sources, out, **settings)
-    n_file, n_rejected = len(done.files), len(done.rejected)
-    tell(f"wrote {done.files[0]}" if n_file == 1 else f"wrote {counted(n_file, 'record')} to {out}")
-    if n_rejected:
-        tell(f"left out {n_rejected:,} of {counted(n_file + n_rejected, 'record')}; {done.first_rejection}")
-    return 1 if n_rejected else 0
+    tell(*done.parts())
+    return int(not done)

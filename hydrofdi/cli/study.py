@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 import hydrofdi
-from hydrofdi.cli.options import Config, Directory, Grid, Json, Name, Settings, Sweep, Write, Zip
-from hydrofdi.cli.terminal import answer, facts, print_json, tell, write_out
+from hydrofdi.cli.options import Config, Directory, Found, Grid, Json, Name, Settings, Sweep, Write, Zip
+from hydrofdi.cli.terminal import answer, tell, write_out
 from hydrofdi.errors import ConfigError, ReportError
 from hydrofdi.settings.messages import counted
 
 if TYPE_CHECKING:
-    from hydrofdi.api.folders import Explanation
-    from hydrofdi.api.plan import Plan
-    from hydrofdi.api.results import SweepSummary
     from hydrofdi.config import ExperimentConfig
     from hydrofdi.report.table import ComposedReport
+
+
+_FEW_ROWS = 12
+"""Rows of an answer."""
 
 
 def sweep(
@@ -46,41 +48,16 @@ def sweep(
         results = hydrofdi.sweep(_asked(config, settings, grid, zip, name, write), progress=True, **more)
     except SweepInterrupted as stop:
         if stop.summary is not None:
-            _show(stop.summary, json=json)
+            answer(stop.summary, json=json)
         raise
     assert results.summary is not None
-    _show(results.summary, json=json)
+    code = answer(results.summary, json=json)
     if more.get("part"):
         folder = results.summary.file.parent
         tell(f"stored part {more['part']}; 'hydrofdi collect {folder}' joins the parts")
     else:
         tell(f"stored {results.file}; see 'hydrofdi report {results.folder}'")
-    return 1 if results.summary.failed or results.summary.faults else 0
-
-
-def _show(summary: SweepSummary, *, json: bool) -> None:
-    """Print what a sweep did, and the verdicts on its runs."""
-    from dataclasses import asdict
-
-    from hydrofdi.quality.doubts import REMEDIES, doubt_lines
-    from hydrofdi.settings.readable import time_text
-
-    if json:
-        print_json({**asdict(summary), "file": str(summary.file)})
-    measured = f" ({summary.measured:,} from stored signals)" if summary.measured else ""
-    lost = f", {counted(summary.lost_workers, 'worker')} lost and replaced" * bool(summary.lost_workers)
-    tell(
-        f"{counted(summary.planned, 'run')}: {summary.completed:,}"
-        f" computed{measured}, {summary.skipped:,} stored"
-        f" before, {summary.failed:,} failed, in {time_text(summary.seconds)}{lost}",
-        *doubt_lines(summary.verdicts),
-        *(
-            f"{count:,} {status}: {REMEDIES[status]}"
-            for status, count in summary.statuses.items()
-            if status in REMEDIES
-        ),
-        *(f"{label}: {fault}" for label, fault in summary.faults.items()),
-    )
+    return code
 
 
 def _asked(
@@ -125,107 +102,45 @@ def plan(
     grid: Grid = None,
     zip: Zip = None,
     name: Name = None,
-    json: Json = False,
     **more: Any,
-) -> int:
+) -> Found:
     """Show what a sweep would do, why, and how long it takes.
 
     Writes nothing.
     """
-    from hydrofdi.config.shown_values import shown_in
-
-    experiment = _asked(config, settings, grid, zip, name, None)
-    with shown_in(experiment.units):
-        answer(hydrofdi.plan(experiment, **more), _plan, json=json)
-    return 0
+    return hydrofdi.plan(_asked(config, settings, grid, zip, name, None), **more)
 
 
-def _plan(made: Plan) -> Iterator[Any]:
-    """What a plan says; records of a study of one kind and purpose have a row."""
-    from hydrofdi.config.shown_values import shown_values
-    from hydrofdi.report.table import Table
-    from hydrofdi.settings.readable import shown_bytes, time_text
-
-    study, added, failed = made.study or {}, made.controls_added, made.failed_before
-    reasons = ", ".join(f"{reason} {count:,}" for reason, count in made.reasons.items())
-    size, free = map(shown_bytes, (made.predicted_file_bytes, made.free_bytes))
-    times = " to ".join(map(time_text, (made.predicted_seconds, made.predicted_seconds_most)))
-    yield from facts(
-        {
-            "experiment": f"{made.experiment} → {made.file}",
-            "runs": f"{made.planned:,}" + f", {added:,} of them healthy for comparison" * bool(added),
-            "axes": made.axes,
-            "first point": shown_values(made.first_point),
-            "last point": shown_values(made.last_point),
-            "designs": study["designs"] if study and len(study["designs"]) > 1 else [],
-            "varies": study.get("varies"),
-            "per record": ", ".join(study.get("differs_per_record", ())),
-            "stored": made.stored,
-            "failed": f"{failed:,} before; --retry-failed tries them again" * bool(failed),
-            "to compute": f"{made.missing:,}" + (f" ({reasons})" if reasons else ""),
-            "to simulate": counted(made.simulated_records, "record"),
-            "leakage coefficients": counted(made.solutions["total"], "solution"),
-            "predicted": f"{times} with {counted(made.workers, 'worker')}" * bool(made.missing),
-            "size": f"{size}, and as much in shards; {free} free",
-        }
-    )
-    if study:
-        alike: dict[tuple[str, str], list[dict[str, Any]]] = {}
-        for each in study["populations"]:
-            alike.setdefault((each["kind"], "fit" if each["is_fit"] else "test"), []).append(each)
-        columns = {
-            "records of": [kind for kind, _ in alike],
-            "to": [purpose for _, purpose in alike],
-            "number": [sum(each["records"] for each in own) for own in alike.values()],
-            "populations": [", ".join(each["name"] for each in own) for own in alike.values()],
-        }
-        yield from ("", Table.of(columns), "")
-    yield from (f"warning: {warning}" for warning in made.warnings)
-
-
-def status(directory: Directory, json: Json = False) -> int:
+def status(directory: Directory) -> Found:
     """Show sweep progress and damaged shards.
 
     Exit code 1 if runs failed or a shard is damaged.
     """
-    from dataclasses import asdict
-
-    from hydrofdi.quality.doubts import doubt_lines
-
-    state = hydrofdi.status(directory)
-    lines = [str(state), *doubt_lines(state.verdicts)]
-    if state.earlier:
-        runs = counted(state.earlier, "run")
-        lines.append(f"stored by an earlier version of the physics: {runs}; a sweep computes them again")
-    lines += [f"{fault}; the next sweep computes its runs again" for fault in state.damaged]
-    answer(asdict(state), "\n".join(lines), json=json)
-    return 1 if state.failed or state.damaged else 0
+    return hydrofdi.status(directory)
 
 
-def collect(directory: Directory, json: Json = False) -> int:
+def collect(directory: Directory) -> Found:
     """Build the experiment file from the stored runs.
 
     Runs without a result are marked as missing, with the reason.
     """
+    from hydrofdi.report.answer import Reply
+
     made, state = hydrofdi.collect(directory), hydrofdi.status(directory)
-    if json:
-        record = {"planned": state.planned, "missing": state.missing, "failed": state.failed}
-        print_json({"file": str(made.file), **record})
-    tell(
-        f"stored {made.file}: {counted(state.planned, 'run')}, {state.missing:,}"
-        f" missing, {state.failed:,} failed"
-    )
-    return 0
+    counts = {"planned": state.planned, "missing": state.missing, "failed": state.failed}
+    told = f"{counted(state.planned, 'run')}, {state.missing:,} missing, {state.failed:,} failed"
+    return Reply({"file": made.file, **counts}, told=(f"stored {made.file}: {told}",))
 
 
-def calibrate(config: Config = None, settings: Settings = None, json: Json = False, **more: Any) -> int:
+def calibrate(config: Config = None, settings: Settings = None, **more: Any) -> Found:
     """Compute the coefficients K_i of mean leakage flows.
 
     They are valid under the conditions of the baseline.
     """
+    from hydrofdi.report.answer import Reply
+
     targets = hydrofdi.calibrate(hydrofdi.load_experiment(config, settings or ()), **more)
-    answer({"targets": [*targets]}, lambda _: [targets], json=json)
-    return 0
+    return Reply({"targets": targets}, [targets])
 
 
 Run = Annotated[
@@ -233,58 +148,28 @@ Run = Annotated[
 ]
 
 
-def verify(directory: Directory, json: Json = False) -> int:
+def verify(directory: Directory) -> Found:
     """Check every shard of a folder against its checksum.
 
     Also checks the index and the experiment file. Exit code 1 if anything is wrong.
     """
-    found = hydrofdi.verify(directory)
-    record = {"sound": bool(found), "faults": found.faults}
-    answer(record, "\n".join(found.faults or [str(found)]), json=json)
-    return 0 if found else 1
+    return hydrofdi.verify(directory)
 
 
-def why(directory: Directory, run: Run, json: Json = False, **settings: Any) -> int:
+def why(directory: Directory, run: Run, **settings: Any) -> Found:
     """Explain a run: its settings, verdict and what changed.
 
     Also shows its differences from the baseline, its failure, and how it was computed.
     """
-    from hydrofdi.config.shown_values import shown_in
-
-    explanation = hydrofdi.why(directory, run, **settings)
-    with shown_in(explanation.units):
-        answer(vars(explanation), lambda _: _explanation(explanation), json=json)
-    return 0
+    return hydrofdi.why(directory, run, **settings)
 
 
-def _explanation(run: Explanation) -> Iterator[Any]:
-    """What is known of a run, without its whole request."""
-    told = dict(vars(run))
-    for name in ("request", "calibration", "units", "log", "provenance"):
-        del told[name]
-    told["analysis"] = {
-        label: f"{each['analysis_id']}: {each['shown'] or 'default options'}"
-        for label, each in run.analysis.items()
-    }
-    if run.provenance:
-        told |= {name: run.provenance[name] for name in ("started", "python", "seeds")}
-        git = run.provenance["git"] or {}
-        told["commit"] = f"{git.get('commit') or ''}{', with changes' * bool(git.get('dirty'))}"
-        told["command"] = " ".join(run.provenance["command"])
-    yield from facts(told)
-    if run.log:
-        yield run.log
-
-
-def rerun(directory: Directory, run: Run, json: Json = False, **settings: Any) -> int:
+def rerun(directory: Directory, run: Run, **settings: Any) -> Found:
     """Recompute a stored run and compare it bit for bit.
 
     Exit code 1 if the two results differ.
     """
-    found = hydrofdi.rerun(directory, run, **settings)
-    record = {"run_id": found.run_id, "same_bits": bool(found), "differing": found.differing}
-    answer(record, str(found), json=json)
-    return 0 if found else 1
+    return hydrofdi.rerun(directory, run, **settings)
 
 
 def report(
@@ -377,18 +262,35 @@ def _places(places: list[Path], html: bool) -> tuple[Path | None, Path | None]:
 
 
 def _print(made: ComposedReport, form: str, full: bool) -> None:
-    from hydrofdi.cli.tables import print_document
+    from hydrofdi.report.answer import Reply
     from hydrofdi.report.forms.page import render_json, render_latex, render_markdown
     from hydrofdi.report.table import Table
 
     if form == "text":
-        print_document(made.document(), made.path, full=full)
+        answer(Reply({}, _document(made, full)))
     elif form in ("markdown", "latex"):
         write_out((render_markdown if form == "markdown" else render_latex)(made.document()))
     elif form == "wide":
         write_out(Table.of(made.wide()).to_csv())
     else:
         write_out(Table.of(made.columns()).to_csv() if form == "csv" else render_json(made))
+
+
+def _document(made: ComposedReport, full: bool) -> Iterator[Any]:
+    """The answers of a report, or all of it; the answers are last."""
+    from hydrofdi.report.answer import Strong
+
+    document = made.document()
+    yield Strong(f"{document.title}, from {made.path}")
+    blocks = [block for block in document.blocks if block.paragraphs or block.shown_tables]
+    others = [block for block in blocks if not block.is_answer]
+    for block in (others if full else []) + [block for block in blocks if block.is_answer]:
+        if full:
+            yield Strong(block.title)
+        tables = [replace(table, most=None if full else _FEW_ROWS) for table in block.shown_tables]
+        yield from ([*tables, *block.paragraphs] if block.is_answer else [*block.paragraphs, *tables])
+    if not full and (n_table := sum(len(block.shown_tables) for block in others)):
+        yield f"{counted(n_table, 'more table')}: --full shows them, --html writes a page."
 
 
 def _check_code(made: ComposedReport) -> int:

@@ -42,7 +42,7 @@ from hydrofdi.report.runs import (
     run_table,
 )
 from hydrofdi.report.sections import answers, document_of
-from hydrofdi.report.table import Block, Column, Document, FigureKind, Table, group_breaks, plain, row_records
+from hydrofdi.report.table import Block, Column, Document, FigureKind, Table, group_breaks, plain
 from hydrofdi.report.views import View, asked_views
 from hydrofdi.report.wording import (
     band_sentence,
@@ -290,8 +290,8 @@ class Report:
         outputs = [output for study in self.indicators for output in study.outputs]
         if outputs:
             measured = {output.variable: output.values[table.positions] for output in outputs}
-            columns["indicators"] = row_records(measured)
-        return row_records(columns)
+            columns["indicators"] = [*Table.of(measured)]
+        return [*Table.of(columns)]
 
     def columns(self) -> dict[str, list[Any]]:
         """Header with unit → values, one per run and level; None if a number is missing."""

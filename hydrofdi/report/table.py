@@ -7,11 +7,13 @@ import io
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from html import escape
 from importlib import import_module
+from itertools import zip_longest
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -30,8 +32,17 @@ if TYPE_CHECKING:
 _SHOWN = 30
 """Rows that a notebook shows."""
 
-_MOST_TEXT = 40
-"""Characters of a text in a row of plain text."""
+TEXT_WIDTH = 100
+"""Columns of text where nothing says how many there are."""
+
+_GAP, _HEADING, _SENTENCE = 2, 10, 24
+"""Blanks between columns, and widths: of a line of a heading, and of folded words."""
+
+_SEAM, _BLANK = "\ue000", "\ue001"
+"""Marks of a place in a word at which it may be broken, and of a blank at which a line is not."""
+
+_CONTROLS = dict.fromkeys([*range(0x20), *range(0x7F, 0xA0)], "�")
+"""Characters of texts from outside that would act on the terminal."""
 
 
 _UNITS = {
@@ -164,6 +175,8 @@ class Table:
         What a row is, such as ``record``: the dimension of a data set.
     is_folded : bool
         Whether a page shows it only on request.
+    most : int, optional
+        Rows that a text shows.
     """
 
     content: tuple[Column, ...]
@@ -174,12 +187,13 @@ class Table:
     n_lead: int = 1
     row: str = "row"
     is_folded: bool = False
+    most: int | None = None
 
     def __len__(self) -> int:
         return len(self.content[0].values) if self.content else 0
 
     @classmethod
-    def of(cls, columns: Mapping[str, Sequence[Any]], **more: Any) -> Table:
+    def of(cls, columns: Mapping[str, Sequence[Any] | NDArray[Any]], **more: Any) -> Table:
         """Columns by their names; those that contain texts are of words."""
         are_words = {name: any(isinstance(each, str) for each in own) for name, own in columns.items()}
         return cls(tuple(Column(name, own, is_text=are_words[name]) for name, own in columns.items()), **more)
@@ -347,24 +361,101 @@ class Table:
         return f"<table{key}>{''.join(parts)}</tbody></table>{notes}"
 
     def _repr_html_(self) -> str:
-        more = f"<p>{more}</p>" if (more := self._more()) else ""
+        more = f"<p>{more}</p>" if (more := self._more(_SHOWN)) else ""
         return self.to_html(_SHOWN).replace(' class="words"', ' style="text-align: left"') + more
 
     def __repr__(self) -> str:
-        lines = [[column.heading for column in self.shown]]
-        lines += [[_short(text) for text, _ in row] for row in self.texts(_SHOWN)]
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        sides = [str.ljust if column.is_text else str.rjust for column in self.shown]
-        rows = (
-            "  ".join(side(text, width) for side, text, width in zip(sides, line, widths, strict=True))
-            for line in lines
-        )
-        return "\n".join(
-            [*filter(None, [self.title]), *map(str.rstrip, rows), *filter(None, [self._more()]), *self.notes]
-        )
+        title = [self.title] if self.title else []
+        return "\n".join([*title, *replace(self, most=self.most or _SHOWN).lines(), *self.notes])
 
-    def _more(self) -> str:
-        return f"the first {_SHOWN} of {len(self):,} rows" if len(self) > _SHOWN else ""
+    def _more(self, n_row: int) -> str:
+        return f"… the first {n_row} of {len(self):,} rows" if n_row < len(self) else ""
+
+    def lines(self, width: int = TEXT_WIDTH) -> Iterator[str]:
+        """Lines of text: numbers are never cut; columns that do not fit in a width continue below.
+
+        Each part begins with the columns that say what a row is. Wide words are folded.
+        """
+        rows = [[*map(_cell, self.shown, row)] for row in self.texts(self.most)]
+        heads = [*map(_heading_lines, self.shown)]
+        lead = [*range(self.n_shown_lead)]
+        part = [*lead]
+        for place in range(len(lead), len(heads)):
+            needed = sum(_room(self.shown[at], heads[at], [row[at] for row in rows]) for at in [*part, place])
+            if len(part) > len(lead) and needed + _GAP * len(part) > width:
+                yield from self._grid(part, heads, rows, width)
+                part = [*lead]
+            part.append(place)
+        yield from self._grid(part, heads, rows, width)
+        yield from filter(None, [self._more(len(rows))])
+
+    def _grid(
+        self, part: list[int], heads: list[list[str]], rows: list[list[str]], width: int
+    ) -> Iterator[str]:
+        """Some columns beside each other, the widest words folded as far as it takes."""
+        are_words = [self.shown[at].is_text for at in part]
+        texts = [[*heads[at], *(row[at] for row in rows)] for at in part]
+        widths = [max(map(len, own)) for own in texts]
+        least = [
+            max(len(piece) for text in own for piece in folded(text, 1, cuts=False)) if is_words else size
+            for own, is_words, size in zip(texts, are_words, widths, strict=True)
+        ]
+        while sum(widths) + _GAP * (len(part) - 1) > width:
+            can = [at for at, size in enumerate(widths) if size > least[at]]
+            if not can:
+                break
+            widths[max(can, key=widths.__getitem__)] -= 1
+        deepest = max((len(heads[at]) for at in part), default=0)
+        lowered = [[""] * (deepest - len(lines)) + lines for lines in heads]
+        for number, row in enumerate([lowered, *([[text] for text in row] for row in rows)], -1):
+            if number in self.breaks:
+                yield ""
+            cells = [
+                [line for text in row[at] for line in folded(text, size)] if is_words else row[at]
+                for at, size, is_words in zip(part, widths, are_words, strict=True)
+            ]
+            sides = [str.ljust if is_words else str.rjust for is_words in are_words]
+            for line in zip_longest(*cells, fillvalue=""):
+                sized = (side(text, size) for side, text, size in zip(sides, line, widths, strict=True))
+                yield (" " * _GAP).join(sized).rstrip()
+
+
+def _cell(column: Column, cell: tuple[str, bool]) -> str:
+    """A text without what would act on a terminal, and with a mark if it stands out."""
+    text, is_strong = cell
+    return text.translate(_CONTROLS) + ("*" if is_strong else _unmarked(column))
+
+
+def _unmarked(column: Column) -> str:
+    """What stands in place of a mark."""
+    return " " if len(column.strong) and not column.is_text else ""
+
+
+def _heading_lines(column: Column) -> list[str]:
+    """A heading in lines, broken at blanks, dots and underscores; its unit in the last."""
+    name, bracket, unit = column.heading.partition(" [")
+    lines = folded(name, _SENTENCE if column.is_text else _HEADING, cuts=False)
+    return [f"{line}{_unmarked(column)}" for line in (*lines, *([f"[{unit}"] if bracket else []))]
+
+
+def _room(column: Column, heading: list[str], cells: list[str]) -> int:
+    """Room that a column needs."""
+    width = max(map(len, [*heading, *cells]))
+    return min(width, _SENTENCE) if column.is_text else width
+
+
+def folded(text: str, width: int, *, cuts: bool = True) -> list[str]:
+    """A text in lines of at most `width`, broken at blanks, and long names after dots and underscores.
+
+    A part of a name that is longer than a line is cut, or not. A mark of one character stays with the word
+    before it.
+    """
+    kept = re.sub(r"\s+(?=\S(?:\s|$))", _BLANK, text.strip())
+    parted = re.sub(
+        rf"\S{{{width + 1},}}", lambda word: re.sub(r"(?<=[._])(?=[^\W\d_])", f"{_SEAM} ", word[0]), kept
+    )
+    lines = wrap(parted, width, break_long_words=cuts, break_on_hyphens=False)
+    return [re.sub(f"{_SEAM} ?", "", line).replace(_BLANK, " ") for line in lines] or [""]
 
 
 def _heading(key: str) -> str:
@@ -377,10 +468,6 @@ def _heading(key: str) -> str:
 
 def _told(value: Any) -> str:
     return ("no", "yes")[value] if isinstance(value, bool) else number_text(value)
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= _MOST_TEXT else f"{text[: _MOST_TEXT - 1]}…"
 
 
 def library(name: str) -> Any:
@@ -450,19 +537,21 @@ _BEGINNINGS_OF_FORMULAS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def plain(value: Any) -> Any:
-    """Data with None in place of numbers that do not exist; arrays and tuples as lists."""
-    value = value.tolist() if hasattr(value, "tolist") else value
-    if isinstance(value, dict):
+    """Data for JSON: arrays, tuples and tables as lists, what has fields as a dict, None for no number."""
+    if isinstance(value, Table):
+        return [*value]
+    if is_dataclass(value):
+        value = {each.name: getattr(value, each.name) for each in fields(value) if each.metadata != UNSAID}
+    value = value.tolist() if hasattr(value, "tolist") else str(value) if isinstance(value, Path) else value
+    if isinstance(value, Mapping):
         return {key: plain(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
         return [plain(each) for each in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def row_records(columns: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Rows of columns for JSON."""
-    values = map(plain, columns.values())
-    return [dict(zip(columns, row, strict=True)) for row in zip(*values, strict=True)]
+UNSAID = {"is_said": False}
+"""Metadata of a field that JSON leaves out."""
 
 
 def csv_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:

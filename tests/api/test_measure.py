@@ -89,7 +89,7 @@ def test_a_table_turns_into_what_people_use(pressure):
     assert frame["dwt.d2"][0] == table["dwt.d2"][0]
     assert "volterra.coefficients.5" in frame
     assert [row["dwt.d2"] for row in table] == table["dwt.d2"].tolist()
-    assert "dwt.d2 [kPa]" in repr(table)
+    assert all(each in repr(table) for each in ("dwt.d2", "[kPa]"))
     assert "<td" in table._repr_html_()
     with pytest.raises(KeyError, match=r"dwt\.d2"):
         table["dwt.d22"]

@@ -14,7 +14,7 @@ from tests.commands import COMMAND, run_hydrofdi
 LOADING = """
 import sys
 from hydrofdi.cli.app import main
-TABLE = {f"hydrofdi.report{name}" for name in ("", ".table")}
+TABLE = {f"hydrofdi.report{name}" for name in ("", ".table", ".answer")}
 try:
     main()
 except SystemExit as end:

@@ -5,7 +5,7 @@ import threading
 import time
 from itertools import zip_longest
 
-from hydrofdi.api.fleets import monitor_fleet
+from hydrofdi.api.streams import monitor_fleet
 from hydrofdi.detectors.trained.file import detector_text
 from hydrofdi.monitor.lines import is_said, line_record
 from hydrofdi.monitor.mqtt import payload_of

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from prometheus_client.parser import text_string_to_metric_families
 
-from hydrofdi.api.fleets import monitor_fleet
+from hydrofdi.api.streams import monitor_fleet
 from hydrofdi.detectors.trained.file import detector_text
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.monitor import machines as machines_module

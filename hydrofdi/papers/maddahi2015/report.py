@@ -18,7 +18,7 @@ from hydrofdi.report import sections
 from hydrofdi.report.composition import rms_table
 from hydrofdi.report.indicators import indicators_block
 from hydrofdi.report.runs import Array, RunTable, best_levels, level_names
-from hydrofdi.report.table import Block, FigureKind, Table, group_breaks, plain, row_records
+from hydrofdi.report.table import Block, FigureKind, Table, group_breaks, plain
 from hydrofdi.report.wording import joined, modulus_text
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE
@@ -251,8 +251,8 @@ def _records(table: RunTable, views: Sequence[dict[str, Any]]) -> list[dict[str,
     }
     columns |= views[0]
     if len(views) > 1:
-        columns["settled"] = row_records(views[1])
-    return row_records(columns | ({"labels": table.labels} if table.label_names else {}))
+        columns["settled"] = [*Table.of(views[1])]
+    return [*Table.of(columns | ({"labels": table.labels} if table.label_names else {}))]
 
 
 NONE_GIVEN = (

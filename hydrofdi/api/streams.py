@@ -1,4 +1,4 @@
-"""Records as streams."""
+"""Records that are played as streams, and the streams of many machines that one process monitors."""
 
 from __future__ import annotations
 
@@ -9,16 +9,21 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
+from os import PathLike
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
-from hydrofdi.api.arguments import Names, names_of, positive_of
+from hydrofdi.api.arguments import Names, names_of, path_of, positive_of
 from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.detectors.trained.file import is_detector
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.monitor.configuration import Address, is_mqtt, load_monitor_config
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.records.streams import Chunk
 from hydrofdi.records.writing import titled
+
+if TYPE_CHECKING:
+    from hydrofdi.monitor.loop import Ending
 
 _BLOCK_DURATION = 0.05
 """Time between blocks [s]."""
@@ -83,6 +88,62 @@ def replay(
     pace = math.inf if rate == "max" else rate
     start = time.time() if now else None
     return chain.from_iterable(_replayed(source, pace, chosen, start) for source in sources)
+
+
+def monitor_fleet(
+    fleet: str | PathLike[str],
+    *,
+    state: str | PathLike[str] | None = None,
+    log: str | PathLike[str] | None = None,
+    metrics: str | None = None,
+    events: Sequence[str] = (),
+    partition: str | None = None,
+    follow: bool = True,
+    on_line: Callable[[dict[str, Any]], None] | TextIO | None = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Ending:
+    """Judge the streams of many machines, as ``hydrofdi monitor FLEET`` does.
+
+    Parameters
+    ----------
+    fleet : path
+        YAML with the machines, their detectors, and the description of their samples.
+    state, log, metrics, events, partition, optional
+        Replace the keys of the same name in the file.
+    follow : bool
+        Whether to wait for more at the end of files.
+    on_line : callable or file object, optional
+        Called with each line; to a file, they are written as JSON. The key ``machine`` has the name.
+    stop : callable, optional
+        Returns whether to end; called several times a second.
+
+    Returns
+    -------
+    Ending
+        The reason why it ended, a text of one sentence.
+
+    Raises
+    ------
+    ConfigError, StoreError
+        The file is wrong, or state or log cannot be used. What goes wrong with a machine is an event.
+    """
+    from hydrofdi.monitor.fleet_configuration import Pattern, load_fleet_config
+    from hydrofdi.monitor.loop import Monitor
+    from hydrofdi.monitor.opening import Sources
+
+    file = path_of(fleet)
+    if file.is_file() and is_detector(file):
+        raise ConfigError(f"{file}: is a detector; state the source that it judges behind it")
+    files = {key: str(path_of(each).absolute()) for key, each in (("state", state), ("log", log)) if each}
+    stated = files | {
+        "metrics": metrics,
+        "events": names_of("events", events, "addresses"),
+        "partition": partition,
+    }
+    config = load_fleet_config(file, **{key: value for key, value in stated.items() if value})
+    patterns = [Pattern.parse(text, file.parent) for text in config.machines]
+    sources = Sources(config, file, patterns, is_followed=follow)
+    return Monitor(config, sources, on_line).run(stop)
 
 
 def _replayed(source: RecordSource, pace: Any, record: str, begin: float | None) -> Iterator[Chunk]:

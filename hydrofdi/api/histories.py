@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.measuring import assumed_plants, of_machine
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained.conditions import TEMPERATURE
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
@@ -21,7 +20,7 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
-from hydrofdi.indicators.selection import make_indicators
+from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
 from hydrofdi.records import Array, Channel, RecordSource
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import time_text

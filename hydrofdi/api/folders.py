@@ -348,9 +348,9 @@ def _analysis(run: RunSpec, record_id: str) -> dict[str, dict[str, Any]]:
 
 
 def _causes(run: RunSpec) -> list[str]:
-    from hydrofdi.api.step_limits import step_warnings  # only a run that diverged loads the kernels
+    from hydrofdi.quality.machine import long_steps  # only a run that diverged loads the kernels
 
-    return step_warnings(lambda *_: [run.request])
+    return long_steps(lambda *_: [run.request])
 
 
 def _request(directory: Path) -> ExperimentConfig:

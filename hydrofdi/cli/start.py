@@ -108,8 +108,7 @@ def _checked(found: Check) -> Iterator[Any]:
     """Machine, modes, step, record, noise and warnings."""
     from rich.text import Text
 
-    from hydrofdi.api.check import MOST_ROWS, machine_text, modes_table, noise_text
-    from hydrofdi.api.plausible import plausibility_table
+    from hydrofdi.api.check import MOST_ROWS, machine_text, modes_table, noise_text, plausibility_table
 
     yield from (plausibility_table(found.plausibility), "", Text("Machine, nominal", "bold"))
     yield from (machine_text(found), "")

@@ -11,7 +11,8 @@ import numpy as np
 
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.physics import PHYSICS_VERSION
-from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of, samples_per_period
+from hydrofdi.quality.doubts import DOUBTS, REMEDIES, doubts_of
+from hydrofdi.quality.measures import samples_per_period
 from hydrofdi.report.axes import MOST_VALUES, Axis
 from hydrofdi.report.responses import QUANTILES, strongest_table
 from hydrofdi.report.runs import EXTERNAL, RunTable, normal_bulk_modulus

@@ -44,8 +44,6 @@ class Hypothesis:
 
 HEALTHY, NONE = "healthy", "none_of_these"
 
-SEALS = ("seal_orifice", "seal_laminar", "seal_scored")
-
 SENSORS: Mapping[str, Mapping[str, float]] = {
     "supply pressure": {"supply": 2e-3},
     "return pressure": {"return_pressure": 2e4},

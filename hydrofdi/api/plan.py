@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import time
 from collections import Counter
@@ -11,12 +12,11 @@ from itertools import islice
 from math import prod
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 from numpy import bincount
 
-from hydrofdi.api.arguments import count_of, path_of
-from hydrofdi.api.parts import WHOLE, Part
+from hydrofdi.api.arguments import count_of, path_of, refusal
 from hydrofdi.api.stored import experiment_directory, experiment_file
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
@@ -42,6 +42,34 @@ _MOST_FACTOR, _START_SECONDS = 2.0, 10.0
 """On a busy machine ready configurations took at most so many times their arithmetic, and the start [s]."""
 _CALIBRATION_ROUNDS = 5
 """Simulations that a calibration takes, about."""
+
+
+class Part(NamedTuple):
+    """A share of a sweep: every so many blocks of its runs, whatever is stored."""
+
+    number: int = 1
+    of: int = 1
+
+    @property
+    def suffix(self) -> str:
+        """What the names of its own files end in; empty for the whole."""
+        return f"-{self.number}-of-{self.of}" if self.of > 1 else ""
+
+    def positions(self, n_run: int) -> list[int]:
+        """Positions of its runs among all."""
+        return [k for k in range(n_run) if k // WIDTH % self.of == self.number - 1]
+
+
+WHOLE = Part()
+
+
+def part_of(given: Any) -> Part:
+    """A part such as ``3/64``."""
+    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", given) if isinstance(given, str) else None
+    part = Part(*map(int, found.groups())) if found else Part(0)
+    if not 1 <= part.number <= part.of:
+        raise refusal("part", "a number of so many, from 1 on, such as '3/64'", given)
+    return part
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Unpack
 
 from hydrofdi.api.arguments import count_of, path_of
-from hydrofdi.api.parts import WHOLE, Part, part_of
-from hydrofdi.api.plan import SweepPlan, plan_sweep
+from hydrofdi.api.plan import WHOLE, Part, SweepPlan, part_of, plan_sweep
 from hydrofdi.api.progress import COEFFICIENTS, RUNS, Progress, Watching, watching
 from hydrofdi.api.results import Results, SweepSummary
 from hydrofdi.api.stored import (

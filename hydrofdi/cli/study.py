@@ -62,7 +62,7 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
     """Print what a sweep did, and the verdicts on its runs."""
     from dataclasses import asdict
 
-    from hydrofdi.quality.doubts import REMEDIES, doubt_lines
+    from hydrofdi.quality.doubts import remedy_lines
     from hydrofdi.settings.readable import time_text
 
     if json:
@@ -73,12 +73,7 @@ def _show(summary: SweepSummary, *, json: bool) -> None:
         f"{counted(summary.planned, 'run')}: {summary.completed:,}"
         f" computed{measured}, {summary.skipped:,} stored"
         f" before, {summary.failed:,} failed, in {time_text(summary.seconds)}{lost}",
-        *doubt_lines(summary.verdicts),
-        *(
-            f"{count:,} {status}: {REMEDIES[status]}"
-            for status, count in summary.statuses.items()
-            if status in REMEDIES
-        ),
+        *remedy_lines(summary.verdicts | summary.statuses),
         *(f"{label}: {fault}" for label, fault in summary.faults.items()),
     )
 
@@ -190,10 +185,10 @@ def status(directory: Directory, json: Json = False) -> int:
     """
     from dataclasses import asdict
 
-    from hydrofdi.quality.doubts import doubt_lines
+    from hydrofdi.quality.doubts import remedy_lines
 
     state = hydrofdi.status(directory)
-    lines = [str(state), *doubt_lines(state.verdicts)]
+    lines = [str(state), *remedy_lines(state.verdicts)]
     if state.earlier:
         runs = counted(state.earlier, "run")
         lines.append(f"stored by an earlier version of the physics: {runs}; a sweep computes them again")

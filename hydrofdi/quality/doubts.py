@@ -217,11 +217,6 @@ def doubt_counts(verdicts: Iterable[str]) -> dict[str, int]:
     return dict(Counter(doubt.word for verdict in verdicts for doubt in doubts_of(verdict)))
 
 
-def doubt_lines(counts: Mapping[str, int]) -> list[str]:
-    """A line on each doubt: number of runs, its word, and the remedy."""
-    return [f"{count:,} {word}: {DOUBTS[word].remedy}" for word, count in counts.items()]
-
-
 _RETRY = "a sweep with retry_failed computes it again"
 
 REMEDIES = {
@@ -236,6 +231,12 @@ REMEDIES = {
     "error": f"'hydrofdi why' shows the traceback; {_RETRY}",
 }
 """Status of a run that failed → what to do about it, without a full stop, with the keys to set."""
+
+
+def remedy_lines(counts: Mapping[str, int]) -> list[str]:
+    """A line on each doubt and each failure that has a remedy: number of runs, its word, and the remedy."""
+    remedies = {word: doubt.remedy for word, doubt in DOUBTS.items()} | REMEDIES
+    return [f"{count:,} {word}: {remedies[word]}" for word, count in counts.items() if word in remedies]
 
 
 _MUCH = 0.1

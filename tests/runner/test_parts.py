@@ -7,8 +7,7 @@ import signal
 import pytest
 
 import hydrofdi
-from hydrofdi.api.parts import Part
-from hydrofdi.api.plan import plan_sweep
+from hydrofdi.api.plan import Part, plan_sweep
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError, StoreError

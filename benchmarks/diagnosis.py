@@ -26,7 +26,7 @@ import hydrofdi
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
 from hydrofdi.diagnosis.evidence import Judge
-from hydrofdi.diagnosis.history import balance_of, history_of, signatures
+from hydrofdi.diagnosis.history import history_of, signatures
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE
 from hydrofdi.evaluation.rates import clopper_pearson
 from hydrofdi.indicators.registry import sound_indicator
@@ -151,13 +151,12 @@ def machine(task: tuple[str, int, dict[str, Any], dict[str, float] | None, str])
     for sensors, options in SENSORS.items():
         made = sound_indicator("flow_balance", options).options
         past = records[:N_HISTORY]
-        balance = balance_of(past, made)
-        history = history_of(past, balance)
+        history = history_of(past, made)
         judge, found = Judge(history), []
         for (name, size, _), record in zip(asked[N_HISTORY:], records[N_HISTORY:], strict=True):
             if record is None:
                 continue
-            (signature,), estimates = signatures(balance, record, history.variance)
+            (signature,), estimates = signatures(history.balance, record, history.variance)
             findings = judge.judge(signature, estimates.gains[0], estimates.covariances[0])
             chances = {each.name: each.probability for each in findings}
             sized = [(each.size, each.size_low, each.size_high) for each in findings if each.name == name]

@@ -14,28 +14,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.api.arguments import positive_of
-from hydrofdi.api.plausible import plausibility, plausibility_table
-from hydrofdi.api.step_limits import Distinct, lag_limit, step_limits, too_long_sentence
-from hydrofdi.api.warnings import experiment_warnings, period_count, place_in_bands
 from hydrofdi.config import ExperimentConfig, RunParameters, expand_runs
 from hydrofdi.config.experiment import DEFAULT_CHOICE
 from hydrofdi.config.loading import Experiment, load_experiment
-from hydrofdi.config.plausibility import unusual_parameters
+from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, unusual_values
 from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
 from hydrofdi.config.run_table.runs import spread
 from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.config.sweeps.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
-from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
+from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients, split_jobs
+from hydrofdi.execution.checks import (
+    experiment_warnings,
+    period_count,
+    place_in_bands,
+    plausibility,
+    stroke_share,
+)
 from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
-from hydrofdi.quality.machine import FIGURES, machine_figures
+from hydrofdi.quality.machine import (
+    FIGURES,
+    Distinct,
+    lag_limit,
+    machine_figures,
+    step_limits,
+    too_long_sentence,
+)
 from hydrofdi.report.answer import Answer, Piece, Strong
 from hydrofdi.report.table import UNSAID, Column, Table, quantity
 from hydrofdi.report.wording import modulus_column
 from hydrofdi.sensing import noise_autocovariance, quantisation_noise
 from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import HOLE, K_I_UNIT, number_text, shown_quantity
+from hydrofdi.settings.readable import (
+    HOLE,
+    K_I_UNIT,
+    number_text,
+    readable_unit,
+    shown_quantity,
+    typeset,
+)
+from hydrofdi.settings.readable import plain as plain_number
 from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.store.layout import names
 from hydrofdi.transforms.wavelet import boundary_shares, level_bands, noise_rms
 from hydrofdi.units import convert
 
@@ -188,7 +208,7 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
     problems += [text for (status, _), text in told.items() if status != "ok"]
     problems += selection.unreached
     with shown_in(loaded.units):
-        warnings = experiment_warnings(loaded, distinct)
+        warnings = [*unusual_values(loaded), *idle_parameters(loaded), *experiment_warnings(loaded, distinct)]
     unusual = unusual_parameters(loaded)
     tabled = {each.sentence for each in unusual}
     warnings += [text for (status, verdict), text in told.items() if status == "ok" != verdict]
@@ -206,7 +226,7 @@ def check(experiment: Experiment | None = None, /, **settings: Unpack[Settings])
         n_left_out=selection.n_left_out,
         n_run=selection.n_run,
         sampling_frequency=record.sampling_frequency,
-        plausibility=plausibility(unusual, distinct, [job.parameters for job in jobs], rows, modes),
+        plausibility=plausibility(unusual, distinct, [job.parameters for job in jobs], rows),
         problems=problems,
         warnings=[each for each in dict.fromkeys(warnings) if each not in tabled],
         units=loaded.units,
@@ -283,8 +303,6 @@ def _mode_of_run(
     actuator = job.parameters.actuator
     mean, frequency = float(row["mean_internal_leakage_flow"]), float(row["hydraulic_mode_frequency"])
     piston_flow = actuator.piston_area * float(np.mean(np.abs(row["piston_velocity"])))
-    used = (float(row[f"piston_position_{end}"]) for end in ("min", "max"))
-    furthest = max(position / end for position, end in zip(used, actuator.ends, strict=True))
     level, octaves = place_in_bands(frequency, bands)
     return {
         "labels": {name: job.parameters.shown_value(name) for name in labels},
@@ -297,7 +315,7 @@ def _mode_of_run(
         "damping_ratio": float(row["hydraulic_mode_damping_ratio"]),
         "level": level,
         "octaves_to_edge": octaves,
-        "stroke_share": furthest,
+        "stroke_share": stroke_share(job.parameters, row),
         "status": str(row["status"]),
         "verdict": str(row["verdict"]),
     }
@@ -330,8 +348,8 @@ def _modes_table(found: Check) -> Table:
     """The hydraulic mode of each run."""
     modes, n_band = found.modes, len(found.bands)
     columns = {name: [mode[name] for mode in modes] for name in modes[0]}
-    names = ["above d1", *(f"d{level}" for level in range(1, n_band + 1)), f"below d{n_band}"]
-    bands = [names[mode["level"]] if mode["status"] == "ok" else mode["status"] for mode in modes]
+    levels = ["above d1", *(f"d{level}" for level in range(1, n_band + 1)), f"below d{n_band}"]
+    bands = [levels[mode["level"]] if mode["status"] == "ok" else mode["status"] for mode in modes]
     conditions = [*map(shown_values, columns["labels"])]
     content = (
         modulus_column(columns["bulk_modulus"]),
@@ -410,16 +428,29 @@ def select_runs(experiment: ExperimentConfig, most: int = WIDTH) -> Selection:
 
 def computed_rows(jobs: Sequence[Job]) -> list[dict[str, NDArray[np.float64]]]:
     """All variables of each job, in their order."""
-    grids: dict[Any, list[Job]] = {}
-    for job in jobs:
-        grids.setdefault(job.parameters.record, []).append(job)
     rows: dict[str, dict[str, Any]] = {}
-    for group in (
-        all_[first : first + WIDTH] for all_ in grids.values() for first in range(0, len(all_), WIDTH)
-    ):
+    for group in split_jobs(jobs, 1):
         columns = compute_columns(group)
+        del columns[names.TIME]
         for position, job in enumerate(group):
-            rows[job.run_id] = {
-                name: values[position] for name, values in columns.items() if len(values) == len(group)
-            }
+            rows[job.run_id] = {name: values[position] for name, values in columns.items()}
     return [rows[job.run_id] for job in jobs]
+
+
+def plausibility_table(found: Sequence[Mapping[str, Any]]) -> Table:
+    """The quantities, with their usual ranges, in readable units, and what to change."""
+
+    def text(low: float, high: float, own: str) -> str:
+        unit = readable_unit(own, high)
+        ends = dict.fromkeys(
+            plain_number(convert(each, unit) if unit != own else each, 3) for each in (low, high)
+        )
+        return f"{' … '.join(ends)} {typeset(unit)}".removesuffix(" 1").rstrip()
+
+    columns = {
+        "quantity": [each["quantity"] for each in found],
+        "here": [text(each["least"], each["largest"], each["unit"]) for each in found],
+        "usual": [text(each["usual"][0], each["usual"][1], each["unit"]) for each in found],
+    }
+    notes = (f"{each['quantity']}: {each['change']}" for each in found if each["change"])
+    return Table.of(columns, title="Plausibility", notes=tuple(notes))

@@ -3,67 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from hydrofdi.api.arguments import Names, Texts, names_of
-from hydrofdi.api.detectors.healthy_records import HealthyRecords, analysed_batches, experiment_of
-from hydrofdi.api.measuring import assumed_plants, of_machine
+from hydrofdi.api.detectors.healthy_records import HealthyRecords, experiment_of
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, sources_of
-from hydrofdi.diagnosis.evidence import NAMED, Finding, Judge
-from hydrofdi.diagnosis.history import (
-    FEWEST,
-    History,
-    balance_of,
-    history_of,
-    history_of_sheet,
-    signatures,
-)
-from hydrofdi.diagnosis.hypotheses import HEALTHY, REPAIRS
-from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.indicators.balancing import P1, P2, BalanceOptions, X
-from hydrofdi.indicators.selection import make_indicators
-from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
+from hydrofdi.diagnosis.diagnosing import Diagnosed
+from hydrofdi.diagnosis.diagnosing import diagnose as diagnose_records
+from hydrofdi.diagnosis.evidence import Finding
+from hydrofdi.errors import ConfigError
+from hydrofdi.records import Channel
 from hydrofdi.report.table import Column, Table
-from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import HOLE, number_text, percent, readable_unit, typeset
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.units import convert
 
-_PIECE, _SHORTEST = 20.0, 10.0
-"""Length into which longer records are cut, and least length of a record [s]."""
-
 _HIDDEN = ("low", "high", "size_low", "size_high")
 """Numbers of a finding that only programs see in the table."""
 
-U, SPOOL, SUPPLY = Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION, Channel.SUPPLY_PRESSURE
-
-
-@dataclass(frozen=True)
-class RecordDiagnosis:
-    """Findings on a record, the most probable first; why there are none, if it could not be judged."""
-
-    record_id: str
-    findings: tuple[Finding, ...] = ()
-    reason: str = ""
-
-    @property
-    def name(self) -> str:
-        """Name of the most probable hypothesis; empty if it could not be judged."""
-        return self.findings[0].name if self.findings else ""
-
-    @property
-    def named(self) -> tuple[Finding, ...]:
-        """The first finding, and others with a probability of at least 1 %."""
-        return tuple(each for each in self.findings if each.probability >= NAMED)
-
 
 @dataclass(frozen=True, repr=False)
-class Diagnosis:
+class Diagnosis(Diagnosed):
     """Which fault each record shows, as `hydrofdi.diagnose` returns it.
 
     Attributes
@@ -76,11 +39,6 @@ class Diagnosis:
     remarks : tuple of str
         What limits the answer.
     """
-
-    records: tuple[RecordDiagnosis, ...]
-    sensors: str
-    n_healthy: int
-    remarks: tuple[str, ...] = ()
 
     @property
     def table(self) -> Table:
@@ -182,182 +140,16 @@ def diagnose(
             text = "a study draws another machine for each record; diagnose records of one machine"
             raise ConfigError(f"{source.name}: {text}")
     known = HealthyRecords(history_sources, names)
-    if is_own and known.is_unlabelled:
-        past, asked = list[RecordBatch](), _batches(sources)
+    is_one = is_own and known.is_unlabelled
+    past = [] if is_one else [*known.batches()]
+    if is_own and not is_one:
+        asked = [*HealthyRecords(sources, names, is_faulty=True).batches()]
     else:
-        past = [*known.batches()]
-        asked = [*HealthyRecords(sources, names, is_faulty=True).batches()] if is_own else _batches(sources)
+        asked = [batch for source in sources for batch in source.batches()]
     if not asked:
         raise ConfigError(f"{known.name}: all records are healthy; there is none to diagnose")
-    return _diagnosed(past, asked, [*sources, *([] if is_own else history_sources)], options or {})
-
-
-def _batches(sources: Sequence[RecordSource]) -> list[RecordBatch]:
-    return [batch for source in sources for batch in analysed_batches(source)]
-
-
-def _diagnosed(
-    past: Sequence[RecordBatch],
-    asked: Sequence[RecordBatch],
-    sources: Sequence[RecordSource],
-    options: Mapping[str, Any],
-) -> Diagnosis:
-    n_day = sum(each.n_record for each in past)
-    rejected = tuple(
-        RecordDiagnosis(each.record_id, reason=each.remark.message)
-        for batch in asked
-        for each in batch.rejected
-    )
-    whole = [each for each in (*past, *asked) if each.n_record]
-    if not whole:
-        reason = rejected[0].reason if rejected else "no record"
-        raise DataError(f"{sources[0].name}: {reason}")
-    length = min([_PIECE, *(each.duration for each in whole if each.duration >= _SHORTEST)])
-    past, used = ([piece for each in of for piece in _pieces(each, length)] for of in (past, whole))
-    shared = set.intersection(*({*each.channels} - each.relative for each in whole))
-    settings = _settings(shared, sources[0].name) | dict(options)
-    made = of_machine(make_indicators({"flow_balance": settings}), sources)
-    chosen = made["flow_balance"].options
-    past = [
-        batch.rows([row for row in range(batch.n_record) if not _obstacle(batch.rows([row]), chosen, shared)])
-        for batch in past
-    ]
-    if len(rates := {batch.sampling_frequency for batch in past if batch.n_record}) > 1:
-        found = " and ".join(f"{each:g}" for each in sorted(rates))
-        raise DataError(f"the history has records of {found} Hz; resample them to one rate")
-    n_past, remarks = sum(each.n_record for each in past), [*assumed_plants(made)]
-    if n_past < FEWEST:
-        found = f"{counted(n_past, 'healthy record')}; " if n_past else ""
-        remarks.append(
-            f"{found}the data sheet takes the place of a history: small faults and valves that differ from it"
-            f" look alike; at least {FEWEST} healthy records of this machine tell more (--history)"
-        )
-    elif n_day < FEWEST:
-        remarks.append(
-            f"the history is cut from {counted(n_day, 'record')}: what differs from day to day, as oil"
-            " temperature does, may look like a fault"
-        )
-    if P2 not in shared:
-        remarks.append("with P1 alone, leaks, valve and supply look alike: take the names as hints")
-    known = [each for each in past if each.n_record] if n_past >= FEWEST else used
-    judge = None
-    if n_past >= FEWEST:
-        judge = Judge(history_of(known, balance_of(known, chosen)))
-    records = [
-        record
-        for batch in asked
-        for piece in _pieces(batch, length)
-        for record in _records(piece, chosen, shared, known, judge)
-    ]
-    sensors = " ".join(each.symbol for each in Channel if each in _channels_of(shared))
-    return Diagnosis((*records, *rejected), sensors, n_past if judge else 0, tuple(remarks))
-
-
-def _pieces(batch: RecordBatch, length: float) -> Iterator[RecordBatch]:
-    """Records of one length [s]: longer ones are cut, and named by their time; short ones are as they are."""
-    n_time, n_piece = round(length * batch.sampling_frequency), max(1, int(batch.duration / length * 1.0001))
-    for first in range(0, n_piece * n_time, n_time):
-        piece = batch.window(first, first + n_time)
-        ends = f" {piece.start_time:.0f}–{piece.start_time + piece.duration:.0f} s" if n_piece > 1 else ""
-        yield replace(piece, record_ids=tuple(f"{each}{ends}" for each in batch.record_ids), rejected=())
-
-
-def _obstacle(one: RecordBatch, options: BalanceOptions, shared: set[Channel]) -> str:
-    """Why a record tells nothing of the machine; empty if it does."""
-    if one.duration < _SHORTEST:
-        return f"it lasts {one.duration:.3g} s; {_SHORTEST:g} s are needed"
-    n_missing = int(sum(np.sum(~np.isfinite(one[each])) for each in _channels_of(shared)))
-    if n_missing:
-        return f"{n_missing:,} samples are missing ('hydrofdi measure' shows where)"
-    return options.lack_of_windows(one) or options.unfit_positions(one)[0] or ""
-
-
-def _records(
-    batch: RecordBatch,
-    options: BalanceOptions,
-    shared: set[Channel],
-    known: Sequence[RecordBatch],
-    judge: Judge | None,
-) -> Iterator[RecordDiagnosis]:
-    """The diagnosis of each record, compared with known ones, or with the data sheet."""
-    spans = np.concatenate([_travel(each, options) for each in known])
-    for row in range(batch.n_record):
-        one = batch.rows([row])
-        reason, rate = _obstacle(one, options, shared), known[0].sampling_frequency
-        if not reason and judge is not None and abs(one.sampling_frequency / rate - 1.0) > 0.01:
-            reason = f"it has {one.sampling_frequency:g} Hz, the history {rate:g} Hz; resample one of them"
-        if not reason and judge is not None:
-            ends = np.maximum([spans.min(axis=0), spans.max(axis=0)], 1e-9)
-            shares = _travel(one, options)[0] / ends
-            if np.any(shares[0] < 0.5) or np.any(shares[1] > 2.0):
-                way, speed = (percent(low if low < 1.0 else high) for low, high in shares.T)
-                reason = (
-                    f"the piston moves otherwise than in the history: {way} of its way, {speed} of its speed"
-                )
-        if reason:
-            yield RecordDiagnosis(one.record_ids[0], reason=reason)
-            continue
-        own = judge or Judge(history_of_sheet(one, balance_of([one], options)))
-        yield RecordDiagnosis(one.record_ids[0], tuple(_judged(one, own)))
-
-
-def _travel(batch: RecordBatch, options: BalanceOptions) -> Array:
-    """Way of the piston [m], and deviation of its steps over a twentieth of a second [m], (n_record, 2)."""
-    position = options.position(batch)
-    behind = max(1, round(0.05 * batch.sampling_frequency))
-    way = np.diff(np.quantile(position, (0.02, 0.98), axis=1), axis=0)[0]
-    return np.stack((way, np.std(position[:, behind:] - position[:, :-behind], axis=1)), axis=1)
-
-
-def _channels_of(shared: set[Channel]) -> set[Channel]:
-    """Those of some channels that the balance uses."""
-    return shared & {P1, P2, X, SUPPLY} | ({SPOOL} if SPOOL in shared else shared & {U})
-
-
-def _settings(shared: set[Channel], name: str) -> dict[str, Any]:
-    """How valve, supply and second pressure are known from some channels."""
-    missing = [each.symbol for each in (P1, X) if each not in shared]
-    if not shared & {U, SPOOL}:
-        missing.append("u or xv")
-    if missing:
-        raise DataError(f"{name}: diagnose needs P1, x, and u or xv; missing: {', '.join(missing)}")
-    return {
-        "spool": "measured" if SPOOL in shared else "command",
-        "supply": "measured" if SUPPLY in shared else "nominal",
-        "chambers": "both" if P2 in shared else 1,
-    }
-
-
-def _judged(record: RecordBatch, judge: Judge) -> list[Finding]:
-    history = judge.history
-
-    def signature(of: RecordBatch) -> tuple[Any, Any]:
-        found, estimates = signatures(history.balance, of, history.variance)
-        return found[0], estimates
-
-    own, estimates = signature(record)
-    gain, covariance = estimates.gains[0], estimates.covariances[0]
-    findings = judge.judge(own, gain, covariance)
-    if findings[0].name == HEALTHY:
-        return findings
-    # A recording that is wired wrongly is undone exactly; only then is it worth the time.
-    repaired = {name: signature(each)[0] for name, each in _repaired(record, history)}
-    return judge.judge(own, gain, covariance, repaired)
-
-
-def _repaired(record: RecordBatch, history: History) -> Iterator[tuple[str, RecordBatch]]:
-    """The record as it would be without each fault of the recording."""
-    channels = dict(record.channels)
-    changes: dict[str, dict[Channel, Any]] = {}
-    if history.balance.both:
-        changes["swapped_pressures"] = {P1: channels[P2], P2: channels[P1]}
-    drive = SPOOL if history.balance.options.spool == "measured" else U
-    changes["wrong_sign_u"] = {drive: -channels[drive]}
-    if history.balance.options.position_zero == "centre":
-        changes["wrong_sign_x"] = {X: -channels[X]}
-    for name in REPAIRS:
-        if name in changes:
-            yield name, replace(record, channels=channels | changes[name])
+    used = sources if is_own else [*sources, *history_sources]
+    return Diagnosis(**vars(diagnose_records(asked, past, used, options or {})))
 
 
 def _size_text(finding: Finding) -> str:

@@ -11,20 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import labels_of_healthy
-from hydrofdi.api.measuring import (
-    Counted,
-    Indicators,
-    assumed_plants,
-    indicators_of,
-    of_machine,
-    with_options,
-)
+from hydrofdi.api.measuring import Counted, Indicators, indicators_of, with_options
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
+from hydrofdi.indicators.selection import assumed_plants, of_machine
 from hydrofdi.records.measured.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.detection.labelled import conclusion, labelled_table, pairs_table

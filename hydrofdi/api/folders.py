@@ -24,7 +24,7 @@ from hydrofdi.config.run_table.roles import StudyTable
 from hydrofdi.config.run_table.runs import record_identity
 from hydrofdi.config.shown_values import shown_options
 from hydrofdi.errors import StoreError
-from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubt_lines, doubts_of
+from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
 from hydrofdi.report.answer import Answer, Piece
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
@@ -76,7 +76,7 @@ class SweepStatus(Answer):
             f"{self.planned:,} planned, {self.done:,} done, {self.failed:,} failed,"
             f" {self.missing:,} missing{f' ({details})' if details else ''}"
         )
-        yield from doubt_lines(self.verdicts)
+        yield from remedy_lines(self.verdicts)
         if self.earlier:
             runs = counted(self.earlier, "run")
             yield f"stored by an earlier version of the physics: {runs}; a sweep computes them again"
@@ -381,9 +381,9 @@ def _analysis(run: RunSpec, record_id: str) -> dict[str, dict[str, Any]]:
 
 
 def _causes(run: RunSpec) -> list[str]:
-    from hydrofdi.api.step_limits import step_warnings  # only a run that diverged loads the kernels
+    from hydrofdi.quality.machine import long_steps  # only a run that diverged loads the kernels
 
-    return step_warnings(lambda *_: [run.request])
+    return long_steps(lambda *_: [run.request])
 
 
 def _request(directory: Path) -> ExperimentConfig:

@@ -5,68 +5,24 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hydrofdi.api.measuring import assumed_plants, of_machine
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained.conditions import TEMPERATURE
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.evaluation.scores import comparable
+from hydrofdi.evaluation.trends import FIRST_DATE, History
 from hydrofdi.indicators import measure
 from hydrofdi.indicators.measuring import output_unit
-from hydrofdi.indicators.selection import make_indicators
-from hydrofdi.records import Array, Channel, RecordSource
-from hydrofdi.settings.messages import counted
-from hydrofdi.settings.readable import time_text
-
-DAY = 86400.0
-"""A day [s]."""
-
-FIRST_DATE = 1e9
-"""Least instant of a clock that counts from 1970 [s]."""
+from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
+from hydrofdi.records import Channel, RecordSource
 
 _LOG = b'{"line":'
 
 _P1, _P2, _X = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.PISTON_POSITION
-
-
-@dataclass(frozen=True, eq=False)
-class History:
-    """Scores over time.
-
-    Attributes
-    ----------
-    name, meaning : str
-        Where they are from, and what the score is.
-    unit : str
-        SI unit of the score.
-    time : ndarray, shape (n,)
-        Increasing [s]; since 1970 if it is dated.
-    score, temperature : ndarray, shape (n,)
-        Score, and oil temperature [K], NaN if it is not known.
-    remarks : tuple of str
-        What has to be known of the scores.
-    """
-
-    name: str
-    meaning: str
-    unit: str
-    time: Array
-    score: Array
-    temperature: Array
-    remarks: tuple[str, ...] = ()
-
-    @property
-    def is_dated(self) -> bool:
-        """Whether the clock counts from 1970."""
-        return bool(self.time[0] >= FIRST_DATE)
 
 
 def history_of(data: Any, indicator: str, output: str, said: Said) -> History:
@@ -179,59 +135,3 @@ def _balance_of(sources: Sequence[RecordSource], name: str) -> tuple[str, dict[s
         )
     options = {"spool": spool} | ({} if _P2 in known else {"chambers": 1})
     return ("flow_balance" if _X in known else "pressure_balance"), options
-
-
-_MOST_POINTS = 400
-"""Most points; more are joined."""
-_FEW = 0.1
-"""Share of the usual number of scores below which a point is left out."""
-
-
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Medians of the scores of equal spans of time.
-
-    Attributes
-    ----------
-    time, score, temperature : ndarray, shape (n,)
-        [s], unit of the score, [K].
-    n_score : ndarray, shape (n,)
-    is_used : ndarray, shape (n,)
-        False for outliers, and for points without oil temperature if that is compensated.
-    """
-
-    time: Array
-    score: Array
-    temperature: Array
-    n_score: NDArray[np.int64]
-    is_used: NDArray[np.bool_]
-
-
-def points_of(history: History, span: float) -> tuple[Points, float, list[str]]:
-    """Points of a history, their span [s], which may be longer than asked for, and remarks."""
-    remarks = list[str]()
-    n_most = np.unique(np.floor(comparable(history.time / span))).size
-    if n_most > _MOST_POINTS:
-        span *= math.ceil(n_most / _MOST_POINTS)
-        remarks.append(f"points of {time_or_days(span)}, because there would be more than {_MOST_POINTS}")
-    starts = np.flatnonzero(np.diff(np.floor(comparable(history.time / span)), prepend=-np.inf))
-    parts = [slice(*ends) for ends in pairwise([*starts.tolist(), history.time.size])]
-    counts = np.array([part.stop - part.start for part in parts])
-    parts = [part for part, n in zip(parts, counts, strict=True) if n >= _FEW * np.median(counts)]
-    if len(parts) < counts.size:
-        remarks.append(f"left out: {counted(counts.size - len(parts), 'point')} of few scores")
-    warm = [history.temperature[part] for part in parts]
-    points = Points(
-        np.array([np.median(history.time[part]) for part in parts]),
-        np.array([np.median(history.score[part]) for part in parts]),
-        np.array([np.mean(each[np.isfinite(each)]) if np.isfinite(each).any() else np.nan for each in warm]),
-        np.array([part.stop - part.start for part in parts]),
-        np.ones(len(parts), dtype=bool),
-    )
-    return points, span, remarks
-
-
-def time_or_days(seconds: float) -> str:
-    """A duration for display."""
-    days = seconds / DAY
-    return counted(round(days), "day") if days >= 0.995 else time_text(seconds)

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hydrofdi.api.arguments import Names, Texts, path_of, refusal
-from hydrofdi.api.measuring import Indicators, indicators_of, of_machine
+from hydrofdi.api.measuring import Indicators, indicators_of
 from hydrofdi.api.records.sources import Said, kind_of, sources_of
 from hydrofdi.errors import ConfigError, DataError, ReportError
 from hydrofdi.indicators.nominal_actuator import constants_not_given
 from hydrofdi.indicators.record_measures import measure_sources
-from hydrofdi.indicators.selection import make_indicators
+from hydrofdi.indicators.selection import make_indicators, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
 from hydrofdi.records.measured.source import write_description

@@ -11,13 +11,12 @@ from typing import Any
 from hydrofdi.api.arguments import Names, Texts, refusal
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.faults import summaries
-from hydrofdi.indicators.nominal_actuator import constants_not_given, plant_constants
+from hydrofdi.indicators.nominal_actuator import plant_constants
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import Description, describe, indicator_names, shadows
-from hydrofdi.indicators.selection import load_indicators, make_indicators, with_data_sheet
-from hydrofdi.records import Channel, RecordSource
+from hydrofdi.indicators.selection import assumed_plants, load_indicators, make_indicators, of_machine
+from hydrofdi.records import Channel
 from hydrofdi.report.forms.measures import measures_table
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import brief, counted
@@ -188,45 +187,6 @@ def indicators_of(given: Indicators) -> dict[str, Any]:
     if isinstance(given, str | PathLike):
         return load_indicators(fspath(given))
     return make_indicators(plain(given))
-
-
-def of_machine(
-    indicators: Mapping[str, Indicator[Any]], sources: Sequence[RecordSource]
-) -> dict[str, Indicator[Any]]:
-    """Indicators that take what their options leave out from the data sheet of the records.
-
-    Raises
-    ------
-    ConfigError
-        The data sheets of the sources differ in what an indicator takes from them, or it refuses a value.
-    """
-    made, *others = (with_data_sheet(indicators, source.data_sheet) for source in sources)
-    for source, other in zip(sources[1:], others, strict=True):
-        for label in made:
-            if other[label].options.stated_text != made[label].options.stated_text:
-                raise ConfigError(
-                    f"{label}: {sources[0].name} and {source.name} describe different machines: state the"
-                    " same 'actuator:' for both, or take them separately"
-                )
-    return made
-
-
-def assumed_plants(indicators: Mapping[str, Indicator[Any]]) -> tuple[str, ...]:
-    """A sentence for each set of indicators that assume the same constants, which are not given."""
-    labels: dict[tuple[str, ...], list[str]] = {}
-    for label, indicator in indicators.items():
-        if names := constants_not_given(indicator.options):
-            labels.setdefault(names, []).append(label)
-    return tuple(assumption_text(", ".join(of), names) for names, of in labels.items())
-
-
-def assumption_text(label: str, names: Sequence[str]) -> str:
-    """The sentence that names constants which nobody gave."""
-    return (
-        f"{label}: not given: {', '.join(names)}; the nominal actuator of the paper is assumed, so the"
-        " numbers may be wrong for yours; state yours under 'actuator:' of the description"
-        f" (docs/measured.md), or as options of {label}"
-    )
 
 
 def constants_text(options: Section) -> str:

@@ -179,7 +179,7 @@ class SweepPlan:
     @cached_property
     def doubts(self) -> list[str]:
         """What is most likely a mistake; a sweep says it, too."""
-        from hydrofdi.api.step_limits import likely_mistakes
+        from hydrofdi.execution.checks import likely_mistakes
 
         doubts = likely_mistakes(self.experiment, self.table.runs.distinct)
         needed, free = 2 * self.file_bytes, self.free_bytes
@@ -191,7 +191,7 @@ class SweepPlan:
     @cached_property
     def warnings(self) -> list[str]:
         """What deserves a second look before the sweep starts, each said once."""
-        from hydrofdi.api.warnings import experiment_warnings
+        from hydrofdi.execution.checks import experiment_warnings
 
         said = experiment_warnings(self.experiment, self.table.runs.distinct)
         return list(dict.fromkeys([*self.doubts, *said]))

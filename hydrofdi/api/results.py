@@ -20,7 +20,7 @@ from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.run_table.runs import Runs
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
-from hydrofdi.quality.doubts import REMEDIES, doubt_counts, doubt_lines
+from hydrofdi.quality.doubts import doubt_counts, remedy_lines
 from hydrofdi.report.answer import Answer, Piece
 from hydrofdi.report.table import Table, library
 from hydrofdi.settings.messages import counted
@@ -94,9 +94,7 @@ class SweepSummary(Answer):
             f"{counted(self.planned, 'run')}: {self.completed:,} computed{measured}, {self.skipped:,} stored"
             f" before, {self.failed:,} failed, in {time_text(self.seconds)}{lost}"
         )
-        yield from doubt_lines(self.verdicts)
-        known = ((status, count) for status, count in self.statuses.items() if status in REMEDIES)
-        yield from (f"{count:,} {status}: {REMEDIES[status]}" for status, count in known)
+        yield from remedy_lines(self.verdicts | self.statuses)
         yield from (f"{label}: {fault}" for label, fault in self.faults.items())
 
 

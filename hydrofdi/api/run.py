@@ -167,7 +167,7 @@ class Run(Answer):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """A sentence on each setting that is strange, without effect, or too fast for the step."""
-        from hydrofdi.api.step_limits import likely_mistakes
+        from hydrofdi.execution.checks import likely_mistakes
 
         doubts = likely_mistakes(self.experiment, lambda *_: [self.spec.request], with_sweep=False)
         return (*doubts, *self.saturation)

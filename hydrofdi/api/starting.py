@@ -8,11 +8,10 @@ import shlex
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from string import Template
 from typing import Any, Literal
 
 from hydrofdi.api.arguments import path_of
-from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, DataSheet, rated_flow
+from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, DataSheet
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.oil import KELVIN
@@ -29,6 +28,11 @@ TEMPLATES = ("actuator", "paper", "online")
 
 _NAME = re.compile(r"^name: .*$", re.MULTILINE)
 _COMMENT = re.compile(r"^([^#\n]*[^#\s]) {2,}(# .*)$", re.MULTILINE)
+_PLACE = re.compile(r"\$\{(?:([\d.e-]+) )?([a-z]\w*) (\S+?)(?: (\d))?\}|\$(\w+)")
+"""A place in the layout: ``${0.02 push N 3}`` is a share of a number of the sheet, in a unit and with so many
+digits, or in a format such as ``.3g``; ``$name`` is a text.
+"""
+
 _COMMANDS = re.compile(r"^#\n#   hydrofdi init .*\n", re.MULTILINE)
 
 
@@ -101,7 +105,16 @@ def sheet_text(name: str, given: Mapping[str, Any]) -> str:
     """The file of a cylinder with this data sheet."""
     sheet = validated(DataSheet, Source(plain_data(dict(given))))
     layout = (ready_folder() / "templates" / "data-sheet.txt").read_text(encoding="utf-8")
-    return _COMMENT.sub(_aligned, Template(layout).substitute(_texts(name, given, sheet)))
+    texts = _texts(name, given, sheet)
+
+    def filled(place: re.Match[str]) -> str:
+        factor, quantity, form, n_digit, text = place.groups()
+        if text:
+            return texts[text]
+        value = float(factor or 1.0) * getattr(sheet, quantity)
+        return format(value, form) if form.startswith(".") else _shown(value, form, int(n_digit or 4))
+
+    return _COMMENT.sub(_aligned, _PLACE.sub(filled, layout))
 
 
 def _aligned(line: re.Match[str]) -> str:
@@ -128,12 +141,10 @@ def _shown(value: float, unit: str, n_digit: int = 4) -> str:
 
 
 def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, str]:
-    """Place in the layout → number with its unit, or lines."""
-    (area_1, area_2), oil = sheet.areas, sheet.fluid
-    flow, drop = rated_flow(sheet.valve)
-    warm = sheet.temperature
+    """Place in the layout → text, or lines."""
+    (area_1, area_2), oil, warm = sheet.areas, sheet.fluid, sheet.temperature
     bore, rod, stroke = (_shown(each, "mm") for each in (sheet.bore, sheet.rod, sheet.stroke))
-    mode, (speed_out, speed_in) = _shown(sheet.natural_frequency, "Hz", 3), sheet.speeds
+    speed_out, speed_in = sheet.speeds
     return {
         "title": f"{name}: {'double' if sheet.double_rod else 'single'}-rod cylinder"
         f" {bore.removesuffix(' mm')}/{rod.removesuffix(' mm')} × {stroke} at {_shown(sheet.supply, 'bar')}",
@@ -144,63 +155,22 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
             f"      actuator.{key}: {{uniform: ±7 %}}  # guess: ports and manifold are not on the data sheet"
             for key in ("chamber_volume", "chamber_volume_2")[: 1 if sheet.double_rod else 2]
         ),
-        "mass": _shown(sheet.mass, "kg"),
-        "stroke": stroke,
         "inclination": f"{ {'vertical-rod-up': 90, 'vertical-rod-down': -90}.get(sheet.mounting, 0)} deg",
-        "supply": _shown(sheet.supply, "bar"),
         "oil": oil.name,
         "temperature": f"{warm - KELVIN:.4g} °C",
-        "density": _shown(sheet.density, "kg/m³"),
         "viscosity": _shown(oil.kinematic_viscosity(warm), "mm²/s"),
-        "oil_modulus": _shown(sheet.oil_modulus, "MPa"),
         "oil_table": "\n".join(_oil_table(sheet)),
-        "bulk_modulus": _shown(sheet.bulk_modulus, "MPa"),
         "modulus_formula": "that of the oil; no hoses"
         if not sheet.hose
         else f"1/({1.0 - sheet.hose_share:.3f}/{_shown(sheet.oil_modulus, 'MPa')} +"
         f" {sheet.hose_share:.3f}/{_shown(HOSE_MODULUS, 'MPa')}); guess: oil and wall of a hose",
-        "air": f"{100.0 * sheet.air:.4g} %",
-        "least_air": f"{30.0 * sheet.air:.4g} %",
-        "most_air": f"{200.0 * sheet.air:.4g} %",
-        "modulus_slope": f"{sheet.modulus_slope:.3g}",
-        "viscosity_slope": f"{sheet.viscosity_slope:.3g}",
-        "flow_gain": f"{sheet.flow_gain:.4g}",
-        "rated_flow": _shown(flow, "L/min"),
-        "rated_drop": _shown(drop, "bar"),
-        "edge_drop": _shown(sheet.edge_drop, "bar"),
-        "area_gradient": _shown(sheet.area_gradient, "mm"),
-        "valve_frequency": _shown(sheet.valve_frequency, "Hz"),
-        "clearance": f"{sheet.clearance(0.005):.3g}",
-        "least_clearance": f"{sheet.clearance(0.001):.3g}",
-        "most_clearance": f"{sheet.clearance(0.01):.3g}",
-        "clearance_deviation": f"{sheet.clearance(0.001):.3g}",
-        "push": _shown(sheet.push, "kN"),
-        "coulomb": _shown(0.02 * sheet.push, "N", 3),
-        "breakaway": _shown(0.03 * sheet.push, "N", 3),
         "viscous": f"{plain(0.05 * sheet.push / speed_out, 3)} N·s/m",
-        "velocity_threshold": _shown(sheet.velocity_threshold, "mm/s", 3),
         "speed_out": _shown(speed_out, "m/s", 3),
         "speed_in": _shown(speed_in, "m/s", 3),
-        "mode": mode,
-        "period": f"{sheet.period:.4g} s",
-        "load_period": f"{0.5 * sheet.period:.4g} s",
-        "duration": f"{sheet.duration:.4g} s",
-        "sampling": _shown(sheet.sampling_frequency, "Hz"),
-        "amplitude": _shown(0.25 * sheet.stroke, "mm"),
-        "proportional_gain": plain(sheet.proportional_gain, 3),
         "integral_gain": plain(0.1 * sheet.crossover * sheet.proportional_gain, 3),
-        "random_force": _shown(sheet.random_force, "N", 3),
-        "constant_force": _shown(sheet.constant_force, "N", 3),
         "less_weight": f", less the weight of {_shown(sheet.weight, 'kN')}" if sheet.weight else "",
         "load_formula": _load_formula(sheet),
-        "full_scale": _shown(sheet.full_scale, "bar"),
-        "pressure_noise": _shown(2e-4 * sheet.full_scale, "kPa", 2),
-        "pressure_bias": _shown(2.5e-3 * sheet.full_scale, "kPa", 2),
-        "pressure_bias_prior": _shown(1.2e-3 * sheet.full_scale, "kPa", 2),
-        "position_noise": _shown(5e-5 * sheet.stroke, "µm", 2),
         "balance_error": _shown(math.sqrt(2.0) * area_1 * 5e-5 * sheet.stroke, "mm³", 2),
-        "least_leak": _shown(1e-4 * flow, "L/min", 2),
-        "most_leak": _shown(0.03 * flow, "L/min", 2),
         "supply_known": "sum" if area_1 == area_2 else "nominal",
     }  # fmt: skip
 

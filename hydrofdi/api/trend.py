@@ -7,20 +7,15 @@ from dataclasses import replace
 from numbers import Real
 from typing import Any
 
-import numpy as np
-
 from hydrofdi.api.arguments import positive_of, refusal
-from hydrofdi.api.histories import DAY, FIRST_DATE, History, Points, history_of, points_of, time_or_days
+from hydrofdi.api.histories import history_of
 from hydrofdi.api.records.sources import Said
 from hydrofdi.api.trend_answer import Trend
-from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.evaluation.change_point import FEWEST, ChangePointModel, inliers
+from hydrofdi.errors import ConfigError
+from hydrofdi.evaluation.trends import FIRST_DATE, History, estimate
 from hydrofdi.records.dates import instant
-from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_quantity, stated_unit
 
-_KNOWN, _VARIES = 0.75, 1.0
-"""Least share of points with an oil temperature, and least standard deviation of it [K], to compensate it."""
 _LEAST_RATE = 0.002
 
 
@@ -82,28 +77,7 @@ def trend(
     history = history_of(data, indicator, output, Said(sampling_frequency))
     history = history if begin is None else _begun(history, begin)
     wanted = None if limit is None else _limit_of(limit, history.unit)
-    points, span, remarks = points_of(history, span)
-    known = np.isfinite(points.temperature)
-    is_compensated = bool(
-        known.mean() >= _KNOWN and np.std(points.temperature[known]) >= _VARIES and known.sum() >= FEWEST
-    )
-    used = known if is_compensated else np.ones(known.size, dtype=bool)
-    if used.sum() < FEWEST:
-        raise DataError(
-            f"{history.name}: has {counted(int(used.sum()), 'point')} of {time_or_days(span)}; a trend needs"
-            f" {FEWEST} or more: state a shorter span with 'every', or wait"
-        )
-    days, warm = points.time / DAY, points.temperature if is_compensated else None
-    is_used = used.copy()
-    is_used[used] = inliers(points.score[used])
-    points = Points(points.time, points.score, points.temperature, points.n_score, is_used)
-    model = ChangePointModel(days[is_used], None if warm is None else warm[is_used])
-    p_value = model.p_value(points.score[is_used])
-    draws = model.draws(points.score[is_used], is_changed=p_value <= rate)
-    if not is_compensated:
-        remarks.append("the oil temperature is not compensated: its seasons may look like a trend")
-    notes = (*history.remarks, *remarks)
-    return Trend(history, points, span, p_value, draws, wanted, rate, level, is_compensated, notes)
+    return Trend(**vars(estimate(history, span, wanted, rate, level)))
 
 
 def _begun(history: History, begin: str) -> History:

@@ -33,7 +33,7 @@ def _pair(text: str, form: re.Pattern[str], units: tuple[str, str], what: str) -
     return first, second
 
 
-def rated_flow(text: str) -> tuple[float, float]:
+def valve_rating(text: str) -> tuple[float, float]:
     """Flow [m³/s] and pressure drop over both edges [Pa] of a text such as ``40 L/min at 70 bar``."""
     what = "a rated flow; write it like '40 L/min at 70 bar', the drop over both metering edges together"
     flow, drop = _pair(text, _VALVE, ("m^3/s", "Pa"), what)
@@ -78,7 +78,7 @@ class DataSheet(Section):
     supply: Annotated[float, SI("Pa", above=0, most=2e8, usual=usual.SUPPLY_PRESSURE)]
     """Supply pressure [Pa]."""
 
-    valve: Annotated[str, _checked(rated_flow)]
+    valve: Annotated[str, _checked(valve_rating)]
     """Rated flow of the valve and its pressure drop over both metering edges, e.g. '40 L/min at 70 bar'."""
 
     mass: Annotated[float, SI("kg", above=0, usual=("10 g", "100000 kg"))]
@@ -172,19 +172,29 @@ class DataSheet(Section):
         return 0.6 * math.sqrt(2.0 / self.density)
 
     @property
+    def rated_flow(self) -> float:
+        """Rated flow of the valve [m³/s]."""
+        return valve_rating(self.valve)[0]
+
+    @property
+    def rated_drop(self) -> float:
+        """Its pressure drop over both edges [Pa]."""
+        return valve_rating(self.valve)[1]
+
+    @property
     def edge_drop(self) -> float:
         """Pressure drop of one edge at the rated flow [Pa]."""
-        return 0.5 * rated_flow(self.valve)[1]
+        return 0.5 * self.rated_drop
 
     @property
     def area_gradient(self) -> float:
         """w [m]."""
-        return rated_flow(self.valve)[0] / (self.flow_gain * TRAVEL * math.sqrt(self.edge_drop))
+        return self.rated_flow / (self.flow_gain * TRAVEL * math.sqrt(self.edge_drop))
 
     @cached_property
     def speeds(self) -> tuple[float, float]:
         """Steady speeds out and in without load and friction, with the valve at its rated signal [m/s]."""
-        gain, (first, second) = rated_flow(self.valve)[0] / math.sqrt(self.edge_drop), self.areas
+        gain, (first, second) = self.rated_flow / math.sqrt(self.edge_drop), self.areas
         out, back = (
             steady_speed(self.supply, 0.0, fed, drained, gain, gain, 0.0)
             for fed, drained in ((first, second), (second, first))
@@ -264,6 +274,7 @@ class DataSheet(Section):
         ranges = (60e5, 100e5, 160e5, 250e5, 315e5, 400e5, 600e5, 1000e5)
         return next((each for each in ranges if each >= 1.2 * self.supply), 2.0 * self.supply)
 
-    def clearance(self, share: float) -> float:
-        """Conductance of the valve's clearances for a null leakage over the rated flow [m³/(s·Pa)]."""
-        return share * rated_flow(self.valve)[0] / self.supply
+    @property
+    def clearance(self) -> float:
+        """Conductance of the valve's clearances if its null leakage were the rated flow [m³/(s·Pa)]."""
+        return self.rated_flow / self.supply

@@ -7,17 +7,18 @@ the gain matrix G of the estimates, and an error of the model that is a share of
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from hydrofdi.diagnosis.balance import NAMES
-from hydrofdi.diagnosis.history import History
+from hydrofdi.diagnosis.history import History, signatures
 from hydrofdi.diagnosis.hypotheses import HEALTHY, NONE, REPAIRS, SENSORS, Hypothesis, hypotheses
 from hydrofdi.evaluation.scores import comparable
-from hydrofdi.records import Array
+from hydrofdi.indicators.balancing import P1, P2, X
+from hydrofdi.records import Array, Channel, RecordBatch
 
 PRIOR_HEALTHY, PRIOR_NONE = 0.9, 0.05
 """Probability that nothing is wrong before the record is seen; share of a fault without a hypothesis in the
@@ -92,6 +93,32 @@ class Judge:
     def __init__(self, history: History) -> None:
         self.history = history
         self.hypotheses = hypotheses(history)
+
+    def findings(self, record: RecordBatch) -> list[Finding]:
+        """Findings on one record, the most probable first."""
+        history = self.history
+        (own,), estimates = signatures(history.balance, record, history.variance)
+        gain, covariance = estimates.gains[0], estimates.covariances[0]
+        findings = self.judge(own, gain, covariance)
+        if findings[0].name == HEALTHY:
+            return findings
+        # A recording that is wired wrongly is undone exactly; only then is it worth the time.
+        repaired = {
+            name: signatures(history.balance, each, history.variance)[0][0]
+            for name, each in self._repaired(record)
+        }
+        return self.judge(own, gain, covariance, repaired)
+
+    def _repaired(self, record: RecordBatch) -> Iterator[tuple[str, RecordBatch]]:
+        """The record as it would be without each fault of the recording."""
+        balance, channels = self.history.balance, record.channels
+        drive = Channel.SPOOL_POSITION if balance.options.spool == "measured" else Channel.INPUT_VOLTAGE
+        if balance.both:
+            changed = {P1: channels[P2], P2: channels[P1]}
+            yield "swapped_pressures", replace(record, channels={**channels, **changed})
+        yield "wrong_sign_u", replace(record, channels={**channels, drive: -channels[drive]})
+        if balance.options.position_zero == "centre":
+            yield "wrong_sign_x", replace(record, channels={**channels, X: -channels[X]})
 
     def judge(
         self, signature: Array, gain: Array, covariance: Array, repaired: Mapping[str, Array] | None = None

@@ -134,13 +134,14 @@ def balance_of(batches: Sequence[RecordBatch], options: BalanceOptions) -> Fault
     return FaultBalance(options, opening, tuple((0.5 * (at + np.linspace(at[0], at[-1], N_PLACE))).tolist()))
 
 
-def history_of(healthy: Sequence[RecordBatch], balance: FaultBalance) -> History:
+def history_of(healthy: Sequence[RecordBatch], options: BalanceOptions) -> History:
     """History of a machine from its healthy records, at least `FEWEST`."""
+    balance = balance_of(healthy, options)
     fits = [balance.fit(batch) for batch in healthy]
     variance = balance.variance(fits)
     parts = [signatures(balance, batch, variance, own) for batch, own in zip(healthy, fits, strict=True)]
     found = np.concatenate([part[0] for part in parts])
-    names = signature_names(balance.options)
+    names = signature_names(options)
     n_record, n_own = len(found), len(NAMES)
     deviations = found - found.mean(axis=0)
     squares = np.sum(deviations**2, axis=0) / (n_record - 1)
@@ -163,14 +164,15 @@ def history_of(healthy: Sequence[RecordBatch], balance: FaultBalance) -> History
     return History(balance, names, found.mean(axis=0), spread, own, variance, np.diag(noise), share, n_record)
 
 
-def history_of_sheet(records: RecordBatch, balance: FaultBalance) -> History:
+def history_of_sheet(records: RecordBatch, options: BalanceOptions) -> History:
     """What the data sheet alone says of a machine, and of records like these."""
+    balance = balance_of([records], options)
     fitted = balance.fit(records)
     variance = balance.variance([fitted])
     found, estimates = signatures(balance, records, variance, fitted)
-    names, n_own = signature_names(balance.options), len(NAMES)
-    stated = balance.options.prior_deviations(records, balance.options.n_pressure)
-    leaks = 0.002 * balance.flow / np.sqrt(balance.options.reference_pressure)
+    names, n_own = signature_names(options), len(NAMES)
+    stated = options.prior_deviations(records, options.n_pressure)
+    leaks = 0.002 * balance.flow / np.sqrt(options.reference_pressure)
     deviations = np.array([0.0 if name in LEAKS else stated.get(name, 0.0) for name in NAMES])
     deviations[: len(LEAKS)] = leaks
     for name in ("gain_1", "gain_2", "position_gain"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,8 +44,6 @@ class Hypothesis:
 
 HEALTHY, NONE = "healthy", "none_of_these"
 
-SEALS = ("seal_orifice", "seal_laminar", "seal_scored")
-
 SENSORS: Mapping[str, Mapping[str, float]] = {
     "supply pressure": {"supply": 2e-3},
     "return pressure": {"return_pressure": 2e4},
@@ -59,13 +57,9 @@ SENSORS: Mapping[str, Mapping[str, float]] = {
 """What can be measured in addition → quantities that it states, and their errors in SI."""
 
 
-def hypotheses(history: History) -> list[Hypothesis]:
-    """All faults that the sensors can show."""
-    shown = set(history.names)
-    if not history.balance.both:
-        shown -= {"bias_2", "gain_2", "external_2"}
-    return [each for each in _all(history) if each.name not in _NEEDS or _NEEDS[each.name] in shown]
-
+_LEAKING = "stop the piston, close the valve and watch whether it drifts; plan to replace the seal"
+_OUTSIDE = "look for oil at rod seal, fittings and hoses; a worn return edge of the valve looks the same"
+_FRICTION = "look at rod guide, seals and alignment"
 
 _NEEDS = {
     "external_2": "external_2", "bias_P2": "bias_2", "gain_P2": "gain_2", "friction_up": "coulomb",
@@ -74,112 +68,90 @@ _NEEDS = {
 """Fault → quantity without which nothing shows it."""
 
 
-def _all(history: History) -> Iterator[Hypothesis]:
+def hypotheses(history: History) -> list[Hypothesis]:
+    """All faults that the sensors can show."""
     balance, names = history.balance, history.names
-    options, order = balance.options, {name: place for place, name in enumerate(names)}
-    first, second = options.areas
+    options, (first, second) = balance.options, balance.options.areas
     at, supply, flow = options.reference_pressure, options.supply_pressure, 0.03 * balance.flow
-    mean = history.value("pressure")
-
-    def moves(*changes: Mapping[str, float]) -> Array:
-        made = np.zeros((len(changes), len(names)))
-        for row, change in enumerate(changes):
-            for name, value in change.items():
-                if name in order:
-                    place = order[name]
-                    made[row, place] = value / (balance.scales[place] if place < len(NAMES) else 1.0)
-        return made
-
-    def both_signs(change: Mapping[str, float]) -> Array:
-        return moves(change, {name: -value for name, value in change.items()})
-
-    leak, worn = 1.0 / np.sqrt(at), []
-    yield Hypothesis(
-        "seal_orifice", "piston seal (hole)", "m^3/s", flow, moves(dict.fromkeys(LEAKS, leak)),
-        advice="stop the piston, close the valve and watch whether it drifts; plan to replace the seal",
-    )  # fmt: skip
-    yield Hypothesis(
-        "seal_laminar", "piston seal (gap)", "m^3/s", flow, moves({"laminar": 1.0 / at}),
-        advice="stop the piston, close the valve and watch whether it drifts; plan to replace the seal",
-    )  # fmt: skip
+    opening, modulus, mean = balance.largest_opening, 1.0 / options.bulk_modulus, history.value("pressure")
+    friction, leak = 0.01 * supply * min(first, second), 1.0 / np.sqrt(at)
     places = np.array(balance.places)
     stroke = (places - places[0]) / (places[-1] - places[0])
     # A flat top that covers about a third of the stroke.
     scored = [np.exp(-(((stroke - centre) / 0.19) ** 4)) for centre in np.linspace(0.2, 0.8, 5)]
-    yield Hypothesis(
-        "seal_scored", "scored bore", "m^3/s", flow,
-        moves(*(dict(zip(LEAKS, leak * part, strict=True)) for part in scored)),
-        advice="move slowly over the stroke and look where the piston drifts",
-    )  # fmt: skip
-    for chamber in (1, 2):
-        yield Hypothesis(
-            f"external_{chamber}", f"external leak, chamber {chamber}", "m^3/s", flow,
-            moves({f"external_{chamber}": 1.0 / at}), ("pressure",),
-            "look for oil at rod seal, fittings and hoses; a worn return edge of the valve looks the same",
-        )  # fmt: skip
-    for chamber, side in EDGES.values():
+    # Share of one sensor in the mean pressure.
+    share = 0.5 if balance.both else 1.0
+
+    def moves(*changes: Mapping[str, float]) -> Array:
+        made = np.zeros((len(changes), len(names)))
+        for row, change in enumerate(changes):
+            for place, name in enumerate(names):
+                scale = balance.scales[place] if place < len(NAMES) else 1.0
+                made[row, place] = change.get(name, 0.0) / scale
+        return made
+
+    def signs(change: Mapping[str, float]) -> Array:
+        return moves(change, {name: -value for name, value in change.items()})
+
+    def worn(chamber: int, side: int) -> dict[str, float]:
         # Rows of `CONTRASTS` are orthogonal, of length 2, so a quarter of each moves one edge alone.
         parts = {"lap": 1, "offset": side, "lap_by_feeding": chamber * side, "lap_by_chamber": chamber}
-        worn.append({name: -0.25 * part for name, part in parts.items()})
-    yield Hypothesis(
-        "worn_edge", "worn metering edge", "m", 0.05 * balance.largest_opening,
-        moves(*worn), ("pressure",), "measure the null leakage of the valve",
-    )  # fmt: skip
-    yield Hypothesis(
-        "null_shift", "null shift of the valve", "m", 0.03 * balance.largest_opening,
-        both_signs({"offset": 1.0}), advice="adjust the null; watch whether it shifts on",
-    )  # fmt: skip
-    yield Hypothesis(
-        "free_air", "free air in the oil", "1", 0.02, moves({"free_air": 1.0}),
-        advice="bleed the cylinder; look at tank level and suction line",
-    )  # fmt: skip
-    friction = 0.01 * supply * min(first, second)
-    for name, sign in (("friction_up", 1.0), ("friction_down", -1.0)):
-        yield Hypothesis(
-            name, "more friction" if sign > 0 else "less friction", "N", friction,
-            moves({"coulomb": sign}), advice="look at rod guide, seals and alignment",
-            error=1.0,  # the piston sticks and slips, which no equation of the balance states
+        return {name: -0.25 * part for name, part in parts.items()}
+
+    def sensor(chamber: int, area: float) -> tuple[Hypothesis, Hypothesis]:
+        """Zero and gain of a pressure sensor; the area is positive if the pressure extends."""
+        zero = {f"bias_{chamber}": 1.0, "force": area, "pressure": share}
+        gain = {f"gain_{chamber}": 1.0, "force": area * mean, "pressure": share * mean}
+        name, gauge = f"P{chamber}", f"compare P{chamber} with a gauge"
+        return (
+            Hypothesis(f"bias_{name}", f"zero of the {name} sensor", "Pa", 0.012 * supply, signs(zero),
+                       advice=f"{gauge}, with the pump off"),
+            Hypothesis(f"gain_{name}", f"gain of the {name} sensor", "1", 0.02, signs(gain),
+                       advice=f"{gauge} under pressure"),
         )  # fmt: skip
-    yield Hypothesis(
-        "weak_supply", "low supply pressure", "Pa", 0.05 * supply, moves({"supply": -1.0 / supply}),
-        ("pressure",), "read the supply gauge under load; look at pump, relief valve and filter",
+
+    all_ = (
+        Hypothesis("seal_orifice", "piston seal (hole)", "m^3/s", flow, moves(dict.fromkeys(LEAKS, leak)),
+                   advice=_LEAKING),
+        Hypothesis("seal_laminar", "piston seal (gap)", "m^3/s", flow, moves({"laminar": 1.0 / at}),
+                   advice=_LEAKING),
+        Hypothesis("seal_scored", "scored bore", "m^3/s", flow,
+                   moves(*(dict(zip(LEAKS, leak * part, strict=True)) for part in scored)),
+                   advice="move slowly over the stroke and look where the piston drifts"),
+        Hypothesis("external_1", "external leak, chamber 1", "m^3/s", flow, moves({"external_1": 1.0 / at}),
+                   ("pressure",), _OUTSIDE),
+        Hypothesis("external_2", "external leak, chamber 2", "m^3/s", flow, moves({"external_2": 1.0 / at}),
+                   ("pressure",), _OUTSIDE),
+        Hypothesis("worn_edge", "worn metering edge", "m", 0.05 * opening,
+                   moves(*(worn(*each) for each in EDGES.values())), ("pressure",),
+                   "measure the null leakage of the valve"),
+        Hypothesis("null_shift", "null shift of the valve", "m", 0.03 * opening, signs({"offset": 1.0}),
+                   advice="adjust the null; watch whether it shifts on"),
+        Hypothesis("free_air", "free air in the oil", "1", 0.02, moves({"free_air": 1.0}),
+                   advice="bleed the cylinder; look at tank level and suction line"),
+        # The piston sticks and slips, which no equation of the balance states.
+        Hypothesis("friction_up", "more friction", "N", friction, moves({"coulomb": 1.0}),
+                   advice=_FRICTION, error=1.0),
+        Hypothesis("friction_down", "less friction", "N", friction, moves({"coulomb": -1.0}),
+                   advice=_FRICTION, error=1.0),
+        Hypothesis("weak_supply", "low supply pressure", "Pa", 0.05 * supply,
+                   moves({"supply": -1.0 / supply}), ("pressure",),
+                   "read the supply gauge under load; look at pump, relief valve and filter"),
+        Hypothesis("raised_return", "high return pressure", "Pa", 0.03 * supply,
+                   moves({"return_pressure": 1.0}), ("pressure",), "look at the return filter and line"),
+        Hypothesis("stiff_oil", "stiffer oil or hoses", "1", 0.2, moves({"compressibility": -modulus}),
+                   advice="another oil, colder oil, or a hose was replaced"),
+        Hypothesis("soft_oil", "softer oil or hoses", "1", 0.2, moves({"compressibility": modulus}),
+                   advice="warm oil, an ageing hose, or air"),
+        *sensor(1, first),
+        *sensor(2, -second),
+        Hypothesis("gain_x", "gain of the position sensor", "1", 0.02, signs({"position_gain": 1.0}),
+                   advice="measure the stroke by hand"),
+        Hypothesis("flow_gain", "gain of valve or command", "1", 0.05, signs({"flow_gain": 1.0}),
+                   advice="check the amplifier; compare spool position and command"),
     )  # fmt: skip
-    yield Hypothesis(
-        "raised_return", "high return pressure", "Pa", 0.03 * supply, moves({"return_pressure": 1.0}),
-        ("pressure",), "look at the return filter and line",
-    )  # fmt: skip
-    modulus = 1.0 / options.bulk_modulus
-    yield Hypothesis(
-        "stiff_oil", "stiffer oil or hoses", "1", 0.2, moves({"compressibility": -modulus}),
-        advice="another oil, colder oil, or a hose was replaced",
-    )  # fmt: skip
-    yield Hypothesis(
-        "soft_oil", "softer oil or hoses", "1", 0.2, moves({"compressibility": modulus}),
-        advice="warm oil, an ageing hose, or air",
-    )  # fmt: skip
-    # Force that a pressure of each chamber exerts, positive if it extends.
-    forces = {1: first, 2: -second}
-    for chamber, area in forces.items():
-        # Share of one sensor in the mean pressure.
-        share = 0.5 if balance.both else 1.0
-        yield Hypothesis(
-            f"bias_P{chamber}", f"zero of the P{chamber} sensor", "Pa", 0.012 * supply,
-            both_signs({f"bias_{chamber}": 1.0, "force": area, "pressure": share}),
-            advice=f"compare P{chamber} with a gauge, with the pump off",
-        )  # fmt: skip
-        change = {f"gain_{chamber}": 1.0, "force": area * mean, "pressure": share * mean}
-        yield Hypothesis(
-            f"gain_P{chamber}", f"gain of the P{chamber} sensor", "1", 0.02, both_signs(change),
-            advice=f"compare P{chamber} with a gauge under pressure",
-        )  # fmt: skip
-    yield Hypothesis(
-        "gain_x", "gain of the position sensor", "1", 0.02, both_signs({"position_gain": 1.0}),
-        advice="measure the stroke by hand",
-    )  # fmt: skip
-    yield Hypothesis(
-        "flow_gain", "gain of valve or command", "1", 0.05,
-        both_signs({"flow_gain": 1.0}), advice="check the amplifier; compare spool position and command",
-    )  # fmt: skip
+    shown = set(names) - (set() if balance.both else {"bias_2", "gain_2", "external_2"})
+    return [each for each in all_ if each.name not in _NEEDS or _NEEDS[each.name] in shown]
 
 
 REPAIRS: Mapping[str, str] = {

@@ -18,10 +18,10 @@ from hydrofdi.execution.calibrating import unreachable_sentence
 from hydrofdi.execution.engine import Engine, TaskFailure
 from hydrofdi.execution.measuring import Job, insert, measured_columns, needed_signals
 from hydrofdi.indicators.measuring import Seconds
-from hydrofdi.quality.doubts import how_records_settle
-from hydrofdi.quality.measures import assess_runs, hydraulic_mode, mean_external_leakage_flows
+from hydrofdi.quality.doubts import Simulated, assess_runs
+from hydrofdi.quality.measures import how_records_settle, hydraulic_mode, mean_external_leakage_flows
 from hydrofdi.sensing import Measurement
-from hydrofdi.simulation.balances import Outcome, Trajectory
+from hydrofdi.simulation.balances import Outcome, Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.experiment_data import gathered
@@ -146,8 +146,9 @@ def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
     measured = sensors.show(trajectory)
     with np.errstate(all="ignore"):
         numbers = _plant_numbers(parameters, trajectory)
-        settlings = how_records_settle(parameters, trajectory.chamber_1_pressure)
-        quality = assess_runs(parameters, trajectory, measured, settlings, numbers[names.MODE_DAMPING_RATIO])
+        changes, numbers["settled_from"] = how_records_settle(parameters, trajectory.chamber_1_pressure)
+        damping = numbers[names.MODE_DAMPING_RATIO]
+        verdicts = assess_runs(Simulated(parameters, trajectory, measured, changes, damping))
     failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
     for values in numbers.values():
         values[failed] = np.nan
@@ -158,7 +159,7 @@ def _simulated(jobs: Sequence[Job], simulate: Simulation) -> Columns:
         names.TIME: trajectory.time,
         **measured.signals(names.SIGNALS),
         **numbers,
-        **quality,
+        **verdicts,
     }
 
 
@@ -177,9 +178,12 @@ def _plant_numbers(
     """What is known of the plant itself, over the whole record."""
     modes = [hydraulic_mode(run, trajectory, row) for row, run in enumerate(parameters)]
     external = mean_external_leakage_flows(parameters, trajectory)
+    residuals = balance_residuals(parameters, trajectory)
     numbers = {
         **dict(zip(names.EXTERNAL_LEAKAGE_FLOWS, external, strict=True)),
         names.MEAN_LEAKAGE_FLOW: trajectory.mean_internal_leakage_flow,
+        "volume_residual": residuals.volume,
+        "energy_residual": residuals.energy,
         names.MODE_FREQUENCY: np.array([mode.frequency for mode in modes]),
         names.MODE_DAMPING_RATIO: np.array([mode.damping_ratio for mode in modes]),
     }

@@ -12,8 +12,9 @@ from pydantic import ValidationError
 
 from hydrofdi.errors import ConfigError, IndicatorWarning, Issue
 from hydrofdi.indicators.contract import Indicator
-from hydrofdi.indicators.nominal_actuator import from_sheet
+from hydrofdi.indicators.nominal_actuator import constants_not_given, from_sheet
 from hydrofdi.indicators.registry import indicator_kind, indicator_names, shadows, sound_indicator
+from hydrofdi.records import RecordSource
 from hydrofdi.settings.messages import describe_error, nearest
 from hydrofdi.settings.ready import located
 from hydrofdi.settings.validation import read_extended
@@ -168,7 +169,7 @@ def make_chosen(
     return {label: indicator for label, indicator in made.items() if indicator is not None}
 
 
-def with_data_sheet(
+def _with_data_sheet(
     indicators: Mapping[str, Indicator[Any]], sheet: Mapping[str, Any]
 ) -> dict[str, Indicator[Any]]:
     """Indicators that take what their options leave out of the plant from a data sheet."""
@@ -178,6 +179,45 @@ def with_data_sheet(
         for label, each in indicators.items()
     }
     return make_chosen(options, Source(options))
+
+
+def of_machine(
+    indicators: Mapping[str, Indicator[Any]], sources: Sequence[RecordSource]
+) -> dict[str, Indicator[Any]]:
+    """Indicators that take what their options leave out from the data sheet of the records.
+
+    Raises
+    ------
+    ConfigError
+        The data sheets of the sources differ in what an indicator takes from them, or it refuses a value.
+    """
+    made, *others = (_with_data_sheet(indicators, source.data_sheet) for source in sources)
+    for source, other in zip(sources[1:], others, strict=True):
+        for label in made:
+            if other[label].options.stated_text != made[label].options.stated_text:
+                raise ConfigError(
+                    f"{label}: {sources[0].name} and {source.name} describe different machines: state the"
+                    " same 'actuator:' for both, or take them separately"
+                )
+    return made
+
+
+def assumed_plants(indicators: Mapping[str, Indicator[Any]]) -> tuple[str, ...]:
+    """A sentence for each set of indicators that assume the same constants, which are not given."""
+    labels: dict[tuple[str, ...], list[str]] = {}
+    for label, indicator in indicators.items():
+        if names := constants_not_given(indicator.options):
+            labels.setdefault(names, []).append(label)
+    return tuple(assumption_text(", ".join(of), names) for names, of in labels.items())
+
+
+def assumption_text(label: str, names: Sequence[str]) -> str:
+    """The sentence that names constants which nobody gave."""
+    return (
+        f"{label}: not given: {', '.join(names)}; the nominal actuator of the paper is assumed, so the"
+        " numbers may be wrong for yours; state yours under 'actuator:' of the description"
+        f" (docs/measured.md), or as options of {label}"
+    )
 
 
 def _make(label: str, given: Any, source: Source, path: KeyPath) -> Indicator[Any] | None:

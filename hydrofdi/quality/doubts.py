@@ -1,4 +1,4 @@
-"""Words of verdicts on runs: doubts, failures, and their remedies."""
+"""Doubts about simulated records, one list: what decides each, its words and its remedy; and failures."""
 
 from __future__ import annotations
 
@@ -6,118 +6,110 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
-from hydrofdi.config.sections.drive import is_whole
+from hydrofdi.config.request import parameter_names, parameter_quantity
 from hydrofdi.config.shown_values import shown_value
-from hydrofdi.transforms.configuration import WaveletConfig
-from hydrofdi.transforms.undecimated import undecimated_rms
+from hydrofdi.quality.measures import SETTLED_CHANGE
 
-SETTLED_CHANGE = 1e-3
-"""Periods agree where no detail's RMS differs by more than this share. It moves a δ by 0.2 points at most."""
+if TYPE_CHECKING:
+    from hydrofdi.simulation.balances import Trajectory
 
-LEAST_DETAIL = 1e-9
-"""A detail's RMS below this share of the supply pressure is rounding and counts as this much."""
-
-
-@dataclass(frozen=True)
-class Settling:
-    """How a record settles.
-
-    Attributes
-    ----------
-    change : float
-        Largest relative change of the RMS of a detail from the last but one period to the last [-]; NaN where
-        the record does not contain two whole periods.
-    start : int or None
-        First sample of the whole periods that agree with the last one, of which there are two at least; None
-        if there are none.
-    """
-
-    change: float
-    start: int | None
-
-
-UNKNOWN = Settling(math.nan, None)
-
-_WAVELET = WaveletConfig()
-
-
-def settled_start(run: RunParameters, n_period: int, settled_from: float, n_discarded: int) -> int:
-    """First sample of the settled periods that an analysis may take; the record's end where two are not left.
-
-    Parameters
-    ----------
-    n_period : int
-        Samples of a period.
-    settled_from : float
-        Start of all settled periods [s]; NaN if there are none.
-    n_discarded : int
-        Samples that the analysis leaves out.
-    """
-    record = run.record
-    if math.isnan(settled_from):
-        return record.n_sample
-    first = max(round(settled_from * record.sampling_frequency), n_discarded)
-    # Whole periods, counted from the end of the record.
-    n_whole = (record.n_sample - first) // n_period
-    return record.n_sample - n_whole * n_period if n_whole > 1 else record.n_sample
-
-
-def how_records_settle(runs: Sequence[RunParameters], pressure: NDArray[np.float64]) -> list[Settling]:
-    """How the details of each run settle.
-
-    Each period is taken as a circle, so that a drift from its start to its end shows as well. Periods are
-    counted from the end of the record. The details are those of the paper's wavelet, whatever a record is
-    analysed with.
-
-    Parameters
-    ----------
-    pressure : ndarray, shape (n_run, n_time)
-        Chamber-1 pressure as it really is [Pa].
-    """
-    settlings = [UNKNOWN] * len(runs)
-    together: dict[int, list[int]] = {}
-    for row, run in enumerate(runs):
-        n_period = samples_per_period(run)
-        if n_period is not None and pressure.shape[1] >= 2 * n_period:
-            together.setdefault(n_period, []).append(row)
-    for n_period, rows in together.items():
-        n_whole = pressure.shape[1] // n_period
-        periods = pressure[rows, -n_whole * n_period :].reshape(len(rows), n_whole, n_period)
-        for row, rms in zip(rows, undecimated_rms(periods, _WAVELET).detail, strict=True):
-            settlings[row] = _settling(
-                rms, LEAST_DETAIL * runs[row].supply.pressure, n_period, pressure.shape[1]
-            )
-    return settlings
-
-
-def samples_per_period(run: RunParameters) -> int | None:
-    """Samples of a period of all that acts on the actuator; None if there is none, or no whole number."""
-    samples = run.input.period * run.record.sampling_frequency
-    return round(samples) if run.is_periodic and is_whole(samples) else None
-
-
-def _settling(rms: NDArray[np.float64], least: float, n_period: int, n_sample: int) -> Settling:
-    """Settling from the RMS of details of each whole period, shape (n_whole, n_level)."""
-    rms, n_whole = np.maximum(rms, least), len(rms)
-    changes = np.abs(rms / rms[-1] - 1.0).max(axis=1)
-    # Negated, so that NaN counts as unsettled.
-    unsettled = np.flatnonzero(~(changes <= SETTLED_CHANGE))
-    first = int(unsettled[-1]) + 1 if unsettled.size else 0
-    # At least two periods agree: the last one always does with itself.
-    start = n_sample - (n_whole - first) * n_period if first < n_whole - 1 else None
-    return Settling(float(changes[-2]), start)
-
+Array = NDArray[np.float64]
 
 STILL = 1e-9
 """A record whose P_1 varies by less than this share of the supply stands still: what varies is rounding."""
 
 UNUSUAL = 0.9
 """No machine has a parameter that misses its usual range by more than this share: by a factor of ten."""
+
+_MACHINE = ("actuator", "fluid", "supply", "valve", "friction")
+"""Sections that describe a machine."""
+
+_USUAL_DAMPING_RATIO = 0.02
+"""That of the nominal actuator of the paper; real ones have 0.05 to 0.4."""
+
+
+class Simulated(NamedTuple):
+    """What is known of simulated records: runs, what really happened, what the sensors show of it, how much
+    the details change from the last but one period to the last, and damping ratios of the hydraulic modes.
+    """
+
+    runs: Sequence[RunParameters]
+    trajectory: Trajectory
+    measured: Trajectory
+    settling_changes: Array
+    damping_ratios: Array
+
+
+def _cavitating_share(known: Simulated) -> Array:
+    """Share of the samples with a chamber pressure at or below the vapour limit [-]."""
+    vapour = np.array([run.fluid.vapour_pressure for run in known.runs])[:, None]
+    found = known.trajectory
+    below = (found.chamber_1_pressure <= vapour) | (found.chamber_2_pressure <= vapour)
+    return np.asarray(np.mean(below, axis=1))
+
+
+def _above_supply_share(known: Simulated) -> Array:
+    """Share of the samples with a chamber pressure above the supply [-]."""
+    found = known.trajectory
+    supply = (1.0 + 1e-9) * found.valve_supply_pressure  # at rest, a pressure is the supply
+    above = (found.chamber_1_pressure > supply) | (found.chamber_2_pressure > supply)
+    return np.asarray(np.mean(above, axis=1))
+
+
+def _clipped_share(known: Simulated) -> Array:
+    """Share of the samples of P_1 at an end of its sensor's range, or on the converter's level there [-]."""
+    shares = []
+    for run, shown in zip(known.runs, known.measured.chamber_1_pressure, strict=True):
+        sensor = run.pressure_1_sensor
+        lowest = -math.inf if sensor.lowest is None else sensor.lowest
+        highest = math.inf if sensor.highest is None else sensor.highest
+        # The level at an end may differ from the end by rounding.
+        slack = 0.5 * sensor.resolution
+        shares.append(float(np.mean((shown <= lowest + slack) | (shown >= highest - slack))))
+    return np.array(shares)
+
+
+def _pressure_variation(known: Simulated) -> Array:
+    """Largest less least P_1, over the supply [-]."""
+    supply = np.array([run.supply.pressure for run in known.runs])
+    return np.asarray(np.ptp(known.trajectory.chamber_1_pressure, axis=1) / supply)
+
+
+def _unusual_share(known: Simulated) -> Array:
+    """By how much a parameter or the damping ratio of the mode misses its usual range: 1 less its ratio to
+    the nearest end, or the inverse [-].
+    """
+    shares = []
+    for run, damping_ratio in zip(known.runs, known.damping_ratios.tolist(), strict=True):
+        share = max(0.0, 1.0 - damping_ratio / _USUAL_DAMPING_RATIO)
+        for section, field, low, high in _usual_ranges():
+            value = getattr(getattr(run, section), field)
+            # Zero means that a part is absent.
+            if isinstance(value, float) and value:
+                size = abs(value)
+                share = max(share, 1.0 - size / low if low else 0.0, 1.0 - high / size)
+        shares.append(share)
+    return np.array(shares)
+
+
+@lru_cache(maxsize=1)
+def _usual_ranges() -> list[tuple[str, str, float, float]]:
+    """Section, field, and lowest and highest usual size of what describes a machine; what may be zero has no
+    lowest."""
+    ranges = []
+    for name in parameter_names():
+        (section, field), quantity = name.split("."), parameter_quantity(name)
+        if section in _MACHINE and quantity is not None and quantity.usual is not None:
+            low, high = quantity.usual_range
+            ranges.append((section, field, low if quantity.above == 0.0 else 0.0, high))
+    return ranges
 
 
 @dataclass(frozen=True)
@@ -129,7 +121,9 @@ class Doubt:
     word : str
         Its name in a verdict.
     number : str
-        The number that decides it: a field of `RunQuality`, and the variable of result files.
+        The variable of result files that decides it.
+    measure : callable
+        Simulated records → their numbers, shape (n_run,).
     applies : callable
         Number → whether the doubt is there; false for NaN.
     mark : str
@@ -142,6 +136,7 @@ class Doubt:
 
     word: str
     number: str
+    measure: Callable[[Simulated], Array]
     applies: Callable[[float], bool]
     mark: str
     meaning: str
@@ -152,32 +147,33 @@ DOUBTS = {
     doubt.word: doubt
     for doubt in (
         Doubt(
-            "cavitating", "cavitating_share", lambda share: share > 0.0, "C",
+            "cavitating", "cavitating_share", _cavitating_share, lambda share: share > 0.0, "C",
             "a chamber is at or below the vapour limit in up to {} % of the samples",
             "lower input.amplitude or load.constant_force, or raise supply.return_pressure",
         ),
         Doubt(
-            "above_supply", "above_supply_share", lambda share: share > 0.0, "A",
+            "above_supply", "above_supply_share", _above_supply_share, lambda share: share > 0.0, "A",
             "a chamber is above the supply in up to {} % of the samples",
             "lower input.amplitude or actuator.mass, or raise supply.pressure",
         ),
         Doubt(
-            "unsettled", "settling_change", lambda change: change > SETTLED_CHANGE, "U",
+            "unsettled", "settling_change", lambda known: known.settling_changes,
+            lambda change: change > SETTLED_CHANGE, "U",
             "the RMS of a detail of P_1 changes by up to {} % from the last but one period to the last",
             "lengthen record.duration by some periods; analysis.discard then leaves out the first ones",
         ),
         Doubt(
-            "clipped", "clipped_share", lambda share: share > 0.0, "R",
+            "clipped", "clipped_share", _clipped_share, lambda share: share > 0.0, "R",
             "the sensor of P_1 is at an end of its range in up to {} % of the samples",
             "widen pressure_1_sensor.lowest and pressure_1_sensor.highest",
         ),
         Doubt(
-            "still", "pressure_variation", lambda variation: variation < STILL, "S",
+            "still", "pressure_variation", _pressure_variation, lambda variation: variation < STILL, "S",
             "P_1 varies by no more than {} % of the supply, which is rounding",
             "raise input.amplitude, or control.amplitude in closed loop, until the valve opens",
         ),
         Doubt(
-            "unusual", "unusual_share", lambda share: share > UNUSUAL, "M",
+            "unusual", "unusual_share", _unusual_share, lambda share: share > UNUSUAL, "M",
             "a parameter of the machine or the damping ratio of its hydraulic mode misses its usual range"
             " by up to {} %",
             "check the units of the parameters, friction.viscous and the clearances of the valve",
@@ -190,6 +186,27 @@ SOUND = "ok"
 """The verdict on a run that ended well without any doubt."""
 
 
+def assess_runs(known: Simulated) -> dict[str, NDArray[Any]]:
+    """Verdicts on runs and the numbers behind them; those that failed have NaN for numbers.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n_run,)
+        ``verdict``: the status of a run that failed; else ``ok``, or the words of its `DOUBTS`, joined by
+        commas. And the number of each doubt.
+    """
+    numbers = {doubt.number: doubt.measure(known) for doubt in DOUBTS.values()}
+    verdict = np.array([outcome.status for outcome in known.trajectory.outcomes], dtype=object)
+    for row, outcome in enumerate(known.trajectory.outcomes):
+        if outcome.is_ok:
+            words = [word for word, doubt in DOUBTS.items() if doubt.applies(numbers[doubt.number][row])]
+            verdict[row] = ", ".join(words) or SOUND
+        else:
+            for values in numbers.values():
+                values[row] = np.nan
+    return {"verdict": verdict} | numbers
+
+
 def doubts_of(verdict: str) -> tuple[Doubt, ...]:
     """The doubts that a verdict names; none for the status of a run that failed."""
     return tuple(DOUBTS[word] for word in verdict.split(", ") if word in DOUBTS)
@@ -198,11 +215,6 @@ def doubts_of(verdict: str) -> tuple[Doubt, ...]:
 def doubt_counts(verdicts: Iterable[str]) -> dict[str, int]:
     """Word of a doubt → number of the verdicts that name it."""
     return dict(Counter(doubt.word for verdict in verdicts for doubt in doubts_of(verdict)))
-
-
-def doubt_lines(counts: Mapping[str, int]) -> list[str]:
-    """A line on each doubt: number of runs, its word, and the remedy."""
-    return [f"{count:,} {word}: {DOUBTS[word].remedy}" for word, count in counts.items()]
 
 
 _RETRY = "a sweep with retry_failed computes it again"
@@ -219,6 +231,12 @@ REMEDIES = {
     "error": f"'hydrofdi why' shows the traceback; {_RETRY}",
 }
 """Status of a run that failed → what to do about it, without a full stop, with the keys to set."""
+
+
+def remedy_lines(counts: Mapping[str, int]) -> list[str]:
+    """A line on each doubt and each failure that has a remedy: number of runs, its word, and the remedy."""
+    remedies = {word: doubt.remedy for word, doubt in DOUBTS.items()} | REMEDIES
+    return [f"{count:,} {word}: {remedies[word]}" for word, count in counts.items() if word in remedies]
 
 
 _MUCH = 0.1

@@ -1,18 +1,17 @@
-"""Numbers behind the verdict on a run."""
+"""What is measured of a record by who knows its run: settling, hydraulic mode, the settled part."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
 from hydrofdi.config.experiment import Analysis
-from hydrofdi.config.request import parameter_names, parameter_quantity
+from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.sections.machine import Edge, FluidConfig, LeakageConfig
 from hydrofdi.physics.fluid import effective_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import (
@@ -28,8 +27,6 @@ from hydrofdi.physics.hydraulic_mode import (
 )
 from hydrofdi.physics.leakage import external_leakage_flow
 from hydrofdi.physics.valve import chamber_1_orifice_drop, chamber_2_orifice_drop, null_position
-from hydrofdi.quality.doubts import DOUBTS, SOUND, Settling, samples_per_period, settled_start
-from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.undecimated import (
     boundary_length,
@@ -38,6 +35,71 @@ from hydrofdi.transforms.undecimated import (
     undecimated_rms,
 )
 from hydrofdi.transforms.wavelet import CoefficientRms, n_phase, root_mean_square
+
+if TYPE_CHECKING:
+    from hydrofdi.simulation.balances import Trajectory
+
+
+Array = NDArray[np.float64]
+
+SETTLED_CHANGE = 1e-3
+"""Periods agree where no detail's RMS differs by more than this share. It moves a δ by 0.2 points at most."""
+
+LEAST_DETAIL = 1e-9
+"""A detail's RMS below this share of the supply pressure is rounding and counts as this much."""
+
+_WAVELET = WaveletConfig()
+
+
+def how_records_settle(runs: Sequence[RunParameters], pressure: Array) -> tuple[Array, Array]:
+    """How the details of each run settle.
+
+    Each period is taken as a circle, so that a drift from its start to its end shows as well. Periods are
+    counted from the end of the record. The details are those of the paper's wavelet, whatever a record is
+    analysed with.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (n_run, n_time)
+        Chamber-1 pressure as it really is [Pa].
+
+    Returns
+    -------
+    changes : ndarray, shape (n_run,)
+        Largest relative change of the RMS of a detail from the last but one period to the last [-]; NaN where
+        the record does not contain two whole periods.
+    settled_from : ndarray, shape (n_run,)
+        Start of the whole periods that agree with the last one, of which there are two at least [s]; NaN if
+        there are none.
+    """
+    changes, settled_from = np.full((2, len(runs)), np.nan)
+    together: dict[int, list[int]] = {}
+    n_sample = pressure.shape[1]
+    for row, run in enumerate(runs):
+        n_period = samples_per_period(run)
+        if n_period is not None and n_sample >= 2 * n_period:
+            together.setdefault(n_period, []).append(row)
+    for n_period, rows in together.items():
+        n_whole = n_sample // n_period
+        periods = pressure[rows, -n_whole * n_period :].reshape(len(rows), n_whole, n_period)
+        for row, rms in zip(rows, undecimated_rms(periods, _WAVELET).detail, strict=True):
+            rms = np.maximum(rms, LEAST_DETAIL * runs[row].supply.pressure)
+            different = np.abs(rms / rms[-1] - 1.0).max(axis=1)
+            changes[row] = different[-2]
+            # Negated, so that NaN counts as unsettled.
+            unsettled = np.flatnonzero(~(different <= SETTLED_CHANGE))
+            first = int(unsettled[-1]) + 1 if unsettled.size else 0
+            # At least two periods agree: the last one always does with itself.
+            if first < n_whole - 1:
+                start = n_sample - (n_whole - first) * n_period
+                settled_from[row] = start / runs[row].record.sampling_frequency
+    return changes, settled_from
+
+
+def samples_per_period(run: RunParameters) -> int | None:
+    """Samples of a period of all that acts on the actuator; None if there is none, or no whole number."""
+    samples = run.input.period * run.record.sampling_frequency
+    return round(samples) if run.is_periodic and is_whole(samples) else None
 
 
 def hydraulic_mode(parameters: RunParameters, trajectory: Trajectory, run: int = 0) -> HydraulicMode:
@@ -135,9 +197,6 @@ def _median_size(signal: Any) -> np.float64:
     return np.float64(0.5 * (size[low] + size[high]) if size[-1] == size[-1] else np.nan)
 
 
-Array = NDArray[np.float64]
-
-
 def pressure_features(
     runs: Sequence[RunParameters], analyses: Sequence[Analysis], pressure: Array, settled_from: Array
 ) -> dict[str, Array]:
@@ -205,7 +264,11 @@ def _windows(
     for position, (run, analysis) in enumerate(zip(runs, analyses, strict=True)):
         n_period, start = samples_per_period(run), analysis.n_discarded
         if n_period is not None:
-            start = settled_start(run, n_period, float(settled_from[position]), analysis.n_discarded)
+            n_sample, settled = run.record.n_sample, float(settled_from[position])
+            # Whole periods, counted from the end of the record, of which there are two at least.
+            first = n_sample if math.isnan(settled) else round(settled * run.record.sampling_frequency)
+            n_whole = (n_sample - max(first, start)) // n_period
+            start = n_sample - n_whole * n_period if n_whole > 1 else n_sample
         key = analysis, start, n_period is not None
         groups.setdefault(key, (*key, []))[3].append(position)
     yield from groups.values()
@@ -240,108 +303,3 @@ def mean_external_leakage_flows(
         for pressure, coefficient in zip(pressures, coefficients, strict=True)
     )
     return first, second
-
-
-_MACHINE = ("actuator", "fluid", "supply", "valve", "friction")
-"""Sections that describe a machine."""
-
-_USUAL_DAMPING_RATIO = 0.02
-"""That of the nominal actuator of the paper; real ones have 0.05 to 0.4."""
-
-
-def assess_runs(
-    runs: Sequence[RunParameters],
-    trajectory: Trajectory,
-    measured: Trajectory,
-    settlings: Sequence[Settling],
-    damping_ratios: NDArray[np.float64],
-) -> dict[str, NDArray[Any]]:
-    """Verdicts on runs and the numbers behind them; those that failed have NaN for numbers.
-
-    Parameters
-    ----------
-    trajectory : Trajectory
-        What really happened.
-    measured : Trajectory
-        The same as the sensors show it.
-    settlings : sequence of Settling, length n_run
-        How its details settle.
-    damping_ratios : ndarray, shape (n_run,)
-        Of the hydraulic mode [-].
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n_run,)
-        ``verdict``: the status of a run that failed; else ``ok``, or the words of its `DOUBTS`, joined by
-        commas. ``cavitating_share``, ``above_supply_share``: of the samples with a chamber pressure at or
-        below the vapour limit, or above the supply [-]. ``settling_change``: largest relative change of the
-        RMS of a detail from the last but one period to the last [-]; NaN where the record does not contain
-        two whole periods. ``settled_from``: start of the whole periods that agree with the last one [s]; NaN
-        if there are none. ``clipped_share``: of the samples of P_1 at an end of its sensor's range [-].
-        ``pressure_variation``: largest less least P_1, over the supply [-]. ``unusual_share``: by how much a
-        parameter or the damping ratio of the mode misses its usual range: 1 less its ratio to the
-        nearest end, or the inverse [-]. ``volume_residual``, ``energy_residual``: of the balances, relative.
-    """
-    pressure_1, pressure_2 = trajectory.chamber_1_pressure, trajectory.chamber_2_pressure
-    vapour = np.array([run.fluid.vapour_pressure for run in runs])[:, None]
-    supply = (1.0 + 1e-9) * trajectory.valve_supply_pressure  # at rest, a pressure is the supply
-    residuals = balance_residuals(runs, trajectory)
-    quality: dict[str, NDArray[Any]] = {
-        "cavitating_share": np.mean((pressure_1 <= vapour) | (pressure_2 <= vapour), axis=1),
-        "above_supply_share": np.mean((pressure_1 > supply) | (pressure_2 > supply), axis=1),
-        "settling_change": np.array([settling.change for settling in settlings]),
-        "settled_from": np.array(
-            [
-                math.nan if each.start is None else each.start / run.record.sampling_frequency
-                for run, each in zip(runs, settlings, strict=True)
-            ]
-        ),
-        "clipped_share": np.array([*map(_clipped_share, runs, measured.chamber_1_pressure)]),
-        "pressure_variation": np.ptp(pressure_1, axis=1) / np.array([run.supply.pressure for run in runs]),
-        "unusual_share": np.array([*map(_unusual_share, runs, damping_ratios)]),
-        "volume_residual": residuals.volume,
-        "energy_residual": residuals.energy,
-    }
-    failed = np.array([not outcome.is_ok for outcome in trajectory.outcomes])
-    for values in quality.values():
-        values[failed] = np.nan
-    verdict = np.array([outcome.status for outcome in trajectory.outcomes], dtype=object)
-    for row in np.flatnonzero(~failed).tolist():
-        words = [word for word, doubt in DOUBTS.items() if doubt.applies(quality[doubt.number][row])]
-        verdict[row] = ", ".join(words) or SOUND
-    return {"verdict": verdict} | quality
-
-
-@lru_cache(maxsize=1)
-def _usual_ranges() -> list[tuple[str, str, float, float]]:
-    """Section, field, and lowest and highest usual size of what describes a machine; what may be zero has no
-    lowest."""
-    ranges = []
-    for name in parameter_names():
-        (section, field), quantity = name.split("."), parameter_quantity(name)
-        if section in _MACHINE and quantity is not None and quantity.usual is not None:
-            low, high = quantity.usual_range
-            ranges.append((section, field, low if quantity.above == 0.0 else 0.0, high))
-    return ranges
-
-
-def _unusual_share(run: RunParameters, damping_ratio: float) -> float:
-    """By how much a parameter or the damping ratio misses its usual range."""
-    share = max(0.0, 1.0 - damping_ratio / _USUAL_DAMPING_RATIO)
-    for section, field, low, high in _usual_ranges():
-        value = getattr(getattr(run, section), field)
-        # Zero means that a part is absent.
-        if isinstance(value, float) and value:
-            size = abs(value)
-            share = max(share, 1.0 - size / low if low else 0.0, 1.0 - high / size)
-    return share
-
-
-def _clipped_share(run: RunParameters, shown: NDArray[np.float64]) -> float:
-    """Share of samples at an end of the range, or on the level of the converter that lies there."""
-    sensor = run.pressure_1_sensor
-    lowest = -math.inf if sensor.lowest is None else sensor.lowest
-    highest = math.inf if sensor.highest is None else sensor.highest
-    # The level at an end may differ from the end by rounding.
-    slack = 0.5 * sensor.resolution
-    return float(np.mean((shown <= lowest + slack) | (shown >= highest - slack)))

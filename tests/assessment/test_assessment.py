@@ -6,8 +6,8 @@ import pywt
 
 import hydrofdi
 from hydrofdi.api.check import calibrate, computed_rows, select_runs
-from hydrofdi.api.warnings import place_in_bands
 from hydrofdi.config import RunParameters, load_experiment
+from hydrofdi.execution.checks import place_in_bands
 from hydrofdi.physics.leakage import internal_leakage_flow
 from hydrofdi.quality.machine import natural_frequency
 from hydrofdi.simulation.batch import simulate_batch

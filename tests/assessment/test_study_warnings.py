@@ -6,13 +6,13 @@ import sys
 import pytest
 
 import hydrofdi
-from hydrofdi.api.step_limits import step_warnings
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
-from hydrofdi.api.warnings import STUDY_RULES, other_machines, said, without_results
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.execution import InProcessEngine
+from hydrofdi.execution.checks import STUDY_RULES, other_machines, said, without_results
 from hydrofdi.papers import make_report
+from hydrofdi.quality.machine import long_steps
 from hydrofdi.settings.ready import ready_names
 
 STUDY = """
@@ -114,7 +114,7 @@ def test_the_step_that_is_suggested_is_accepted_and_not_warned_of(tmp_path, samp
 
     def too_long(step):
         runs = expand_runs(load_experiment(file, [f"record.step={step}"])).runs
-        return step_warnings(runs.distinct)
+        return long_steps(runs.distinct)
 
     warnings = too_long("1 ms")
     assert warnings

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.warnings import STUDY_RULES, said
 from hydrofdi.config import load_experiment
 from hydrofdi.config.plausibility import RULES, idle_parameters, unusual_values
 from hydrofdi.config.request import parameter_names
+from hydrofdi.execution.checks import STUDY_RULES, said
 from hydrofdi.indicators import indicator_kind, indicator_names
 from tests.cli.test_measure import FAILING, MUSEUM
 from tests.commands import run, run_json

@@ -38,6 +38,18 @@ def in_memory(batch, **renamed):
 
 
 @pytest.fixture(scope="module")
+def diagnosed(healthy):
+    """The diagnosis of columns in memory, by default with the history of the healthy days."""
+
+    def found(data, history=None, **more):
+        past = in_memory(healthy) if history is None else history
+        rate = healthy.sampling_frequency
+        return hydrofdi.diagnose(data, past or None, options=OPTIONS, sampling_frequency=rate, **more)
+
+    return found
+
+
+@pytest.fixture(scope="module")
 def leaking(days):
     """A day with a leaking seal."""
     return days([{"leakage.internal_coefficient": FLOW / 8e6**0.5}], first=700)
@@ -61,7 +73,7 @@ def test_the_command_names_the_fault_of_a_file(healthy, leaking, tmp_path):
     assert json.loads(again.stdout)["records"][0]["name"] == "healthy"
 
 
-def test_wrong_wiring_is_named(healthy, days):
+def test_wrong_wiring_is_named(diagnosed, days):
     day = days([{}], first=800)
     wired = {
         "swapped_pressures": in_memory(day, P1="P2", P2="P1"),
@@ -69,22 +81,13 @@ def test_wrong_wiring_is_named(healthy, days):
         "wrong_sign_x": in_memory(day) | {Channel("x"): -day[Channel("x")]},
     }
     data = {Channel(name): np.vstack([each[Channel(name)] for each in wired.values()]) for name in SYMBOLS}
-    found = hydrofdi.diagnose(
-        data, in_memory(healthy), options=OPTIONS, sampling_frequency=healthy.sampling_frequency
-    )
-    assert [each.name for each in found.records] == [*wired]
+    assert [each.name for each in diagnosed(data).records] == [*wired]
 
 
-def test_labelled_records_bring_their_history(healthy, leaking):
+def test_labelled_records_bring_their_history(diagnosed, healthy, leaking):
     data = {name: np.vstack((healthy[name], leaking[name])) for name in in_memory(healthy)}
-    frequency = healthy.sampling_frequency
     labels = ["healthy"] * N_HEALTHY + ["worn"]
-    whole = hydrofdi.diagnose(
-        data, sampling_frequency=frequency, label=labels, healthy="healthy", options=OPTIONS
-    )
-    apart = hydrofdi.diagnose(
-        in_memory(leaking), in_memory(healthy), sampling_frequency=frequency, options=OPTIONS
-    )
+    whole, apart = diagnosed(data, (), label=labels, healthy="healthy"), diagnosed(in_memory(leaking))
     assert [each.name for each in whole.records] == ["seal_orifice"]
     assert whole.records[0].findings == apart.records[0].findings
     assert set(whole.table["name"]) == {each.name for each in whole.records[0].named}
@@ -111,12 +114,12 @@ def test_what_cannot_be_told_is_an_error(leaking, tmp_path):
         hydrofdi.diagnose(in_memory(leaking), sampling_frequency=frequency, options={"half_windo": 8})
 
 
-def test_a_record_with_a_hole_is_not_judged(leaking):
+def test_a_record_with_a_hole_is_not_judged(diagnosed, leaking):
     data = {name: samples.copy() for name, samples in in_memory(leaking).items()}
     data[Channel.CHAMBER_1_PRESSURE][0, 50] = np.nan
-    found = hydrofdi.diagnose(data, sampling_frequency=leaking.sampling_frequency)
-    assert not found.records[0].findings
-    assert found.records[0].reason
+    (found,) = diagnosed(data, ()).records
+    assert not found.findings
+    assert found.reason
 
 
 @pytest.mark.parametrize(
@@ -141,10 +144,8 @@ def test_a_record_of_another_kind_is_not_judged(change, word, healthy, leaking, 
     assert word in found.records[0].reason
 
 
-def test_a_long_record_is_cut_like_the_history(healthy, leaking):
+def test_a_long_record_is_cut_like_the_history(diagnosed, leaking):
     data = {name: np.hstack((samples, samples)) for name, samples in in_memory(leaking).items()}
-    found = hydrofdi.diagnose(
-        data, in_memory(healthy), options=OPTIONS, sampling_frequency=healthy.sampling_frequency
-    )
+    found = diagnosed(data)
     assert [each.name for each in found.records] == ["seal_orifice"] * 2
     assert all("–" in each.record_id for each in found.records)

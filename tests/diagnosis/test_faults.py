@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.diagnosis.evidence import Judge
-from hydrofdi.diagnosis.history import balance_of, history_of, history_of_sheet, signatures
+from hydrofdi.diagnosis.history import history_of, history_of_sheet, signatures
 from hydrofdi.indicators.registry import sound_indicator
 from hydrofdi.records import Channel
 from tests.diagnosis.conftest import N_HEALTHY
@@ -38,14 +38,12 @@ def options():
 @pytest.fixture(scope="session")
 def judge(healthy, options):
     """Judge with the history of healthy days."""
-    return Judge(history_of([healthy], balance_of([healthy], options)))
+    return Judge(history_of([healthy], options))
 
 
 def findings(judge, batch):
     """The findings on each record."""
-    found, estimates = signatures(judge.history.balance, batch, judge.history.variance)
-    rows = zip(found, estimates.gains, estimates.covariances, strict=True)
-    return [judge.judge(*row) for row in rows]
+    return [judge.findings(batch.rows([row])) for row in range(batch.n_record)]
 
 
 @pytest.fixture(scope="session")
@@ -116,7 +114,7 @@ def test_gains_of_valve_and_position_look_alike_until_a_second_sensor_tells(days
 
 def test_the_data_sheet_alone_tells_a_large_leak(days, options):
     batch = days([{"leakage.internal_coefficient": 10.0 * FLOW / 8e6**0.5}], first=500)
-    judge = Judge(history_of_sheet(batch, balance_of([batch], options)))
+    judge = Judge(history_of_sheet(batch, options))
     (found,) = findings(judge, batch)
     assert found[0].name == "seal_orifice"
     assert judge.history.n_record == 0
@@ -124,7 +122,7 @@ def test_the_data_sheet_alone_tells_a_large_leak(days, options):
 
 def test_one_pressure_names_a_large_leak_among_others(healthy, days):
     made = sound_indicator("flow_balance", SHEET | {"chambers": 1}).options
-    judge = Judge(history_of([healthy], balance_of([healthy], made)))
+    judge = Judge(history_of([healthy], made))
     assert {"friction_up", "external_2", "bias_P2"}.isdisjoint(each.name for each in judge.hypotheses)
     (found,) = findings(judge, days([{"leakage.internal_coefficient": 8.0 * FLOW / 8e6**0.5}], first=600))
     assert found[0].name != "healthy"

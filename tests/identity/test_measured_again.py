@@ -9,7 +9,6 @@ import pytest
 import xarray
 
 from hydrofdi.api.folders import verify, why
-from hydrofdi.api.measuring import of_machine
 from hydrofdi.api.plan import plan_sweep
 from hydrofdi.api.records.sources import open_source
 from hydrofdi.api.stored import read_results
@@ -19,7 +18,7 @@ from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.indicators.record_measures import measure_sources
-from hydrofdi.indicators.selection import TAKEN
+from hydrofdi.indicators.selection import TAKEN, of_machine
 from hydrofdi.records import Channel, RecordBatch
 from hydrofdi.store.index import read_index
 from hydrofdi.store.layout import names

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.control import pid_step
 from hydrofdi.physics.hydraulic_mode import (
@@ -22,6 +21,7 @@ from hydrofdi.physics.hydraulic_mode import (
     mode_frequency,
     valve_flow_pressure_coefficient,
 )
+from hydrofdi.quality.machine import step_limits
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch
 from tests.machines import GAP, HOSES, RIG

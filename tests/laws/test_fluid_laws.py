@@ -8,14 +8,14 @@ from free_motion import FRICTIONLESS, free_motion
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.physics.fluid import LEAST_ABSOLUTE_PRESSURE, effective_bulk_modulus, stiffening_bulk_modulus
 from hydrofdi.physics.hydraulic_mode import mode_frequency
 from hydrofdi.physics.oil import OILS
 from hydrofdi.physics.valve import control_flow
-from hydrofdi.quality.doubts import how_records_settle
-from hydrofdi.quality.measures import assess_runs, hydraulic_mode
+from hydrofdi.quality.doubts import Simulated, assess_runs
+from hydrofdi.quality.machine import step_limits
+from hydrofdi.quality.measures import how_records_settle, hydraulic_mode
 from hydrofdi.simulation.balances import balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.hydraulics import lane_parameters
@@ -125,7 +125,8 @@ def test_clamped_pressure_never_falls_below_the_vapour_pressure_and_the_verdict_
     record = simulate_batch([CLAMPED], [0.0])
     pressure = record.chamber_1_pressure
     assert pressure.min() == 1e4
-    quality = assess_runs([CLAMPED], record, record, how_records_settle([CLAMPED], pressure), np.ones(1))
+    changes, _ = how_records_settle([CLAMPED], pressure)
+    quality = assess_runs(Simulated([CLAMPED], record, record, changes, np.ones(1)))
     assert "cavitating" in str(quality["verdict"][0]).split(", ")
     assert quality["cavitating_share"][0] == np.mean(pressure == 1e4)
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from free_motion import FRICTIONLESS, free_motion
 
-from hydrofdi.api.step_limits import step_limits
 from hydrofdi.config import RunParameters
 from hydrofdi.config.request import EDGES
 from hydrofdi.physics.hydraulic_mode import valve_flow_pressure_coefficient
@@ -18,6 +17,7 @@ from hydrofdi.physics.valve import (
     edge_flow,
     worn_opening,
 )
+from hydrofdi.quality.machine import step_limits
 from hydrofdi.quality.measures import hydraulic_mode
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.drive import Drive, Spools, largest_opening

@@ -1,7 +1,5 @@
 """Wavelet transforms: details, start phases, settled and undecimated ones."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import pywt
@@ -13,8 +11,7 @@ from hydrofdi.config.request import RunRequest
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.execution import compute as compute_module
 from hydrofdi.indicators.catalogue.dwt import phase_rms
-from hydrofdi.quality.doubts import SETTLED_CHANGE, how_records_settle
-from hydrofdi.quality.measures import pressure_features
+from hydrofdi.quality.measures import SETTLED_CHANGE, how_records_settle, pressure_features
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.undecimated import (
@@ -202,9 +199,8 @@ TIME = np.arange(RUN.record.n_sample) / RUN.record.sampling_frequency
 WAVE = np.where(np.arange(TIME.size) % 500 < 250, 9e6, 7e6)
 
 
-def _features(run, pressure, settling) -> dict[str, np.ndarray]:
-    start = np.nan if settling.start is None else settling.start / run.record.sampling_frequency
-    return pressure_features([run.parameters], [RunSpec(run).analysis], pressure, np.array([start]))
+def _features(run, pressure, settled_from) -> dict[str, np.ndarray]:
+    return pressure_features([run.parameters], [RunSpec(run).analysis], pressure, settled_from)
 
 
 def _job(run: RunRequest, coefficient: float, name: str = "") -> Job:
@@ -216,36 +212,33 @@ def _decaying(share: float, time_constant: float) -> np.ndarray:
 
 
 def test_a_periodic_record_is_settled_from_its_start_and_a_single_period_says_nothing() -> None:
-    (settling,) = how_records_settle([RUN], WAVE[None])
-    assert settling.start == 0
-    assert settling.change < 1e-12
-    (single,) = how_records_settle([RUN.with_values({"record.duration": 1.0})], WAVE[None, :500])
-    assert np.isnan(single.change)
-    assert single.start is None
+    change, start = how_records_settle([RUN], WAVE[None])
+    assert start == 0.0
+    assert change < 1e-12
+    single = how_records_settle([RUN.with_values({"record.duration": 1.0})], WAVE[None, :500])
+    assert np.isnan(single).all()
 
 
 def test_a_start_that_dies_away_is_left_out_in_whole_periods() -> None:
-    (settling,) = how_records_settle([RUN], _decaying(0.5, 0.5))
-    assert settling.start is not None
-    assert settling.start % 500 == 0
-    assert 0 < settling.start <= 8 * 500
-    assert settling.change < SETTLED_CHANGE
+    change, start = how_records_settle([RUN], _decaying(0.5, 0.5))
+    assert start % 1.0 == 0.0
+    assert 0.0 < start <= 8.0
+    assert change < SETTLED_CHANGE
 
 
 def test_a_record_that_never_settles_has_no_settled_part() -> None:
-    (settling,) = how_records_settle([RUN], _decaying(0.5, 50.0))
-    assert settling.start is None
-    assert settling.change > SETTLED_CHANGE
-    features = _features(RUN, _decaying(0.5, 50.0), settling)
+    change, start = how_records_settle([RUN], _decaying(0.5, 50.0))
+    assert np.isnan(start)
+    assert change > SETTLED_CHANGE
+    features = _features(RUN, _decaying(0.5, 50.0), start)
     assert np.isnan(features["settled_detail_rms"]).all()
     assert np.isfinite(features["mean_chamber_1_pressure"]).all()
 
 
 def test_settled_features_do_not_see_the_start() -> None:
     start = _decaying(0.5, 0.2)
-    (settling,) = how_records_settle([RUN], start)
-    late = _features(RUN, start, settling)
-    never = _features(RUN, WAVE[None], replace(settling, start=0))
+    late = _features(RUN, start, how_records_settle([RUN], start)[1])
+    never = _features(RUN, WAVE[None], np.zeros(1))
     np.testing.assert_allclose(late["settled_detail_rms"], never["settled_detail_rms"], rtol=2e-3)
     whole = (coefficient_rms(record, RUN.wavelet).detail for record in (start, WAVE[None]))
     assert abs(np.divide(*whole) - 1.0).max() > 1e-2
@@ -255,9 +248,9 @@ def test_records_without_a_period_are_measured_without_their_boundary() -> None:
     run = RUN.with_values({"input.shape": "steps", "analysis.discard": 1.0})
     noise = np.random.default_rng(1).normal(size=(1, run.record.n_sample))
     noise[:, :500] *= 1e6  # left out by analysis.discard
-    settlings = how_records_settle([run], noise)
-    features = _features(run, noise, settlings[0])
-    assert settlings[0].start is None
+    _, start = how_records_settle([run], noise)
+    features = _features(run, noise, start)
+    assert np.isnan(start)
     np.testing.assert_allclose(features["settled_detail_rms"][0, :3], 1.0, rtol=0.05)
     np.testing.assert_allclose(features["mean_chamber_1_pressure"], noise[:, 500:].mean(axis=1))
 

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any, TextIO
 from hydrofdi.api.arguments import Names, names_of, path_of, refusal
 from hydrofdi.api.detectors.healthy_records import LeftOut
 from hydrofdi.api.detectors.windows import Tally, channels_read, judged_windows, watched, windows_table
-from hydrofdi.api.measuring import assumption_text, constants_text
+from hydrofdi.api.measuring import constants_text
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.detectors.trained.conditions import coverage
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.evaluation.roc import FEWEST_GROUPS
+from hydrofdi.indicators.selection import assumption_text
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import count_text, percent, plain, time_text

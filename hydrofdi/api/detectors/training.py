@@ -14,7 +14,7 @@ from typing import Any
 from hydrofdi.api.arguments import Names, Texts, names_of, path_of
 from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
-from hydrofdi.api.measuring import Indicators, of_machine
+from hydrofdi.api.measuring import Indicators
 from hydrofdi.api.records.simulated import SimulatedRecords
 from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.api.stored import read_results
@@ -33,6 +33,7 @@ from hydrofdi.evaluation.roc import FEWEST_GROUPS
 from hydrofdi.evaluation.scores import Direction, comparable
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
+from hydrofdi.indicators.selection import of_machine
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.report.detection.populations import n_computed_of
 from hydrofdi.settings.messages import counted

@@ -1,18 +1,18 @@
-"""What `check` and `plan` say of an experiment before it runs: one table of rules."""
+"""What is said of an experiment before it runs: rules that give sentences, and usual ranges of quantities."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.step_limits import Distinct
 from hydrofdi.config import ExperimentConfig, RunParameters
-from hydrofdi.config.plausibility import idle_parameters, unusual_values
+from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_values
+from hydrofdi.config.request import EDGES
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
 from hydrofdi.config.sweeps.sweep import quantiles
@@ -21,14 +21,13 @@ from hydrofdi.detectors.scores.contract import EXTRA, has_extra
 from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.nominal_actuator import sheet_constants
 from hydrofdi.indicators.recursive import RecursiveIndicator
-from hydrofdi.quality.machine import natural_frequency
+from hydrofdi.quality.machine import Distinct, at_speed, long_steps, natural_frequency
 from hydrofdi.records import RecordBatch
 from hydrofdi.records.data_sheet import PLANT_PARAMETERS, is_other
+from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
 from hydrofdi.settings.readable import typeset
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
-from hydrofdi.studies.charts import watched_instants
-from hydrofdi.studies.reading import asks_for_extra
 from hydrofdi.transforms.wavelet import level_bands
 
 NEAR_BAND_EDGE = 0.25
@@ -44,8 +43,16 @@ _OF_WAVELETS = ("dwt", "a4", "modwt", "wavelet_packet")
 _OF_RECORDS = ("input", "load", "record", "analysis", "wavelet")
 
 
+def likely_mistakes(
+    experiment: ExperimentConfig, distinct: Distinct, *, with_sweep: bool = True
+) -> list[str]:
+    """Unusual values, parameters without effect, and steps that are too long: what every run is told."""
+    doubts = unusual_values(experiment, with_sweep=with_sweep) + idle_parameters(experiment)
+    return doubts + long_steps(distinct)
+
+
 def experiment_warnings(experiment: ExperimentConfig, distinct: Distinct) -> list[str]:
-    """What every rule says of an experiment; `distinct` gives one run for each combination of sections."""
+    """What every rule says; `distinct` gives one run for each combination of sections."""
     return said(RULES if experiment.study is None else RULES + STUDY_RULES, experiment, distinct)
 
 
@@ -234,6 +241,8 @@ def _usual_range(distribution: dict[Any, list[Any]]) -> tuple[float, float]:
 
 def _watched(experiment: ExperimentConfig) -> Iterator[tuple[str, NDArray[np.float64]]]:
     """Indicators that charts watch, each with the instants of its trace [s]."""
+    from hydrofdi.studies.charts import watched_instants  # only a study loads its rooms
+
     online, made = experiment.detection.online, experiment.indicator_choice.made(experiment.wavelet)
     charts = online.charts.values() if online else ()
     for label in dict.fromkeys(chart.of.partition(".")[0] for chart in charts):
@@ -277,6 +286,8 @@ def _onsets(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
 
 
 def _extra(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
+    from hydrofdi.studies.reading import asks_for_extra
+
     if asks_for_extra(experiment.detection) and not has_extra():
         yield f"the report will leave out scores that need the extra: {EXTRA}"
 
@@ -284,8 +295,6 @@ def _extra(experiment: ExperimentConfig, distinct: Distinct) -> Iterator[str]:
 Rule = Callable[[ExperimentConfig, Distinct], Iterable[str]]
 
 RULES: tuple[Rule, ...] = (
-    lambda experiment, distinct: unusual_values(experiment),
-    lambda experiment, distinct: idle_parameters(experiment),
     _bands,
     _intermittent_leaks,
     _folding,
@@ -301,3 +310,152 @@ STUDY_RULES: tuple[Rule, ...] = (
     _extra,
 )
 """Rules that hold for every experiment, and those for studies of detection."""
+
+
+Row = Mapping[str, Any]
+
+
+class Quantity(NamedTuple):
+    """A quantity [in `unit`] of a run and its row of results; its usual range, what to change
+    below and above it, and the sections that it depends on if it needs no results.
+    """
+
+    name: str
+    unit: str
+    least: float
+    most: float
+    of: Callable[[RunParameters, Row], float]
+    below: str
+    above: str
+    sections: tuple[str, ...] = ()
+
+
+def load_share(run: RunParameters, row: Row) -> float:
+    """Largest load of forces, weight and spring, over supply pressure times the smaller area [%]."""
+    actuator, load = run.actuator, run.load
+    force = abs(load.constant_force + actuator.weight) + load.random_force
+    reached = max(abs(float(row[f"piston_position_{end}"])) for end in ("min", "max"))
+    # A run that failed has no positions; its load is that of the forces.
+    force += actuator.load_stiffness * (reached if math.isfinite(reached) else 0.0)
+    return 100.0 * force / (run.supply.pressure * min(actuator.areas))
+
+
+def stroke_share(run: RunParameters, row: Row) -> float:
+    """Largest abs(x_p) over half of the stroke, or over V/A without one [-]."""
+    used = (float(row[f"piston_position_{end}"]) for end in ("min", "max"))
+    return max(position / end for position, end in zip(used, run.actuator.ends, strict=True))
+
+
+def valve_speed(run: RunParameters, *, slower: bool) -> float:
+    """Steady speed at the largest opening, in the slower or the faster direction [m/s]."""
+    return (min if slower else max)(at_speed(run, motion)[0] for motion in (1.0, -1.0))
+
+
+def speed_ratio(run: RunParameters) -> float:
+    """Speed that the valve allows in the slower direction over the largest that a reference asks for [-].
+
+    NaN without a reference whose period states a speed.
+    """
+    shares = {"square": 4.0, "steps": 2.0, "sine": 2.0 * math.pi}
+    if not run.control.is_closed or run.input.shape not in shares or not run.control.amplitude:
+        return math.nan
+    asked = shares[run.input.shape] * abs(run.control.amplitude) / run.input.period
+    return valve_speed(run, slower=True) / asked
+
+
+def slenderness(run: RunParameters) -> float:
+    """Stroke, or where a chamber vanishes, over the diameter of a circle of the area A_1 [-]."""
+    low, high = run.actuator.ends
+    return (high - low) / math.sqrt(4.0 / math.pi * run.actuator.piston_area)
+
+
+_OF_SPEED = ("actuator", "supply", "valve", *EDGES, "load", "input", "control", "record")
+
+QUANTITIES = (
+    Quantity(
+        "stroke over piston diameter", "", 0.1, 40.0, lambda run, row: slenderness(run),
+        "check actuator.stroke and actuator.piston_area",
+        "check actuator.stroke, without it actuator.chamber_volume: a rod of this length buckles",
+        ("actuator",),
+    ),
+    Quantity(
+        "natural frequency f_h", "Hz", 1.0, 500.0, lambda run, row: natural_frequency(run),
+        "check fluid.bulk_modulus and the units of actuator.piston_area; or lower actuator.mass",
+        "check actuator.mass; or raise actuator.chamber_volume",
+        ("actuator", "fluid", "supply"),
+    ),
+    Quantity(
+        "load over the force", "%", 5.0, 75.0, load_share,
+        "raise load.constant_force or load.random_force: a seal without a load hardly leaks",
+        "check supply.pressure and actuator.piston_area; or lower the load",
+    ),
+    Quantity(
+        "largest valve speed", "m/s", 0.005, 1.5,
+        lambda run, row: valve_speed(run, slower=False),
+        "raise valve.area_gradient; check the pressure drop of the rated flow",
+        "lower valve.area_gradient; check the pressure drop of the rated flow",
+        _OF_SPEED,
+    ),
+    Quantity(
+        "valve speed over motion speed", "", 1.0, 10.0, lambda run, row: speed_ratio(run),
+        "raise valve.area_gradient; or lower control.amplitude, or raise input.period",
+        "lower valve.area_gradient; or raise control.amplitude, or lower input.period",
+        _OF_SPEED,
+    ),
+    Quantity(
+        "stroke used", "%", 5.0, 95.0, lambda run, row: 100.0 * stroke_share(run, row),
+        "raise control.amplitude (open loop: input.amplitude)",
+        "lower control.amplitude (open loop: input.amplitude or input.period)",
+    ),
+    Quantity(
+        "hydraulic damping ζ, in motion", "", 0.02, 1.0,
+        lambda run, row: float(row["hydraulic_mode_damping_ratio"]),
+        "raise friction.viscous or valve.lap_leakage: real cylinders are damped better",
+        "lower friction.viscous, or check the leakage",
+    ),
+    Quantity(
+        "time with a cavitating chamber", "%", 0.0, 0.0,
+        lambda run, row: 100.0 * float(row["cavitating_share"]),
+        "",
+        "lower the load, or control.voltage_limit: the valve cannot feed the chamber that the load opens",
+    ),
+)  # fmt: skip
+"""What follows from the parameters first, then what the motion shows."""
+
+
+def plausibility(
+    unusual: Iterable[Unusual],
+    distinct: Distinct,
+    runs: Sequence[RunParameters],
+    rows: Sequence[Row],
+) -> list[dict[str, Any]]:
+    """Unusual parameters, and the range of each quantity, with their usual range.
+
+    What needs no results is that of all machines, all else that of the simulated runs. ``change`` says what
+    to change if some value is outside, and in how many of them if not in all.
+    """
+    found = [
+        _row(each.name, each.unit, [*map(abs, each.values)], each.usual, "check its value and its unit")
+        for each in unusual
+    ]
+    for quantity in QUANTITIES:
+        seen: Iterable[tuple[RunParameters, Row]] = zip(runs, rows, strict=True)
+        if quantity.sections:
+            seen = ((run, {}) for run in distinct(*quantity.sections))
+        own = [value for each in seen if math.isfinite(value := float(quantity.of(*each)))]
+        n_low, n_high = sum(each < quantity.least for each in own), sum(each > quantity.most for each in own)
+        change = quantity.below if n_low > n_high else quantity.above if n_high else ""
+        n_outside = max(n_low, n_high)
+        of_all = counted(len(own), "machine" if quantity.sections else "run")
+        where = f"in {n_outside} of {of_all}: " if 0 < n_outside < len(own) else ""
+        if own:
+            usual = quantity.least, quantity.most
+            found.append(_row(quantity.name, quantity.unit, own, usual, where + change))
+    return found
+
+
+def _row(
+    name: str, unit: str, values: Sequence[float], usual: tuple[float, float], change: str
+) -> dict[str, Any]:
+    ends = {"least": min(values), "largest": max(values)}
+    return {"quantity": name, "unit": unit, **ends, "usual": [*usual], "change": change}

@@ -1,0 +1,197 @@
+"""Diagnosis of opened records: their pieces, which of them can be judged, and the findings on these."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hydrofdi.diagnosis.evidence import NAMED, Finding, Judge
+from hydrofdi.diagnosis.history import FEWEST, history_of, history_of_sheet
+from hydrofdi.errors import DataError
+from hydrofdi.indicators.balancing import P1, P2, BalanceOptions, X
+from hydrofdi.indicators.selection import assumed_plants, make_indicators, of_machine
+from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
+from hydrofdi.settings.messages import counted
+from hydrofdi.settings.readable import percent
+
+_PIECE, _SHORTEST = 20.0, 10.0
+"""Length into which longer records are cut, and least length of a record [s]."""
+
+U, SPOOL, SUPPLY = Channel.INPUT_VOLTAGE, Channel.SPOOL_POSITION, Channel.SUPPLY_PRESSURE
+
+
+@dataclass(frozen=True)
+class RecordDiagnosis:
+    """Findings on a record, the most probable first; why there are none, if it could not be judged."""
+
+    record_id: str
+    findings: tuple[Finding, ...] = ()
+    reason: str = ""
+
+    @property
+    def name(self) -> str:
+        """Name of the most probable hypothesis; empty if it could not be judged."""
+        return self.findings[0].name if self.findings else ""
+
+    @property
+    def named(self) -> tuple[Finding, ...]:
+        """The first finding, and others with a probability of at least 1 %."""
+        return tuple(each for each in self.findings if each.probability >= NAMED)
+
+
+@dataclass(frozen=True, repr=False)
+class Diagnosed:
+    """Which fault each record shows.
+
+    Attributes
+    ----------
+    records : tuple of RecordDiagnosis
+    sensors : str
+        Channels that were used, such as ``P1 P2 x u``.
+    n_healthy : int
+        Healthy records of the same machine that the history rests on; 0 if it rests on the data sheet.
+    remarks : tuple of str
+        What limits the answer.
+    """
+
+    records: tuple[RecordDiagnosis, ...]
+    sensors: str
+    n_healthy: int
+    remarks: tuple[str, ...] = ()
+
+
+def diagnose(
+    asked: Sequence[RecordBatch],
+    healthy: Sequence[RecordBatch],
+    sources: Sequence[RecordSource],
+    options: Mapping[str, Any],
+) -> Diagnosed:
+    """Name the faults that records show.
+
+    Parameters
+    ----------
+    asked, healthy : sequence of RecordBatch
+        What is diagnosed, and the history of the same machine. Longer records are cut into pieces of 20 s,
+        or of the shortest record of 10 s or more.
+    sources : sequence of RecordSource
+        Where the records are from; their data sheets describe the machine.
+    options : mapping
+        Options of the indicator ``flow_balance``.
+
+    Raises
+    ------
+    ConfigError, DataError
+        An option is invalid, the sources are of different machines, or channels are missing.
+    """
+    rejected = tuple(
+        RecordDiagnosis(each.record_id, reason=each.remark.message)
+        for batch in asked
+        for each in batch.rejected
+    )
+    whole = [each for each in (*healthy, *asked) if each.n_record]
+    if not whole:
+        reason = rejected[0].reason if rejected else "no record"
+        raise DataError(f"{sources[0].name}: {reason}")
+    length = min([_PIECE, *(each.duration for each in whole if each.duration >= _SHORTEST)])
+    shared = set.intersection(*({*each.channels} - each.relative for each in whole))
+    settings = _settings(shared, sources[0].name) | dict(options)
+    made = of_machine(make_indicators({"flow_balance": settings}), sources)
+    chosen, used = made["flow_balance"].options, _channels_of(shared)
+    past = []
+    for piece in (piece for batch in healthy for piece in _pieces(batch, length)):
+        rows = [row for row in range(piece.n_record) if not _obstacle(piece.rows([row]), chosen, used)]
+        if rows:
+            past.append(piece.rows(rows))
+    if len(rates := {batch.sampling_frequency for batch in past}) > 1:
+        found = " and ".join(f"{each:g}" for each in sorted(rates))
+        raise DataError(f"the history has records of {found} Hz; resample them to one rate")
+    n_past, n_day = (sum(each.n_record for each in of) for of in (past, healthy))
+    history = past if n_past >= FEWEST else []
+    judge = Judge(history_of(history, chosen)) if history else None
+    spans = [_travel(each, chosen) for each in history]
+    records = []
+    for piece in (piece for batch in asked for piece in _pieces(batch, length)):
+        for one in (piece.rows([row]) for row in range(piece.n_record)):
+            reason, findings = _obstacle(one, chosen, used), list[Finding]()
+            if history and not reason:
+                reason = _difference(one, chosen, history[0].sampling_frequency, spans)
+            if not reason:
+                findings = (judge or Judge(history_of_sheet(one, chosen))).findings(one)
+            records.append(RecordDiagnosis(one.record_ids[0], tuple(findings), reason))
+    remarks = [*assumed_plants(made)]
+    if not history:
+        found = f"{counted(n_past, 'healthy record')}; " if n_past else ""
+        remarks.append(
+            f"{found}the data sheet takes the place of a history: small faults and valves that differ from it"
+            f" look alike; at least {FEWEST} healthy records of this machine tell more (--history)"
+        )
+    elif n_day < FEWEST:
+        remarks.append(
+            f"the history is cut from {counted(n_day, 'record')}: what differs from day to day, as oil"
+            " temperature does, may look like a fault"
+        )
+    if P2 not in shared:
+        remarks.append("with P1 alone, leaks, valve and supply look alike: take the names as hints")
+    sensors = " ".join(each.symbol for each in Channel if each in used)
+    return Diagnosed((*records, *rejected), sensors, n_past if history else 0, tuple(remarks))
+
+
+def _pieces(batch: RecordBatch, length: float) -> Iterator[RecordBatch]:
+    """Records of one length [s]: longer ones are cut, and named by their time; short ones are as they are."""
+    n_time, n_piece = round(length * batch.sampling_frequency), max(1, int(batch.duration / length * 1.0001))
+    for first in range(0, n_piece * n_time, n_time):
+        piece = batch.window(first, first + n_time)
+        ends = f" {piece.start_time:.0f}–{piece.start_time + piece.duration:.0f} s" if n_piece > 1 else ""
+        yield replace(piece, record_ids=tuple(f"{each}{ends}" for each in batch.record_ids), rejected=())
+
+
+def _settings(shared: set[Channel], name: str) -> dict[str, Any]:
+    """How valve, supply and second pressure are known from some channels."""
+    missing = [each.symbol for each in (P1, X) if each not in shared]
+    if not shared & {U, SPOOL}:
+        missing.append("u or xv")
+    if missing:
+        raise DataError(f"{name}: diagnose needs P1, x, and u or xv; missing: {', '.join(missing)}")
+    return {
+        "spool": "measured" if SPOOL in shared else "command",
+        "supply": "measured" if SUPPLY in shared else "nominal",
+        "chambers": "both" if P2 in shared else 1,
+    }
+
+
+def _channels_of(shared: set[Channel]) -> set[Channel]:
+    """Those of some channels that the balance uses."""
+    return shared & {P1, P2, X, SUPPLY} | ({SPOOL} if SPOOL in shared else shared & {U})
+
+
+def _obstacle(one: RecordBatch, options: BalanceOptions, used: set[Channel]) -> str:
+    """Why a record tells nothing of the machine; empty if it does."""
+    if one.duration < _SHORTEST:
+        return f"it lasts {one.duration:.3g} s; {_SHORTEST:g} s are needed"
+    n_missing = int(sum(np.sum(~np.isfinite(one[each])) for each in used))
+    if n_missing:
+        return f"{n_missing:,} samples are missing ('hydrofdi measure' shows where)"
+    return options.lack_of_windows(one) or options.unfit_positions(one)[0] or ""
+
+
+def _difference(one: RecordBatch, options: BalanceOptions, rate: float, spans: Sequence[Array]) -> str:
+    """Why a record cannot be compared with a history of this rate [Hz] and travel; empty if it can."""
+    if abs(one.sampling_frequency / rate - 1.0) > 0.01:
+        return f"it has {one.sampling_frequency:g} Hz, the history {rate:g} Hz; resample one of them"
+    all_ = np.concatenate(spans)
+    shares = _travel(one, options)[0] / np.maximum([all_.min(axis=0), all_.max(axis=0)], 1e-9)
+    if not (np.any(shares[0] < 0.5) or np.any(shares[1] > 2.0)):
+        return ""
+    way, speed = (percent(low if low < 1.0 else high) for low, high in shares.T)
+    return f"the piston moves otherwise than in the history: {way} of its way, {speed} of its speed"
+
+
+def _travel(batch: RecordBatch, options: BalanceOptions) -> Array:
+    """Way of the piston [m], and deviation of its steps over a twentieth of a second [m], (n_record, 2)."""
+    position = options.position(batch)
+    behind = max(1, round(0.05 * batch.sampling_frequency))
+    way = np.diff(np.quantile(position, (0.02, 0.98), axis=1), axis=0)[0]
+    return np.stack((way, np.std(position[:, behind:] - position[:, :-behind], axis=1)), axis=1)

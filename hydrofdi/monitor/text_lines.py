@@ -8,7 +8,7 @@ from typing import Any
 
 from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
-from hydrofdi.monitor.payload import Lines, PayloadReader, SampleClock, stream_columns
+from hydrofdi.monitor.payload import Header, Lines, PayloadReader, SampleClock, stream_columns
 from hydrofdi.monitor.sources import Position, joined
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.dates import is_dated, unix_seconds
@@ -96,8 +96,9 @@ class CsvLines(Lines):
             return []
         units = [self._rows.unit(n) for n in range(len(titles))]
         dated = [n for n in range(len(titles)) if n >= len(cells) or not self._rows.is_number(cells[n])]
+        header = Header(self.name, titles, units, dated)
         self._time, self._channels = stream_columns(
-            titles, units, self.name, self.config, self.needed, dated, has_clock=self.clock is not None
+            header, self.config, self.needed, has_clock=self.clock is not None
         )
         if self._time is None and self.clock is None:
             self._channels = {}

@@ -4,6 +4,7 @@ import gzip
 import re
 
 import numpy as np
+import pandas
 import pytest
 
 from hydrofdi.api.records.sources import Said, sources_of
@@ -271,6 +272,23 @@ def test_arrays_may_hold_dates(tmp_path):
     np.savez(tmp_path / "run.npz", **{"time": time, "P1 [bar]": np.arange(6.0)})
     (batch,) = plain_source(tmp_path / "run.npz").batches()
     assert batch.sampling_frequency == 80_000.0
+
+
+NOON = 1769860800.0
+"""2026-01-31T12:00Z since 1970 [s]."""
+
+
+def test_a_column_of_dates_gives_a_record_its_date(tmp_path):
+    time = np.datetime64("2026-01-31T12:00:00", "ns") + np.arange(6) * np.timedelta64(4, "ms")
+    columns = {"time": time, "P1 [bar]": np.arange(6.0)}
+    np.savez(tmp_path / "run.npz", **columns)
+    of_frame, of_mapping = (
+        sources_of(data, [P1], Said())[0] for data in (pandas.DataFrame(columns), columns)
+    )
+    for source in (plain_source(tmp_path / "run.npz"), of_frame, of_mapping):
+        (batch,) = source.batches()
+        assert (batch.dates, batch.start_time) == ((NOON,), 0.0)
+    assert plain(tmp_path, text_of("2026-01-31T12:00:00.{:03}Z")).dates == (NOON,)
 
 
 def test_plain_columns_are_in_their_unit_or_in_si_by_a_full_name(tmp_path):

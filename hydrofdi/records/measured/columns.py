@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -43,8 +43,20 @@ _TIMES = ("time", "t")
 _DATES = {"timestamp", "datetime", "zeit", "zeitstempel", *_TIMES}
 """Names of time columns that contain dates."""
 
-Units = Callable[[int], str]
-"""Position of a column → unit that the source states; empty if it states none."""
+
+class Titled:
+    """Columns with titles, or numbers from 1, and what their source states of them; `place` names it."""
+
+    place: str
+    titles: Sequence[str]
+
+    def unit(self, position: int) -> str:
+        """Unit that the source states for a column; empty if it states none."""
+        return split_title(self.titles[position])[1]
+
+    def is_dated(self, position: int) -> bool:
+        """Whether a column contains dates."""
+        return False
 
 
 @dataclass(frozen=True)
@@ -73,104 +85,93 @@ class Column:
 
 
 def columns_of(
-    titles: Sequence[str],
-    units: Units,
-    place: str,
-    configured: Mapping[Channel, ChannelConfig],
-    needed: Collection[Channel] = (),
+    table: Titled, configured: Mapping[Channel, ChannelConfig], needed: Collection[Channel] = ()
 ) -> dict[Channel, Column]:
-    """The columns of channels, as configured, or else by their names and units; `place` names the source.
+    """The columns of channels, as configured, or else by their names and units.
 
     A channel under its full name, such as ``chamber_1_pressure``, is in SI if no unit is stated. A column of
     a `needed` channel is refused, not ignored, if its unit has another dimension.
     """
+    titles, place = table.titles, table.place
     if configured:
         places = {channel: find_column(titles, each.column, place) for channel, each in configured.items()}
     else:
-        places = channels_named(titles, units, place)
+        places = channels_named(table)
         configured = {channel: ChannelConfig(column=titles[n]) for channel, n in places.items()}
         for position, title in enumerate(titles):
             channel = channel_named(title, "")
             if channel is not None and channel in needed and channel not in places:
-                factor_to_si(units(position), channel.unit, f"{place}: column {title[:60]!r}")
+                factor_to_si(table.unit(position), channel.unit, f"{place}: column {title[:60]!r}")
     if not places:
         shown = ", ".join(map(shortened, titles[:MOST_SHOWN])) + ", …" * (len(titles) > MOST_SHOWN)
         raise DataError(f"{place}: no column is named like a channel; found {shown[:200]}")
     return {
-        channel: _column(channel.unit, n, configured[channel], titles, units, place)
+        channel: _column(table, n, configured[channel], channel.unit, table.unit(n))
         for channel, n in places.items()
     }
 
 
-def channels_named(titles: Sequence[str], units: Units, place: str) -> dict[Channel, int]:
+def channels_named(table: Titled) -> dict[Channel, int]:
     """Channel → position of the column that is named like it."""
     found: dict[Channel, int] = {}
-    for position, title in enumerate(titles):
-        channel = channel_named(title, units(position)) if _CHANNELS.get(short_name(title)) else None
+    for position, title in enumerate(table.titles):
+        channel = channel_named(title, table.unit(position)) if _CHANNELS.get(short_name(title)) else None
         if channel in found:
-            both = f"{titles[found[channel]]!r} and {title!r}"
-            raise DataError(f"{place}: more than one column is named like {channel}: {both}")
+            both = f"{table.titles[found[channel]]!r} and {title!r}"
+            raise DataError(f"{table.place}: more than one column is named like {channel}: {both}")
         if channel is not None:
             found[channel] = position
     return found
 
 
-def _column(
-    si_unit: str, position: int, config: ChannelConfig, titles: Sequence[str], units: Units, place: str
-) -> Column:
-    where, header = f"{place}: column {titles[position][:60]!r}", units(position)
-    header = header or ("" if config.unit else unit_by_name(titles[position]))
-    unit = _agreed_unit(config, header, where)
-    return Column(position, titles[position], config, unit, factor_to_si(unit, si_unit, where))
+def _column(table: Titled, position: int, config: ChannelConfig, si_unit: str, header: str) -> Column:
+    title = table.titles[position]
+    where = f"{table.place}: column {title[:60]!r}"
+    unit = _agreed_unit(config, header or ("" if config.unit else unit_by_name(title)), where)
+    return Column(position, title, config, unit, factor_to_si(unit, si_unit, where))
 
 
-def time_column(
-    titles: Sequence[str],
-    units: Units,
-    place: str,
-    configured: TimeConfig | None,
-    is_dated: Callable[[int], bool],
-) -> Column | None:
+def time_column(table: Titled, configured: TimeConfig | None) -> Column | None:
     """The column of time, as configured, or else by its name; None if there is none.
 
     Dates need no unit, and ``time`` is in seconds if none is stated.
     """
     if configured is not None:
-        found = [find_column(titles, configured.column, place)]
-    elif len(found := named_time(titles, units, is_dated)) > 1:
-        names = ", ".join(shortened(titles[n]) for n in found)
-        raise DataError(f"{place}: has more than one column of time: {names}")
+        found = [find_column(table.titles, configured.column, table.place)]
+    elif len(found := named_time(table)) > 1:
+        names = ", ".join(shortened(table.titles[n]) for n in found)
+        raise DataError(f"{table.place}: has more than one column of time: {names}")
     if not found:
         return None
-    position, title = found[0], titles[found[0]]
+    position, title = found[0], table.titles[found[0]]
     config = ChannelConfig(column=title, unit=configured.unit if configured else "")
-    are_dates, header = is_dated(position), units(position)
+    are_dates, header = table.is_dated(position), table.unit(position)
     header = "" if are_dates and not known_unit(header) else header
     if are_dates and not (header or config.unit or unit_by_name(title)):
         return Column(position, title, config, "", None)
-    column = _column("s", position, config, titles, lambda _: header, place)
+    column = _column(table, position, config, "s", header)
     if is_counts(column.unit):
         message = "counts the samples and is not a time; give the sampling frequency instead"
-        raise DataError(f"{place}: column {title[:60]!r}: {message}")
+        raise DataError(f"{table.place}: column {title[:60]!r}: {message}")
     return column
 
 
-def named_time(titles: Sequence[str], units: Units, is_dated: Callable[[int], bool]) -> list[int]:
+def named_time(table: Titled) -> list[int]:
     """Columns with a name of time: numbers with a unit are preferred to dates."""
-    candidates = [n for n, title in enumerate(titles) if short_name(title) in _DATES]
-    dated = [n for n in candidates if is_dated(n)]
-    named = titles_of_time(titles, [units(n) if n in candidates else "" for n in range(len(titles))])
-    usable = [n for n in named if n in dated or units(n) or unit_by_name(titles[n])]
+    titles = table.titles
+    dated = [n for n, title in enumerate(titles) if short_name(title) in _DATES and table.is_dated(n)]
+    named = titles_of_time(table)
+    usable = [n for n in named if n in dated or table.unit(n) or unit_by_name(titles[n])]
     return usable or dated or named
 
 
-def titles_of_time(titles: Sequence[str], units: Sequence[str]) -> list[int]:
+def titles_of_time(table: Titled) -> list[int]:
     """Positions of the preferred name of time among titles, unless their unit has another dimension."""
     named: dict[str, list[int]] = {name: [] for name in _TIMES}
-    for position, (title, text) in enumerate(zip(titles, units, strict=True)):
-        unit = known_unit(text)
-        if short_name(title) in named and (unit is None or unit.exponents == _SECOND.exponents):
-            named[short_name(title)].append(position)
+    for position, name in enumerate(map(short_name, table.titles)):
+        unit = known_unit(table.unit(position)) if name in named else None
+        if name in named and (unit is None or unit.exponents == _SECOND.exponents):
+            named[name].append(position)
     return next((found for found in named.values() if found), [])
 
 

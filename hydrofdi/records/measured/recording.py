@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,13 +15,13 @@ from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Channel
 from hydrofdi.records.measured.columns import (
     Column,
+    Titled,
     columns_of,
     factor_to_si,
     find_column,
     is_counts,
     known_unit,
     scaled,
-    split_title,
     time_column,
     titles_of_time,
     unknown_header_unit,
@@ -32,14 +33,10 @@ from hydrofdi.settings.readable import shown_quantity
 MOST_BYTES = 2**31
 
 
-class Table(ABC):
-    """Columns of one file with titles, or numbers from 1; `place` names it, `remarks` are findings."""
+class Table(Titled, ABC):
+    """Columns of one file; `remarks` are findings."""
 
-    place: str
-    titles: Sequence[str]
     remarks: tuple[Issue, ...] = ()
-    first_date = math.nan
-    """Time of the first date that was read, since 1970 in UTC, or in an unknown zone [s]."""
 
     @property
     def has_decimal_commas(self) -> bool:
@@ -59,24 +56,19 @@ class Table(ABC):
         """Position of a column; `DataError` unless there is exactly one."""
         return find_column(self.titles, column, self.place)
 
-    def unit(self, position: int) -> str:
-        """Unit that the file states for a column; empty if it states none."""
-        return split_title(self.titles[position])[1]
-
-    def load(self, positions: Sequence[int]) -> None:  # noqa: B027
+    def load(self, positions: Sequence[int]) -> None:
         """Prepare to return columns, if reading them together is faster."""
 
     @abstractmethod
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_row,), NaN where missing; `DataError` if it is not numeric."""
 
-    def is_dated(self, position: int) -> bool:
-        """Whether a column contains dates."""
-        return False
+    def instants(self, position: int) -> tuple[Array, float]:
+        """Values of a time column, shape (n_row,), and NaN; of dates, the time since the first one [s].
 
-    def instants(self, position: int) -> Array:
-        """Values of a time column, shape (n_row,); of dates, the time since the first one [s]."""
-        return self.numbers(position)
+        With dates comes the first one since 1970, in UTC or in an unknown zone [s].
+        """
+        return self.numbers(position), math.nan
 
     def text(self, position: int) -> str:
         """The value of a constant column; `DataError` if it changes, or is not text."""
@@ -211,14 +203,14 @@ class Recording:
 
 def recording_of(table: Table, config: MeasuredConfig) -> Recording:
     """The columns of a table, read according to a description."""
-    columns, channels, times = _columns(table, config)
+    columns, channels, times, since = samples_of(table, config)
     doubts: list[Issue] = []
     for column in columns.values():
         doubts += unknown_header_unit(column.config, table.unit(column.position))
     if config.sampling_frequency is not None:
         doubts += _contradicting_times(table, config.sampling_frequency)
     values = {name: table.text(table.find(column)) for name, column in config.columns.items()}
-    n_time = _common_length(channels, times)
+    n_time = next(iter(channels.values())).size
     if n_time < 2:
         raise RejectionError("short", f"contains {counted(n_time, 'sample')}")
     frequency, start, wanted = config.sampling_frequency or 0.0, 0.0, config.resample
@@ -246,32 +238,29 @@ def recording_of(table: Table, config: MeasuredConfig) -> Recording:
             if column.config.gain is not None
         },
         units={channel: column.unit for channel, column in columns.items()},
-        date=start if start >= _FIRST_DATE else table.first_date + start,
+        date=start if start >= _FIRST_DATE else since + start,
     )
 
 
-def samples_of(table: Table, config: MeasuredConfig) -> tuple[dict[Channel, Array], Array | None]:
-    """Samples of a table in SI and their instants [s], also if few or uneven; None without a time column."""
-    _, channels, times = _columns(table, config)
-    try:
-        _common_length(channels, times)
-    except RejectionError as rejection:
-        raise DataError(f"{table.place}: {rejection.remark.message}") from None
-    return channels, times
+class Samples(NamedTuple):
+    """Columns of a table; their samples in SI or in counts; instants [s], None without a column of time; and
+    what these count from if they are dates [s since 1970], else NaN.
+    """
+
+    columns: Mapping[Channel, Column]
+    channels: dict[Channel, Array]
+    times: Array | None
+    since: float
 
 
-def _columns(
-    table: Table, config: MeasuredConfig
-) -> tuple[dict[Channel, Column], dict[Channel, Array], Array | None]:
-    """The columns of a description, their samples in SI or in counts, and their instants [s]."""
-    columns = columns_of(table.titles, table.unit, table.place, config.channels)
-    time, times = None, None
-    if config.time is not None:
-        time = time_column(table.titles, table.unit, table.place, config.time, table.is_dated)
-        assert time is not None
+def samples_of(table: Table, config: MeasuredConfig) -> Samples:
+    """The samples that a description finds in a table, also if few or uneven."""
+    columns, since = columns_of(table, config.channels), math.nan
+    time = None if config.time is None else time_column(table, config.time)
+    times: Array | None = None
     table.load([column.position for column in (*columns.values(), time) if column is not None])
     if time is not None:
-        times = table.instants(time.position)
+        times, since = table.instants(time.position)
         if not table.is_dated(time.position):
             has_unit = time.config.unit or table.unit(time.position)
             if not has_unit and counts_samples(times):
@@ -280,13 +269,19 @@ def _columns(
                     " the sampling frequency instead, such as 'sampling_frequency: 1 kHz'"
                 )
             times = time.in_si(times)
-    return columns, {key: each.in_si(table.numbers(each.position)) for key, each in columns.items()}, times
+    channels = {key: each.in_si(table.numbers(each.position)) for key, each in columns.items()}
+    lengths: dict[str, int] = {str(channel): samples.size for channel, samples in channels.items()}
+    if times is not None:
+        lengths["time"] = times.size
+    if len(set(lengths.values())) > 1:
+        found = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise RejectionError("wrong_length", f"columns have different numbers of samples: {found}")
+    return Samples(columns, channels, times, since)
 
 
 def _contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:
     """A remark if median and mean step of a time column contradict the stated sampling frequency."""
-    units = [table.unit(position) for position in range(len(table.titles))]
-    for position in (n for n in titles_of_time(table.titles, units) if known_unit(units[n])):
+    for position in (n for n in titles_of_time(table) if known_unit(table.unit(n))):
         title = table.titles[position]
         try:
             values = table.numbers(position)
@@ -301,13 +296,3 @@ def _contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:
             text = f"column {title!r} says {found:g} Hz, the description {frequency:g} Hz"
             return (Issue(text, kind="sampling_differs"),)
     return ()
-
-
-def _common_length(channels: Mapping[Channel, Array], times: Array | None) -> int:
-    lengths: dict[str, int] = {str(channel): samples.size for channel, samples in channels.items()}
-    if times is not None:
-        lengths["time"] = times.size
-    if len(set(lengths.values())) > 1:
-        found = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise RejectionError("wrong_length", f"columns have different numbers of samples: {found}")
-    return next(iter(lengths.values()))

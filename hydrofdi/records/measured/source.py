@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -188,70 +189,90 @@ def _require_consistent(config: MeasuredConfig, source: Source) -> None:
 
 
 @dataclass(frozen=True)
-class HeldTable(Table):
-    """Columns of one record in memory, each of shape (n_time,); unknown texts are empty."""
+class MemoryTable(Table):
+    """Columns of one or more records in memory, each of shape (n_time,) or (n_record, n_time).
+
+    A unit is empty if it is not stated, and None if there is no place to state it. `time` is the position of
+    the column of time; dates count from the first of them: position → that date since 1970 [s]. Names, groups
+    and labels of the records are empty if there are none.
+    """
 
     place: str
     titles: Sequence[str]
-    units: Sequence[str]
+    units: Sequence[str | None]
     columns: Sequence[Array]
-    record_id: str = "0"
-    group: str = ""
-    label: str = ""
+    dates: Mapping[int, float] = field(default_factory=dict)
+    time: int | None = None
+    record_ids: Sequence[str] = ()
+    groups: Sequence[str] = ()
+    labels: Sequence[str] = ()
 
     def unit(self, position: int) -> str:
         """Unit of a column; empty if unknown."""
-        return self.units[position]
+        return self.units[position] or ""
+
+    def is_dated(self, position: int) -> bool:
+        """Whether a column contains dates."""
+        return position in self.dates
 
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_time,)."""
         return self.columns[position]
 
+    def instants(self, position: int) -> tuple[Array, float]:
+        """Values of a time column, and the first date."""
+        return self.columns[position], self.dates.get(position, math.nan)
+
+    def part(self, positions: Sequence[int], time: int | None) -> MemoryTable:
+        """Some of the columns, of which one may be the time."""
+        return replace(
+            self,
+            titles=[self.titles[n] for n in positions],
+            units=[self.units[n] for n in positions],
+            columns=[self.columns[n] for n in positions],
+            dates={place: self.dates[n] for place, n in enumerate(positions) if n in self.dates},
+            time=None if time is None else positions.index(time),
+        )
+
+    def row(self, row: int) -> MemoryTable:
+        """One of the records."""
+        return replace(self, columns=[each if each.ndim == 1 else each[row] for each in self.columns])
+
 
 @dataclass(frozen=True)
 class HeldSource(MeasuredSource):
-    """Records in memory."""
+    """Records in memory; `table` has a name, a group and a label for each."""
 
-    tables: Sequence[HeldTable] = ()
+    table: MemoryTable = MemoryTable("", (), (), ())
 
     @property
     def is_labelled(self) -> bool:
         """Whether any record has a label."""
-        return any(table.label for table in self.tables)
+        return any(self.table.labels)
 
     def _records(self) -> Iterator[Recording | RejectedRecord]:
-        for table in self.tables:
+        table = self.table
+        named = zip(table.record_ids, table.groups, table.labels, strict=True)
+        for row, (record_id, group, label) in enumerate(named):
             with np.errstate(all="ignore"):
-                yield self._held(table)
+                record = self._of_row(row, record_id)
+            yield replace(record, group=group, label=label)
 
-    def _held(self, table: HeldTable) -> Recording | RejectedRecord:
-        own = {
-            "record_id": table.record_id,
-            "source": table.place,
-            "group": table.group,
-            "label": table.label,
-        }
+    def _of_row(self, row: int, record_id: str) -> Recording | RejectedRecord:
+        place = self.table.place
         try:
-            record = replace(recording_of(table, self.config), record_id=table.record_id, source=table.place)
+            record = recording_of(self.table.row(row), self.config)
         except RejectionError as rejection:
-            return RejectedRecord(**own, remark=rejection.remark)
-        return replace(self._formed(record, {}), group=table.group, label=table.label)
+            return RejectedRecord(record_id, place, "", rejection.remark)
+        return self._formed(replace(record, record_id=record_id, source=place), {})
 
 
-def held_source(
-    tables: Sequence[HeldTable], channels: Mapping[Channel, Mapping[str, str]], sampling: Mapping[str, Any]
-) -> HeldSource:
-    """Records of tables with the same columns.
-
-    A channel has a ``column``, and a ``unit`` if the table states none; `sampling` has ``time`` or
-    ``sampling_frequency``, as in a description.
-    """
-    columns = {channel.value: dict(column) for channel, column in channels.items()}
-    name = tables[0].place if tables else "the records"
-    source = Source({"files": name, "channels": columns, **sampling})
+def held_source(table: MemoryTable, described: Mapping[str, Any]) -> HeldSource:
+    """Records in memory, with ``channels`` and sampling as in a description."""
+    source = Source({"files": table.place, **described})
     config = validated(MeasuredConfig, source)
     _require_consistent(config, source)
-    return HeldSource(name, config, tables=tables)
+    return HeldSource(table.place, config, table=table)
 
 
 _SUFFIXES_IN_FOLDERS = (".csv", ".tsv", ".parquet", ".pq", ".mat", ".npz", ".csv.gz", ".tsv.gz")

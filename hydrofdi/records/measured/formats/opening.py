@@ -6,6 +6,7 @@ HDF5 and MAT files are read in a process of their own: their libraries may crash
 from __future__ import annotations
 
 import gzip
+import math
 import os
 import pickle
 import subprocess
@@ -74,15 +75,16 @@ class ArrayTable(Table):
         """Whether a column contains dates."""
         return bool(self._vector(position).dtype.kind == "M")
 
-    def instants(self, position: int) -> Array:
-        """Values of a time column; of dates, the time since the first one [s]."""
+    def instants(self, position: int) -> tuple[Array, float]:
+        """Values of a time column, and the first date."""
         values = self._vector(position)
         if values.dtype.kind != "M":
-            return self.numbers(position)
+            return self.numbers(position), math.nan
         known = values[~np.isnat(values)]
-        if known.size:
-            self.first_date = float((known[0] - np.datetime64(0, "s")) / np.timedelta64(1, "s"))
-        return (values - known[:1]) / np.timedelta64(1, "s") if known.size else np.full(values.size, np.nan)
+        if not known.size:
+            return np.full(values.size, np.nan), math.nan
+        second = np.timedelta64(1, "s")
+        return (values - known[0]) / second, float((known[0] - np.datetime64(0, "s")) / second)
 
     def text(self, position: int) -> str:
         """The value of a constant column."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import gzip
+import math
 import re
 from array import array
 from collections import Counter
@@ -72,6 +73,7 @@ class TextTable(Table):
         self.place, self._form, self._blocks = place, form, blocks
         self._columns: dict[int, array[float]] = {}
         self._n_row, self._broken = 0, list[int]()
+        self._since: dates.Instant | None = None
         kept = self._beginning()
         if not kept:
             raise DataError(f"{place}: contains no rows")
@@ -122,13 +124,14 @@ class TextTable(Table):
             self.load([position])
         return np.frombuffer(self._columns.pop(position))[: self._n_row]
 
-    def instants(self, position: int) -> Array:
-        """Values of a time column; cut rows are interpolated, dates are counted from the first one [s]."""
+    def instants(self, position: int) -> tuple[Array, float]:
+        """Values of a time column, in which cut rows are interpolated, and the first date."""
         times, rows = self.numbers(position), self._broken
         if rows:
             whole = np.delete(np.arange(times.size), rows)
             times[rows] = np.interp(rows, whole, times[whole], left=np.nan, right=np.nan)
-        return times
+        since = self._since if self.is_dated(position) else None
+        return times, math.nan if since is None else since.nanoseconds / 1e9
 
     def text(self, position: int) -> str:
         """The value of a constant column."""
@@ -160,6 +163,7 @@ class TextTable(Table):
         self.remarks = tuple(reading.remarks(is_unended))
         self._n_row, self._broken = reading.n_row, reading.broken
         self._columns |= reading.columns
+        self._since = reading.since or self._since
 
     def _beginning(self) -> list[tuple[int, str]]:
         """Numbers from 1, and texts, of the first lines with cells."""
@@ -249,7 +253,8 @@ class _Reading:
         self.n_row = self.n_waiting = self._n_between = self._cut_line = 0
         self._widths: list[tuple[int, int]] = []
         self.broken: list[int] = []
-        self._since: dates.Instant | None = None
+        self.since: dates.Instant | None = None
+        """The first date."""
 
     def parse(self, lines: Sequence[str]) -> tuple[int, int, dict[int, Array]]:
         """Width and number of rows, and their columns."""
@@ -302,7 +307,5 @@ class _Reading:
     def _seconds(self, texts: Sequence[str]) -> Array:
         """Time since the first date [s]."""
         instants = [None if self._rows.is_missing(text) else dates.instant(text) for text in texts]
-        self._since = self._since or next(filter(None, instants), None)
-        if self._since is not None:
-            self.first_date = self._since.nanoseconds / 1e9
-        return dates.seconds_since(self._since, instants)
+        self.since = self.since or next(filter(None, instants), None)
+        return dates.seconds_since(self.since, instants)

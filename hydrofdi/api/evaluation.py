@@ -20,7 +20,7 @@ from hydrofdi.api.measuring import (
     of_machine,
     with_options,
 )
-from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.sources import Said, open_records
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError
@@ -29,7 +29,7 @@ from hydrofdi.evaluation.roc import Area
 from hydrofdi.evaluation.scores import Kind, Population, comparable
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
-from hydrofdi.records.measured.source import HeldSource, MeasuredSource
+from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.detection.wording import FROM_LEVELS, SeverityUnit, severity_unit
 from hydrofdi.report.table import Column, Table, finite, group_breaks, numbers
@@ -335,7 +335,7 @@ def evaluate(
     chosen = indicators_of(with_options(indicators, options))
     scores = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
     said = Said(sampling_frequency, channel, unit, label, group)
-    sources = sources_of(data, used_channels(chosen), said)
+    sources = open_records(data, used_channels(chosen), said)
     is_held = any(isinstance(source, HeldSource) for source in sources)
     if is_held and not any(getattr(source, "is_labelled", True) for source in sources):
         raise ConfigError(

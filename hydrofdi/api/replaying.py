@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from hydrofdi.api.arguments import Names, names_of, positive_of
-from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.sources import Said, open_records
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.monitor.configuration import Address, is_mqtt, load_monitor_config
 from hydrofdi.records import Channel, RecordBatch, RecordSource
@@ -77,7 +77,7 @@ def replay(
     """
     (chosen,) = names_of("record", record, "the number or name of a record") if record != "" else [""]
     stated = names_of("settings", settings, "texts such as 'fluid.bulk_modulus=689 MPa'")
-    sources = sources_of(data, tuple(Channel), Said(sampling_frequency, channel, unit, settings=stated))
+    sources = open_records(data, tuple(Channel), Said(sampling_frequency, channel, unit, settings=stated))
     if rate is not None and rate != "max":
         rate = positive_of("rate", rate, "Hz", "a number in Hz, a text such as '500 Hz', or 'max'")
     pace = math.inf if rate == "max" else rate

@@ -235,7 +235,7 @@ class Run:
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
         """The run as a record, so that `hydrofdi.measure` and others take it as it is."""
-        from hydrofdi.api.records.sources import held, records_of
+        from hydrofdi.api.sources import held, records_of
 
         samples = {
             f"{channel} [{channel.unit}]": self.columns[signal][0]

@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.histories import DAY, FIRST_DATE, History, Points, history_of, points_of, time_or_days
-from hydrofdi.api.records.sources import Said
+from hydrofdi.api.sources import Said
 from hydrofdi.api.trend_answer import Trend
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import FEWEST, ChangePointModel, inliers

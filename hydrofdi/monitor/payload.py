@@ -15,16 +15,10 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources import joined, malformed
 from hydrofdi.records.batch import Array, Channel
+from hydrofdi.records.columns import Column, Titled, columns_of, split_title, time_column
 from hydrofdi.records.dates import unix_seconds
-from hydrofdi.records.measured.columns import (
-    Column,
-    Titled,
-    columns_of,
-    is_counts,
-    split_title,
-    time_column,
-)
-from hydrofdi.records.measured.rows import runs
+from hydrofdi.records.description import is_counts
+from hydrofdi.records.rows import runs
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_quantity

@@ -11,9 +11,9 @@ from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.payload import Header, Lines, PayloadReader, SampleClock, stream_columns
 from hydrofdi.monitor.sources import Position, joined
 from hydrofdi.records.batch import Channel
+from hydrofdi.records.columns import Column
 from hydrofdi.records.dates import is_dated, unix_seconds
-from hydrofdi.records.measured.columns import Column
-from hydrofdi.records.measured.rows import HEAD_HINT, RowReader, require_text, wrong_encoding
+from hydrofdi.records.rows import HEAD_HINT, RowReader, require_text, wrong_encoding
 from hydrofdi.records.streams import Chunk
 from hydrofdi.settings.messages import counted
 

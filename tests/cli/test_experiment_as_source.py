@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hydrofdi
-from hydrofdi.api.records.simulated import SimulatedRecords
-from hydrofdi.api.records.sources import open_source
+from hydrofdi.api.simulated import SimulatedRecords
+from hydrofdi.api.sources import open_source
 from hydrofdi.errors import HydrofdiError
 from tests.commands import run, run_json
 

@@ -11,7 +11,7 @@ import xarray
 from hydrofdi.api.folders import verify, why
 from hydrofdi.api.measuring import of_machine
 from hydrofdi.api.plan import plan_sweep
-from hydrofdi.api.records.sources import open_source
+from hydrofdi.api.sources import open_source
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hydrofdi.api.records.sources import open_source
 from hydrofdi.api.replaying import replay
+from hydrofdi.api.sources import open_source
 from tests.commands import COMMAND, run, run_json
 from tests.monitor.streams import read_in_pieces, reader
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.records.sources import open_source
+from hydrofdi.api.sources import open_source
 from hydrofdi.errors import ConfigError, DataError, HydrofdiError, StoreError
 from hydrofdi.records import Channel
-from hydrofdi.records.measured.columns import NAMES
-from hydrofdi.records.measured.source import measured_source, plain_source
+from hydrofdi.records.columns import NAMES
+from hydrofdi.records.source import measured_source, plain_source
 from hydrofdi.store.experiment_file import read_experiment
 from tests.commands import run, run_hydrofdi
 from tests.conftest import REPOSITORY

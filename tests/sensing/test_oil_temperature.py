@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 import hydrofdi
-from hydrofdi.api.records.sources import open_source
+from hydrofdi.api.sources import open_source
 from hydrofdi.config import load_experiment
 from hydrofdi.config.plausibility import idle_parameters
 from hydrofdi.records import Channel

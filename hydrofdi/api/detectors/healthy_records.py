@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Kind
 from hydrofdi.indicators.record_measures import samples_digest
 from hydrofdi.records import RecordBatch, RecordSource
-from hydrofdi.records.measured.source import MeasuredSource
+from hydrofdi.records.source import MeasuredSource
 from hydrofdi.report.runs import external_coefficients
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.studies.measured import WHICH, require_labels

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.detectors.healthy_records import analysed_batches
-from hydrofdi.api.records.sources import Said, held, records_of
+from hydrofdi.api.sources import Said, held, records_of
 from hydrofdi.detectors.trained.consequence import Consequence, consequence
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.following import Follower
@@ -26,7 +26,7 @@ from hydrofdi.evaluation.scores import comparable
 from hydrofdi.monitor.lines import Condition, Line, WindowLine, line_record
 from hydrofdi.monitor.watch import Watch, judging_of
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.records.measured.recording import RejectionError, samples_of
+from hydrofdi.records.recording import RejectionError, samples_of
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.settings.messages import counted

@@ -19,9 +19,9 @@ import numpy as np
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records import dates
 from hydrofdi.records.batch import Array
-from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.recording import MOST_BYTES, RejectionError, Table, damage_named
-from hydrofdi.records.measured.rows import HEAD_HINT, UNENDED, RowReader, require_text, runs, wrong_encoding
+from hydrofdi.records.description import FormatConfig
+from hydrofdi.records.recording import MOST_BYTES, RejectionError, Table, damage_named
+from hydrofdi.records.rows import HEAD_HINT, UNENDED, RowReader, require_text, runs, wrong_encoding
 
 _BLOCK = 2**21
 _LONGEST_LINE = 2**26

@@ -9,13 +9,11 @@ from textwrap import indent
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.data_sheet import data_sheet_lines
-from hydrofdi.records.measured.columns import (
+from hydrofdi.records.columns import (
     MOST_SHOWN,
     channel_named,
     columns_of,
     is_unit,
-    known_unit,
     named_time,
     shortened,
     split_title,
@@ -23,15 +21,17 @@ from hydrofdi.records.measured.columns import (
     titles_of_time,
     unit_by_name,
 )
-from hydrofdi.records.measured.description.sections import (
+from hydrofdi.records.data_sheet import data_sheet_lines
+from hydrofdi.records.description import (
     ChannelConfig,
     FormatConfig,
     MeasuredConfig,
     TimeConfig,
+    known_unit,
 )
-from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.formats.text import TextTable
-from hydrofdi.records.measured.recording import RejectionError, Table, counts_samples
+from hydrofdi.records.opening import open_table
+from hydrofdi.records.recording import RejectionError, Table, counts_samples
+from hydrofdi.records.text import TextTable
 from hydrofdi.units import parse_unit, similar_units
 
 _SUGGESTED = {

@@ -23,10 +23,10 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records import array_reader
 from hydrofdi.records.batch import Array
-from hydrofdi.records.measured.columns import split_title
-from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats.text import TextTable, blocks_of
-from hydrofdi.records.measured.recording import MOST_BYTES, RejectionError, Table, damage_named
+from hydrofdi.records.columns import split_title
+from hydrofdi.records.description import FormatConfig
+from hydrofdi.records.recording import MOST_BYTES, RejectionError, Table, damage_named
+from hydrofdi.records.text import TextTable, blocks_of
 from hydrofdi.settings.messages import counted, nearest
 
 _EXACT = 2**53

@@ -11,7 +11,7 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.measured.description.sections import COUNTS, ChannelConfig, TimeConfig
+from hydrofdi.records.description import ChannelConfig, TimeConfig, is_counts, known_unit, unit_mistake
 from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import ZEROS, Unit, parse_unit, similar_units
 
@@ -229,22 +229,9 @@ def short_name(title: str) -> str:
     return re.sub(r"[\s_.\-]+", "", split_title(title)[0]).lower()
 
 
-def is_counts(unit: str) -> bool:
-    """Whether a unit means the counts of a converter."""
-    return unit.lower() in COUNTS
-
-
 def is_unit(text: str) -> bool:
     """Whether a text is a unit, or the dash of a column without one."""
     return text == "-" or is_counts(text) or known_unit(text) is not None
-
-
-def known_unit(text: str) -> Unit | None:
-    """The unit that a text means; None if hydrofdi does not know it."""
-    try:
-        return parse_unit(text)
-    except ValueError:
-        return None
 
 
 def unit_by_name(column: str) -> str:
@@ -297,19 +284,6 @@ def scaled(values: Array, factor: Fraction) -> Array:
         return np.asarray(values * float(factor))
     product = values if numerator == 1 else values * float(numerator)
     return product if denominator == 1 else product / float(denominator)
-
-
-def unit_mistake(unit: str, si_unit: str) -> str:
-    """What is wrong with the unit of a column; empty if nothing is."""
-    found = None if is_counts(unit) else known_unit(unit)
-    if is_counts(unit) or (found is not None and found.exponents == parse_unit(si_unit).exponents):
-        return ""
-    if found is not None:
-        return f"the unit {unit} is not convertible to {si_unit}"
-    hint = "give 'gain' and the 'unit' after the gain, or 'unit: counts' if the scale is unknown"
-    if similar := similar_units(unit, si_unit):
-        hint = f"did you mean {' or '.join(map(repr, similar))}?"
-    return f"unknown unit {unit!r}; {hint}"
 
 
 def _meaning(unit: str) -> Unit | str | None:

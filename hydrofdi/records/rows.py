@@ -13,8 +13,8 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
-from hydrofdi.records.measured.columns import is_unit, split_title
-from hydrofdi.records.measured.description.sections import FormatConfig
+from hydrofdi.records.columns import is_unit, split_title
+from hydrofdi.records.description import FormatConfig
 
 Parsed = TypeVar("Parsed")
 

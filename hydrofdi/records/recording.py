@@ -13,20 +13,18 @@ import numpy as np
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, Channel
-from hydrofdi.records.measured.columns import (
+from hydrofdi.records.columns import (
     Column,
     Titled,
     columns_of,
     factor_to_si,
     find_column,
-    is_counts,
-    known_unit,
     scaled,
     time_column,
     titles_of_time,
     unknown_header_unit,
 )
-from hydrofdi.records.measured.description.sections import MeasuredConfig
+from hydrofdi.records.description import MeasuredConfig, is_counts, known_unit
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_quantity
 

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from hydrofdi.api.arguments import Names, Texts, path_of, positive_of, refusal
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.records.dates import instant, is_dated
-from hydrofdi.records.measured.columns import (
+from hydrofdi.records.columns import (
     channel_called,
     channel_named,
     channels_named,
@@ -26,8 +25,9 @@ from hydrofdi.records.measured.columns import (
     named_time,
     split_title,
 )
-from hydrofdi.records.measured.recording import counts_samples
-from hydrofdi.records.measured.source import HeldSource, MeasuredSource, MemoryTable, held_source
+from hydrofdi.records.dates import instant, is_dated
+from hydrofdi.records.recording import counts_samples
+from hydrofdi.records.source import HeldSource, MeasuredSource, MemoryTable, held_source
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
 
@@ -54,7 +54,7 @@ class Said:
         return None if given is None else positive_of("sampling_frequency", given, "Hz", expected)
 
 
-def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[RecordSource]:
+def open_records(data: Any, channels: Collection[Channel], said: Said) -> list[RecordSource]:
     """The records in files, results or memory."""
     parts = _parts(data)
     if all(isinstance(each, str | PathLike) for each in parts):
@@ -96,7 +96,7 @@ def _source(data: Any, number: int | None, channels: Collection[Channel], said: 
         return source
     config = sys.modules.get("hydrofdi.config")
     if config is not None and isinstance(data, config.ExperimentConfig):
-        from hydrofdi.api.records.simulated import SimulatedRecords
+        from hydrofdi.api.simulated import SimulatedRecords
 
         return SimulatedRecords(data, data.name, channels)
     table = held(data, number)
@@ -167,11 +167,11 @@ def open_source(
 
         return StoredRecords(read_results(path), str(path), channels)
     if kind == "experiment":
-        from hydrofdi.api.records.simulated import SimulatedRecords
+        from hydrofdi.api.simulated import SimulatedRecords
         from hydrofdi.config import load_experiment
 
         return SimulatedRecords(load_experiment(path, settings), name, channels)
-    from hydrofdi.records.measured.source import measured_source, plain_source
+    from hydrofdi.records.source import measured_source, plain_source
 
     return measured_source(path) if kind == "description" else plain_source(path, sampling_frequency)
 
@@ -196,7 +196,7 @@ def kind_of(path: Path) -> str:
 
 def _kind_of_folder(path: Path) -> str:
     from hydrofdi.api.stored import require_single, results_files
-    from hydrofdi.records.measured.source import plain_files
+    from hydrofdi.records.source import plain_files
     from hydrofdi.store.folder.provenance import REQUEST_FILE
 
     is_sweep, results = (path / REQUEST_FILE).exists(), results_files(path)

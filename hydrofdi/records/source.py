@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
+import glob
 import math
 import os
 import re
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel, RecordBatch, RejectedRecord
-from hydrofdi.records.dates import instant
-from hydrofdi.records.measured.cutting import (
+from hydrofdi.records.cutting import (
     cycles_of,
     find_stroke,
     normalized,
@@ -26,23 +25,85 @@ from hydrofdi.records.measured.cutting import (
     short_stroke,
     trimmed,
 )
-from hydrofdi.records.measured.defects import defects, differences
-from hydrofdi.records.measured.description.checks import contradictions
-from hydrofdi.records.measured.description.sections import OF_STREAMS, MeasuredConfig
-from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.forming import (
-    MOST_SAMPLES,
-    batched,
+from hydrofdi.records.dates import instant
+from hydrofdi.records.defects import defects, differences, outliers
+from hydrofdi.records.description import (
+    OF_STREAMS,
+    MeasuredConfig,
+    contradictions,
     filled,
-    in_natural_order,
-    matching_files,
     names_of_path,
     path_pattern,
 )
-from hydrofdi.records.measured.headers import completed, suggested_description
-from hydrofdi.records.measured.recording import Recording, RejectionError, Table, recording_of
+from hydrofdi.records.headers import completed, suggested_description
+from hydrofdi.records.opening import open_table
+from hydrofdi.records.recording import Recording, RejectionError, Table, recording_of
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
+
+MOST_SAMPLES = 2**22
+"""Most samples, over all channels, of a batch with more than one record: 32 MiB."""
+
+
+def batched(
+    records: Iterable[Recording | RejectedRecord],
+    drive_period: float | None,
+    labels: bool,
+    most_samples: int = MOST_SAMPLES,
+) -> Iterator[RecordBatch]:
+    """Batches of consecutive records that fit together; rejected records come with the next batch.
+
+    A batch of more than one record has at most `most_samples` over all channels.
+    """
+    waiting: list[Recording] = []
+    rejected: list[RejectedRecord] = []
+    for record in records:
+        if isinstance(record, RejectedRecord):
+            rejected.append(record if labels else replace(record, label=""))
+            continue
+        n_sample = (len(waiting) + 1) * record.n_time * len(record.channels)
+        if waiting and (_shape(record) != _shape(waiting[0]) or n_sample > most_samples):
+            yield _batch(waiting, rejected, drive_period, labels)
+            waiting, rejected = [], []
+        waiting.append(record)
+    if waiting or rejected:
+        yield _batch(waiting, rejected, drive_period, labels)
+
+
+def _shape(record: Recording) -> Hashable:
+    return record.n_time, record.sampling_frequency, record.start_time, record.relative
+
+
+def _batch(
+    records: list[Recording],
+    rejected: list[RejectedRecord],
+    drive_period: float | None,
+    labels: bool,
+) -> RecordBatch:
+    if not records:
+        return RecordBatch({}, 1.0, (), rejected=tuple(rejected), labels=() if labels else None)
+    first = records[0]
+    return RecordBatch(
+        channels={
+            channel: np.stack([record.channels[channel] for record in records])
+            if len(records) > 1
+            else first.channels[channel][np.newaxis]
+            for channel in first.channels
+        },
+        sampling_frequency=first.sampling_frequency,
+        start_time=first.start_time,
+        record_ids=tuple(record.record_id for record in records),
+        sources=tuple(record.source for record in records),
+        groups=tuple(record.group for record in records),
+        drive_period=drive_period,
+        relative=first.relative,
+        normalized=first.normalized,
+        remarks=tuple(record.remarks for record in records),
+        rejected=tuple(rejected),
+        units={channel: frozenset(record.units[channel] for record in records) for channel in first.units},
+        labels=tuple(record.label for record in records) if labels else None,
+        dates=tuple(record.date for record in records),
+    )
 
 
 @dataclass(frozen=True)
@@ -329,58 +390,31 @@ def plain_files(folder: Path) -> list[Path]:
     )
 
 
-_FEWEST = 8
-"""Fewest records of a group that is checked."""
-_TO_DEVIATION = 1.4826
-"""Standard deviation of normal numbers over their median absolute deviation."""
-
-Key = tuple[str, Channel]
-"""Group and channel."""
+_DIGITS = re.compile(r"(\d+)")
 
 
-def outliers(records: Iterable[Recording | RejectedRecord], limit: float) -> dict[str, tuple[Issue, ...]]:
-    """Record id → remarks, for records that are further from the median of their group than others.
+def matching_files(folder: Path, pattern: str) -> list[Path]:
+    """Files that match a pattern relative to a folder, in natural order: run 2 before run 10.
 
-    The check compares the stroke, and the logarithm of the RMS of each pressure's changes from sample to
-    sample; the limit is in robust standard deviations.
+    Leading parts of the pattern that exist literally are taken literally, including brackets and stars.
     """
-    names: dict[Key, list[str]] = defaultdict(list)
-    numbers: dict[Key, list[float]] = defaultdict(list)
-    for record in records:
-        if isinstance(record, Recording):
-            for channel, number in _looked_at(record).items():
-                names[record.group, channel].append(record.record_id)
-                numbers[record.group, channel].append(number)
-    found: dict[str, tuple[Issue, ...]] = defaultdict(tuple)
-    for key, values in numbers.items():
-        distances = _distances(np.array(values))
-        for row in np.flatnonzero(distances > limit).tolist():
-            found[names[key][row]] += (_remark(key[1], float(distances[row])),)
-    return found
+    parts = PurePath(pattern).parts
+    literal = 0
+    while literal < len(parts) and os.path.lexists(folder.joinpath(*parts[: literal + 1])):
+        literal += 1
+    start = folder.joinpath(*parts[:literal])
+    if literal == len(parts):
+        return [start] if start.is_file() else []
+    found = glob.glob(os.path.join(*parts[literal:]), root_dir=start, recursive=True)
+    return in_natural_order(start / name for name in found if (start / name).is_file())
 
 
-def _looked_at(record: Recording) -> dict[Channel, float]:
-    channels = record.channels
-    numbers = {Channel.PISTON_POSITION: record.stroke} if Channel.PISTON_POSITION in channels else {}
-    for channel, samples in channels.items():
-        if channel.is_pressure:
-            change = float(np.sqrt(np.mean(np.diff(samples) ** 2)))
-            numbers[channel] = float(np.log(change)) if change > 0.0 else np.nan
-    return numbers
+def in_natural_order(paths: Iterable[Path]) -> list[Path]:
+    """Paths in natural order: numbers in them are sorted by value."""
+    return sorted(paths, key=lambda path: _natural(path.as_posix()))
 
 
-def _distances(values: Array) -> Array:
-    """Distances from the median in robust standard deviations; zero if there are few values."""
-    finite = values[np.isfinite(values)]
-    if finite.size < _FEWEST:
-        return np.zeros(values.size)
-    middle = np.median(finite)
-    spread = _TO_DEVIATION * float(np.median(np.abs(finite - middle)))
-    away, least = np.nan_to_num(np.abs(values - middle)), 1e-9 * np.abs(finite).max()
-    return np.asarray(np.divide(away, spread, out=np.zeros(values.size), where=spread > least))
-
-
-def _remark(channel: Channel, distance: float) -> Issue:
-    what = "the stroke is" if channel is Channel.PISTON_POSITION else f"the changes of {channel} are"
-    text = f"{what} {distance:.1f} standard deviations from the median of its group"
-    return Issue(text, channel, kind="outlier")
+def _natural(text: str) -> tuple[list[tuple[str, int]], str]:
+    pieces = _DIGITS.split(text)
+    numbers = [int(piece) for piece in pieces[1::2]] + [0]
+    return list(zip(pieces[::2], numbers, strict=True)), text

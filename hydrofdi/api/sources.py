@@ -17,17 +17,9 @@ from numpy.typing import NDArray
 from hydrofdi.api.arguments import Names, Texts, path_of, positive_of, refusal
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.records.columns import (
-    channel_called,
-    channel_named,
-    channels_named,
-    find_column,
-    named_time,
-    split_title,
-)
-from hydrofdi.records.dates import instant, is_dated
-from hydrofdi.records.recording import counts_samples
+from hydrofdi.records.columns import channel_called, channel_named, channels_named, find_column, split_title
 from hydrofdi.records.source import HeldSource, MeasuredSource, MemoryTable, held_source
+from hydrofdi.records.times import counts_samples, instant, is_dated, named_time
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
 

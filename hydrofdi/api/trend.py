@@ -15,7 +15,7 @@ from hydrofdi.api.sources import Said
 from hydrofdi.api.trend_answer import Trend
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.change_point import FEWEST, ChangePointModel, inliers
-from hydrofdi.records.dates import instant
+from hydrofdi.records.times import instant
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_quantity, stated_unit
 

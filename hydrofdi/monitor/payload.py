@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -15,11 +14,11 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources import joined, malformed
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.columns import Column, Titled, columns_of, split_title, time_column
-from hydrofdi.records.dates import unix_seconds
+from hydrofdi.records.columns import Column, Titled, columns_of, split_title
 from hydrofdi.records.description import is_counts
 from hydrofdi.records.rows import runs
 from hydrofdi.records.streams import Chunk
+from hydrofdi.records.times import time_column, unix_seconds
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_quantity
 
@@ -186,7 +185,7 @@ class PayloadReader(Lines):
             if configured and not present:
                 wanted = ", ".join(each.column for each in configured.values())
                 raise PayloadError(f"has none of the keys {wanted[:100]}")
-            header = Header("JSON", keys, [split_title(key)[1] for key in keys], dated)
+            header = Titled("JSON", keys, dated)
             config = self.config.model_copy(update={"channels": present})
             try:
                 self._columns = stream_columns(header, config, self.needed, has_clock=self.clock is not None)
@@ -206,28 +205,10 @@ class PayloadReader(Lines):
             raise PayloadError(f"{column.title[:60]!r}: {str(error)[:200]}") from None
 
 
-@dataclass(frozen=True)
-class Header(Titled):
-    """Titles of a stream, the unit of each, and the positions of those with dates."""
-
-    place: str
-    titles: Sequence[str]
-    units: Sequence[str]
-    dated: Collection[int]
-
-    def unit(self, position: int) -> str:
-        """Unit of a column; empty if none is stated."""
-        return self.units[position]
-
-    def is_dated(self, position: int) -> bool:
-        """Whether a column contains dates."""
-        return position in self.dated
-
-
 def stream_columns(
-    header: Header, config: MonitorConfig, needed: Collection[Channel], *, has_clock: bool
+    header: Titled, config: MonitorConfig, needed: Collection[Channel], *, has_clock: bool
 ) -> tuple[Column | None, dict[Channel, Column]]:
-    """The column of time of a stream, and those of its channels."""
+    """The column of time of a stream, and those of its channels; a clock is preferred to dates."""
     channels = columns_of(header, config.channels, needed)
     for channel, column in channels.items():
         if is_counts(column.unit) and not column.config.unit:
@@ -235,7 +216,7 @@ def stream_columns(
                 f"{header.place}: {column.title[:60]!r} is in counts; write 'gain' and 'unit' of {channel}"
             )
     if has_clock and config.time is None:
-        header = replace(header, dated=())
+        header.dated = ()
     return time_column(header, config.time), channels
 
 

@@ -1,9 +1,12 @@
-"""Which column is which channel or the time, and in which unit: for files, streams and arrays alike."""
+"""Columns, and which of them is which channel in which unit: of files, streams and arrays alike."""
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -11,7 +14,7 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.description import ChannelConfig, TimeConfig, is_counts, known_unit, unit_mistake
+from hydrofdi.records.description import ChannelConfig, is_counts, known_unit, unit_mistake
 from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import ZEROS, Unit, parse_unit, similar_units
 
@@ -21,7 +24,6 @@ _LONGEST_TITLE = 1000
 """Most characters of a header that is split into name and unit."""
 _SI_BY_NAME = {channel.value: channel.unit for channel in Channel} | {"time": "s"}
 _EXACT = 2**53
-_SECOND = parse_unit("s")
 
 NAMES = {
     Channel.CHAMBER_1_PRESSURE: "p1, pa, pressure 1, chamber 1 pressure, chamber pressure 1, p chamber 1",
@@ -38,17 +40,13 @@ NAMES = {
 """Channel → its usual column names; upper and lower case, blanks, ``_``, ``-`` and ``.`` do not matter."""
 
 _CHANNELS = {name.replace(" ", ""): channel for channel, text in NAMES.items() for name in text.split(", ")}
-_TIMES = ("time", "t")
-"""Names of time columns, the preferred one first."""
-_DATES = {"timestamp", "datetime", "zeit", "zeitstempel", *_TIMES}
-"""Names of time columns that contain dates."""
 
 
 class Titled:
     """Columns with titles, or numbers from 1, and what their source states of them; `place` names it."""
 
-    place: str
-    titles: Sequence[str]
+    def __init__(self, place: str, titles: Sequence[str], dated: Collection[int] = ()) -> None:
+        self.place, self.titles, self.dated = place, titles, dated
 
     def unit(self, position: int) -> str:
         """Unit that the source states for a column; empty if it states none."""
@@ -56,7 +54,72 @@ class Titled:
 
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
+        return position in self.dated
+
+
+MOST_BYTES = 2**31
+
+
+class Table(Titled, ABC):
+    """Columns of one file; `remarks` are findings."""
+
+    remarks: tuple[Issue, ...] = ()
+
+    @property
+    def has_decimal_commas(self) -> bool:
+        """Whether numbers seem to have decimal commas, contrary to the description."""
         return False
+
+    @property
+    def has_numbers(self) -> bool:
+        """Whether there are numbers or dates below the titles."""
+        return True
+
+    def row_place(self, row: int) -> str:
+        """A row, numbered from 0, for messages."""
+        return f"sample {row + 1}"
+
+    def find(self, column: str) -> int:
+        """Position of a column; `DataError` unless there is exactly one."""
+        return find_column(self.titles, column, self.place)
+
+    def load(self, positions: Sequence[int]) -> None:
+        """Prepare to return columns, if reading them together is faster."""
+
+    @abstractmethod
+    def numbers(self, position: int) -> Array:
+        """Values of a column, shape (n_row,), NaN where missing; `DataError` if it is not numeric."""
+
+    def instants(self, position: int) -> tuple[Array, float]:
+        """Values of a time column, shape (n_row,), and NaN; of dates, the time since the first one [s].
+
+        With dates comes the first one since 1970, in UTC or in an unknown zone [s].
+        """
+        return self.numbers(position), math.nan
+
+    def text(self, position: int) -> str:
+        """The value of a constant column; `DataError` if it changes, or is not text."""
+        raise DataError(f"{self.place}: column {self.titles[position]!r} is not text")
+
+
+class RejectionError(Exception):
+    """No record can be formed; it is listed with the reason, and the other records continue."""
+
+    def __init__(self, kind: str, text: str) -> None:
+        self.remark = Issue(text, kind=kind, is_unusable=True)
+        super().__init__(text)
+
+
+@contextmanager
+def damage_named(what: str) -> Iterator[None]:
+    """Turn whatever a library raises on a broken file into `RejectionError`."""
+    try:
+        yield
+    except (DataError, RejectionError):
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise RejectionError("damaged", f"cannot be read as {what}: {reason}") from None
 
 
 @dataclass(frozen=True)
@@ -106,7 +169,7 @@ def columns_of(
         shown = ", ".join(map(shortened, titles[:MOST_SHOWN])) + ", …" * (len(titles) > MOST_SHOWN)
         raise DataError(f"{place}: no column is named like a channel; found {shown[:200]}")
     return {
-        channel: _column(table, n, configured[channel], channel.unit, table.unit(n))
+        channel: column_at(table, n, configured[channel], channel.unit, table.unit(n))
         for channel, n in places.items()
     }
 
@@ -124,55 +187,12 @@ def channels_named(table: Titled) -> dict[Channel, int]:
     return found
 
 
-def _column(table: Titled, position: int, config: ChannelConfig, si_unit: str, header: str) -> Column:
+def column_at(table: Titled, position: int, config: ChannelConfig, si_unit: str, header: str) -> Column:
+    """A column in a unit of the dimension of `si_unit`; `header` is the unit that the source states."""
     title = table.titles[position]
     where = f"{table.place}: column {title[:60]!r}"
     unit = _agreed_unit(config, header or ("" if config.unit else unit_by_name(title)), where)
     return Column(position, title, config, unit, factor_to_si(unit, si_unit, where))
-
-
-def time_column(table: Titled, configured: TimeConfig | None) -> Column | None:
-    """The column of time, as configured, or else by its name; None if there is none.
-
-    Dates need no unit, and ``time`` is in seconds if none is stated.
-    """
-    if configured is not None:
-        found = [find_column(table.titles, configured.column, table.place)]
-    elif len(found := named_time(table)) > 1:
-        names = ", ".join(shortened(table.titles[n]) for n in found)
-        raise DataError(f"{table.place}: has more than one column of time: {names}")
-    if not found:
-        return None
-    position, title = found[0], table.titles[found[0]]
-    config = ChannelConfig(column=title, unit=configured.unit if configured else "")
-    are_dates, header = table.is_dated(position), table.unit(position)
-    header = "" if are_dates and not known_unit(header) else header
-    if are_dates and not (header or config.unit or unit_by_name(title)):
-        return Column(position, title, config, "", None)
-    column = _column(table, position, config, "s", header)
-    if is_counts(column.unit):
-        message = "counts the samples and is not a time; give the sampling frequency instead"
-        raise DataError(f"{table.place}: column {title[:60]!r}: {message}")
-    return column
-
-
-def named_time(table: Titled) -> list[int]:
-    """Columns with a name of time: numbers with a unit are preferred to dates."""
-    titles = table.titles
-    dated = [n for n, title in enumerate(titles) if short_name(title) in _DATES and table.is_dated(n)]
-    named = titles_of_time(table)
-    usable = [n for n in named if n in dated or table.unit(n) or unit_by_name(titles[n])]
-    return usable or dated or named
-
-
-def titles_of_time(table: Titled) -> list[int]:
-    """Positions of the preferred name of time among titles, unless their unit has another dimension."""
-    named: dict[str, list[int]] = {name: [] for name in _TIMES}
-    for position, name in enumerate(map(short_name, table.titles)):
-        unit = known_unit(table.unit(position)) if name in named else None
-        if name in named and (unit is None or unit.exponents == _SECOND.exponents):
-            named[name].append(position)
-    return next((found for found in named.values() if found), [])
 
 
 def channel_named(title: str, unit: str, more: Mapping[str, Channel] = {}) -> Channel | None:

@@ -11,14 +11,13 @@ from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Channel
 from hydrofdi.records.columns import (
     MOST_SHOWN,
+    RejectionError,
+    Table,
     channel_named,
     columns_of,
     is_unit,
-    named_time,
     shortened,
     split_title,
-    time_column,
-    titles_of_time,
     unit_by_name,
 )
 from hydrofdi.records.data_sheet import data_sheet_lines
@@ -30,8 +29,8 @@ from hydrofdi.records.description import (
     known_unit,
 )
 from hydrofdi.records.opening import open_table
-from hydrofdi.records.recording import RejectionError, Table, counts_samples
 from hydrofdi.records.text import TextTable
+from hydrofdi.records.times import counts_samples, named_time, time_column, titles_of_time
 from hydrofdi.units import parse_unit, similar_units
 
 _SUGGESTED = {

@@ -23,9 +23,8 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records import array_reader
 from hydrofdi.records.batch import Array
-from hydrofdi.records.columns import split_title
+from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named, split_title
 from hydrofdi.records.description import FormatConfig
-from hydrofdi.records.recording import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.records.text import TextTable, blocks_of
 from hydrofdi.settings.messages import counted, nearest
 

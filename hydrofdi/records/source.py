@@ -16,6 +16,7 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel, RecordBatch, RejectedRecord
+from hydrofdi.records.columns import RejectionError, Table
 from hydrofdi.records.cutting import (
     cycles_of,
     find_stroke,
@@ -25,7 +26,6 @@ from hydrofdi.records.cutting import (
     short_stroke,
     trimmed,
 )
-from hydrofdi.records.dates import instant
 from hydrofdi.records.defects import defects, differences, outliers
 from hydrofdi.records.description import (
     OF_STREAMS,
@@ -37,7 +37,8 @@ from hydrofdi.records.description import (
 )
 from hydrofdi.records.headers import completed, suggested_description
 from hydrofdi.records.opening import open_table
-from hydrofdi.records.recording import Recording, RejectionError, Table, recording_of
+from hydrofdi.records.recording import Recording, recording_of
+from hydrofdi.records.times import instant
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
 

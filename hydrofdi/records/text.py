@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records import dates
+from hydrofdi.records import times
 from hydrofdi.records.batch import Array
+from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.records.description import FormatConfig
-from hydrofdi.records.recording import MOST_BYTES, RejectionError, Table, damage_named
 from hydrofdi.records.rows import HEAD_HINT, UNENDED, RowReader, require_text, runs, wrong_encoding
 
 _BLOCK = 2**21
@@ -73,11 +73,11 @@ class TextTable(Table):
         self.place, self._form, self._blocks = place, form, blocks
         self._columns: dict[int, array[float]] = {}
         self._n_row, self._broken = 0, list[int]()
-        self._since: dates.Instant | None = None
+        self._since: times.Instant | None = None
         kept = self._beginning()
         if not kept:
             raise DataError(f"{place}: contains no rows")
-        self._rows = RowReader(form, [line for _, line in kept[:2]])
+        self._rows = RowReader(form, [line for _, line in kept[:2]], place)
         kept = [each for each in kept if not self._rows.is_empty(each[1])]
         self._lines, texts = [number for number, _ in kept], [line for _, line in kept]
         cells = self._cells_of(texts)
@@ -107,7 +107,7 @@ class TextTable(Table):
         """Whether the last rows that were looked at have a number or a date."""
         cells = [cell for row in self._example[-2:] for cell in row if cell.strip()]
         return any(
-            self._rows.is_number(cell) or dates.is_dated(cell) or _COMMA_NUMBER.fullmatch(cell.strip())
+            self._rows.is_number(cell) or times.is_dated(cell) or _COMMA_NUMBER.fullmatch(cell.strip())
             for cell in cells
         )
 
@@ -169,7 +169,7 @@ class TextTable(Table):
         """Numbers from 1, and texts, of the first lines with cells."""
         lines: list[str] = []
         kept: list[tuple[int, str]] = []
-        reader, skip = RowReader(self._form, []), self._form.skip
+        reader, skip = RowReader(self._form, [], self.place), self._form.skip
         for block in self._blocks():
             lines += block
             kept = [(n, line) for n, line in enumerate(lines[skip:], skip + 1) if not reader.is_empty(line)]
@@ -219,7 +219,7 @@ class TextTable(Table):
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
         cells = (row[position] for row in self._example if position < len(row))
-        return dates.is_dated(next((cell for cell in cells if not self._rows.is_missing(cell)), ""))
+        return times.is_dated(next((cell for cell in cells if not self._rows.is_missing(cell)), ""))
 
     def _numbered(self, texts: list[str], cells: list[list[str]]) -> list[str]:
         is_stated = bool({"delimiter", "decimal"} & self._form.model_fields_set)
@@ -253,7 +253,7 @@ class _Reading:
         self.n_row = self.n_waiting = self._n_between = self._cut_line = 0
         self._widths: list[tuple[int, int]] = []
         self.broken: list[int] = []
-        self.since: dates.Instant | None = None
+        self.since: times.Instant | None = None
         """The first date."""
 
     def parse(self, lines: Sequence[str]) -> tuple[int, int, dict[int, Array]]:
@@ -306,6 +306,6 @@ class _Reading:
 
     def _seconds(self, texts: Sequence[str]) -> Array:
         """Time since the first date [s]."""
-        instants = [None if self._rows.is_missing(text) else dates.instant(text) for text in texts]
+        instants = [None if self._rows.is_missing(text) else times.instant(text) for text in texts]
         self.since = self.since or next(filter(None, instants), None)
-        return dates.seconds_since(self.since, instants)
+        return times.seconds_since(self.since, instants)

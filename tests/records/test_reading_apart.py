@@ -14,7 +14,7 @@ import pytest
 import scipy.io
 
 from hydrofdi.records import opening
-from hydrofdi.records.recording import RejectionError
+from hydrofdi.records.columns import RejectionError
 from tests.records.measuring import P1, USUAL, WRITERS, one
 
 BAR = np.array([100.0, 101.5, 99.25])

@@ -26,7 +26,8 @@ from hydrofdi.evaluation.scores import comparable
 from hydrofdi.monitor.lines import Condition, Line, WindowLine, line_record
 from hydrofdi.monitor.watch import Watch, judging_of
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.records.recording import RejectionError, samples_of
+from hydrofdi.records.columns import RejectionError
+from hydrofdi.records.recording import samples_of
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.settings.messages import counted

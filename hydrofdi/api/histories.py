@@ -133,7 +133,7 @@ def _of_lines(lines: Iterable[tuple[str, Mapping[str, Any]]], name: str) -> Hist
 
 
 def _of_records(data: Any, indicator: str, output: str, said: Said) -> History:
-    sources = open_records(data, tuple(Channel), said)
+    sources = open_records(data, said=said)
     name = ", ".join(source.name for source in sources)
     chosen = indicator or None
     if chosen is None:

@@ -312,7 +312,7 @@ def inspect(
         if "…" in write_description(path_of(path), path_of(write), said.frequency):
             raise ConfigError(f"{write}: is written; replace each … in it")
         data, said = write, Said()
-    sources: list[Any] = open_records(data, tuple(Channel), said)
+    sources: list[Any] = open_records(data, said=said)
     sources = [
         source.few(_MOST_SIMULATED, record) if hasattr(source, "few") else source for source in sources
     ]

@@ -18,7 +18,14 @@ from hydrofdi.api.arguments import Names, Texts, path_of, positive_of, refusal
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
 from hydrofdi.records.columns import channel_called, channel_named, channels_named, find_column, split_title
-from hydrofdi.records.source import HeldSource, MeasuredSource, MemoryTable, held_source
+from hydrofdi.records.source import (
+    HeldSource,
+    MeasuredSource,
+    MemoryTable,
+    held_source,
+    measured_source,
+    plain_source,
+)
 from hydrofdi.records.times import counts_samples, instant, is_dated, named_time
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
@@ -46,8 +53,10 @@ class Said:
         return None if given is None else positive_of("sampling_frequency", given, "Hz", expected)
 
 
-def open_records(data: Any, channels: Collection[Channel], said: Said) -> list[RecordSource]:
-    """The records in files, results or memory."""
+def open_records(
+    data: Any, channels: Collection[Channel] = tuple(Channel), said: Said = Said()
+) -> list[RecordSource]:
+    """The records in files, results or memory: a source for each part of `data`."""
     parts = _parts(data)
     if all(isinstance(each, str | PathLike) for each in parts):
         for name in ("channel", "unit", "label", "group"):
@@ -82,7 +91,7 @@ def _is_whole(data: Any) -> bool:
 
 def _source(data: Any, number: int | None, channels: Collection[Channel], said: Said) -> RecordSource:
     if isinstance(data, str | PathLike):
-        return open_source(path_of(data), channels, said.frequency, said.settings)
+        return _source_at(path_of(data), channels, said)
     if hasattr(data, "record_source"):
         source: RecordSource = data.record_source(channels)
         return source
@@ -140,18 +149,13 @@ _MEASURED_KEYS = {"files", "channels"}
 """Keys that a description of measured files has, and an experiment has not."""
 
 
-def open_source(
-    path: Path,
-    channels: Collection[Channel] = tuple(Channel),
-    sampling_frequency: float | None = None,
-    settings: Sequence[str] = (),
-) -> RecordSource:
+def _source_at(path: Path, channels: Collection[Channel], said: Said) -> RecordSource:
     """Records of results, an experiment, a description of measured files, a data file, or a folder."""
-    name, path = str(path), path if path.is_dir() else located(path)
+    name, path, frequency = str(path), path if path.is_dir() else located(path), said.frequency
     kind = kind_of(path)
-    if sampling_frequency is not None and kind != "measured":
+    if frequency is not None and kind != "measured":
         raise ConfigError(f"sampling_frequency: {path} states its own; the option is for a plain data file")
-    if settings and kind != "experiment":
+    if said.settings and kind != "experiment":
         raise ConfigError(f"settings (--set): {path} is not simulated; they are for an experiment file")
     if kind == "results":
         from hydrofdi.api.stored import read_results
@@ -162,10 +166,8 @@ def open_source(
         from hydrofdi.api.simulated import SimulatedRecords
         from hydrofdi.config import load_experiment
 
-        return SimulatedRecords(load_experiment(path, settings), name, channels)
-    from hydrofdi.records.source import measured_source, plain_source
-
-    return measured_source(path) if kind == "description" else plain_source(path, sampling_frequency)
+        return SimulatedRecords(load_experiment(path, said.settings), name, channels)
+    return measured_source(path) if kind == "description" else plain_source(path, frequency)
 
 
 def kind_of(path: Path) -> str:

@@ -24,7 +24,7 @@ from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
 from hydrofdi.store.shard import Columns
-from hydrofdi.studies.charts import RunLengths, judge_run_lengths
+from hydrofdi.studies.charts import judge_charts
 from hydrofdi.studies.detecting import judge_study, winner
 from hydrofdi.studies.reading import asks_for_extra
 from hydrofdi.studies.records import Detection
@@ -45,7 +45,11 @@ def report_study(data: ExperimentData, simulate: Simulate | None = None) -> Dete
     ReportError
         The experiment has no study, or its file does not contain the runs of its study.
     """
-    return DetectionReport(data.experiment.name, data.path, judge_study(data), data, simulate)
+    report = DetectionReport(data.experiment.name, data.path, judge_study(data), data, simulate)
+    if not report.has_results:
+        return report
+    charted = (replace(each, charts=tuple(judge_charts(data, each.records))) for each in report.detections)
+    return replace(report, detections=tuple(charted))
 
 
 @dataclass(frozen=True)
@@ -67,12 +71,8 @@ class DetectionReport:
     @cached_property
     def estimates(self) -> tuple[Estimates, ...]:
         """Estimates against the truth, for each design; empty if the truth is not known."""
-        return judge_estimates(self.data) if self.data else ()
-
-    @cached_property
-    def run_lengths(self) -> tuple[RunLengths, ...]:
-        """Control charts of each design; empty if none is asked for."""
-        return judge_run_lengths(self.data) if self.data else ()
+        data = self.data
+        return tuple(judge_estimates(data, each.records) for each in self.detections) if data else ()
 
     @property
     def is_complete(self) -> bool:
@@ -100,7 +100,6 @@ class DetectionReport:
         after = (provenance_block(_with_extra(data)),) if data else ()
         if not self.has_results:
             return document_of(self.name, _LEAD, (*answers(*missing), *after))
-        has_charts = any(each.charts for each in self.run_lengths)
         found = answer.answer_block(first, is_complete=is_complete, without_noise=self._without_noise)
         blocks = (
             *answers(*missing),
@@ -110,7 +109,7 @@ class DetectionReport:
             populations.populations_block(first, data.experiment if data else None),
             answer.ranking_block(first),
             answer.false_alarms_block(first),
-            run_lengths.run_lengths_block(self.run_lengths[0]) if has_charts and is_complete else None,
+            run_lengths.run_lengths_block(first) if first.charts and is_complete else None,
             answer.levels_block(first),
             estimates_block(self.estimates[0]) if self.estimates else None,
             populations.why_block(first) if is_complete else None,
@@ -131,7 +130,7 @@ class DetectionReport:
             **runs,
             "detection": [one for each in self.detections for one in record.detection_records(each)],
             "estimates": estimate_records(self.estimates),
-            "run_lengths": run_lengths.run_length_records(self.run_lengths),
+            "run_lengths": run_lengths.run_length_records(self.detections),
             "studies": [record.study_record(each) for each in self.detections],
             "designs": record.design_records(self.detections),
         }
@@ -142,7 +141,10 @@ class DetectionReport:
 
     def columns(self) -> dict[str, list[Any]]:
         """Header → values, one line per score and tested population, and per chart, limit and population."""
-        lines = [*record.detection_lines(self.detections), *run_lengths.run_length_lines(self.run_lengths)]
+        lines = [
+            *record.detection_lines(self.detections),
+            *run_lengths.run_length_lines(self.detections),
+        ]
         headers = dict.fromkeys(header for line in lines for header in line)
         return {header: [line.get(header) for line in lines] for header in headers}
 
@@ -152,7 +154,7 @@ class DetectionReport:
             return {}
         from hydrofdi.report.figures.detection import detection_figures
 
-        figures = detection_figures(self.detections[0], self.run_lengths)
+        figures = detection_figures(self.detections[0])
         if self._signals is not None:
             caption = "The nominal actuator, healthy and with the leak: same motion, same noise"
             figures["signals"] = FigureKind(caption, self._draw_signals)

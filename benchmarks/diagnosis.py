@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 import hydrofdi
-from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
 from hydrofdi.diagnosis.evidence import Judge
 from hydrofdi.diagnosis.history import history_of, signatures

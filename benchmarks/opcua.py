@@ -11,7 +11,7 @@ import time
 from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.opcua import OpcUaSource
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.records.description import ChannelConfig
 from tests.monitor.brokers import free_port
 from tests.monitor.test_opcua_source import LoopbackServer
 

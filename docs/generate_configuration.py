@@ -29,7 +29,7 @@ from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet_configuration import FleetConfig
-from hydrofdi.records.measured.description.sections import MeasuredConfig
+from hydrofdi.records.description import MeasuredConfig
 from hydrofdi.settings.quantities import Section, field_texts
 from hydrofdi.settings.readable import typeset
 

@@ -41,7 +41,7 @@ HOMES = {
     "rich": ("cli/",),
     "yaml": ("settings/yaml_source.py", "config/loading.py"),
     "matplotlib": ("report/figures/", "papers/maddahi2015/figures.py", "api/"),
-    "pyarrow": ("report/table.py", "records/measured/", "records/writing.py"),
+    "pyarrow": ("report/table.py", "records/opening.py", "records/writing.py"),
     "xarray": ("api/", "report/table.py"),
     "pandas": ("api/", "report/table.py"),
     "numba": ("compilation/",),

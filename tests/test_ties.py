@@ -10,9 +10,9 @@ from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.catalogue.stft import _lines
 from hydrofdi.indicators.single_channel import half_periods, jumps
 from hydrofdi.monitor.opcua import Joiner, NodeValue
-from hydrofdi.records.measured.cutting import Stroke, edges, find_stroke, reversals, short_stroke
-from hydrofdi.records.measured.recording import Recording, _resampled
-from hydrofdi.records.measured.source import _distances
+from hydrofdi.records.cutting import Stroke, edges, find_stroke, reversals, short_stroke
+from hydrofdi.records.defects import _distances
+from hydrofdi.records.recording import Recording, _resampled
 from hydrofdi.records.streams import Chunk, EvenStream
 from hydrofdi.settings.readable import shown_quantity
 

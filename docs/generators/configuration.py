@@ -19,7 +19,7 @@ from hydrofdi.detectors.charts import ChartOptions
 from hydrofdi.detectors.registry import chart_kind, chart_names
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.fleet_configuration import FleetConfig
-from hydrofdi.records.measured.description.sections import MeasuredConfig, SamplesConfig
+from hydrofdi.records.description import MeasuredConfig, SamplesConfig
 from hydrofdi.settings.quantities import SI, field_texts
 from hydrofdi.settings.readable import readable_unit, typeset
 from hydrofdi.units import convert, parse_quantity

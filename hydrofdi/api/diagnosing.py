@@ -9,8 +9,8 @@ from typing import Any
 
 from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import HealthyRecords, experiment_of
-from hydrofdi.api.records.simulated import SimulatedRecords
-from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.simulated import SimulatedRecords
+from hydrofdi.api.sources import Said, open_records
 from hydrofdi.diagnosis.diagnosing import Diagnosed
 from hydrofdi.diagnosis.diagnosing import diagnose as diagnose_records
 from hydrofdi.diagnosis.evidence import Finding
@@ -132,9 +132,9 @@ def diagnose(
         An argument is invalid, or channels are missing.
     """
     said = Said(sampling_frequency, channel, unit)
-    sources = sources_of(data, tuple(Channel), replace(said, label=label))
+    sources = open_records(data, tuple(Channel), replace(said, label=label))
     is_own, names = history is None, tuple(names_of("healthy", healthy, "labels of healthy records"))
-    history_sources = sources if is_own else sources_of(history, tuple(Channel), said)
+    history_sources = sources if is_own else open_records(history, tuple(Channel), said)
     for source in (*sources, *history_sources):
         if isinstance(source, SimulatedRecords | StoredRecords) and experiment_of(source).study is not None:
             text = "a study draws another machine for each record; diagnose records of one machine"

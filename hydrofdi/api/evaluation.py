@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 from hydrofdi.api.arguments import Names, Texts, names_of
 from hydrofdi.api.detectors.healthy_records import labels_of_healthy
 from hydrofdi.api.measuring import Counted, Indicators, indicators_of, with_options
-from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.sources import Said, open_records
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.detectors.scores.configuration import load_scores
 from hydrofdi.errors import ConfigError
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.record_measures import RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.selection import assumed_plants, of_machine
-from hydrofdi.records.measured.source import HeldSource, MeasuredSource
+from hydrofdi.records.source import HeldSource, MeasuredSource
 from hydrofdi.report.detection.answer import remarks_with_counts
 from hydrofdi.report.detection.labelled import conclusion, labelled_table, pairs_table
 from hydrofdi.report.detection.record import detection_records, study_record
@@ -256,7 +256,7 @@ def evaluate(
     chosen = indicators_of(with_options(indicators, options))
     scores = load_scores(fspath(indicators), chosen) if isinstance(indicators, str | PathLike) else {}
     said = Said(sampling_frequency, channel, unit, label, group)
-    sources = sources_of(data, used_channels(chosen), said)
+    sources = open_records(data, used_channels(chosen), said)
     is_held = any(isinstance(source, HeldSource) for source in sources)
     if is_held and not any(getattr(source, "is_labelled", True) for source in sources):
         raise ConfigError(

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.sources import Said, open_records
 from hydrofdi.detectors.trained.conditions import TEMPERATURE
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
 from hydrofdi.errors import ConfigError, DataError
@@ -89,7 +89,7 @@ def _of_lines(lines: Iterable[tuple[str, Mapping[str, Any]]], name: str) -> Hist
 
 
 def _of_records(data: Any, indicator: str, output: str, said: Said) -> History:
-    sources = sources_of(data, tuple(Channel), said)
+    sources = open_records(data, said=said)
     name = ", ".join(source.name for source in sources)
     chosen = indicator or None
     if chosen is None:

@@ -13,14 +13,14 @@ import numpy as np
 
 from hydrofdi.api.arguments import Names, Texts, path_of, refusal
 from hydrofdi.api.measuring import Indicators, indicators_of
-from hydrofdi.api.records.sources import Said, kind_of, sources_of
+from hydrofdi.api.sources import Said, kind_of, open_records
 from hydrofdi.errors import ConfigError, DataError, ReportError
 from hydrofdi.indicators.nominal_actuator import constants_not_given
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.indicators.selection import make_indicators, of_machine
 from hydrofdi.records import Channel
 from hydrofdi.records.batch import INFERRED_SAMPLING, Array, RecordBatch
-from hydrofdi.records.measured.source import write_description
+from hydrofdi.records.source import write_description
 from hydrofdi.records.stuck import found_period
 from hydrofdi.report.answer import Answer, Piece, Strong
 from hydrofdi.report.table import Table, plain
@@ -341,7 +341,7 @@ def inspect(
         if "…" in write_description(path_of(path), path_of(write), said.frequency):
             raise ConfigError(f"{write}: is written; replace each … in it")
         data, said = write, Said()
-    sources: list[Any] = sources_of(data, tuple(Channel), said)
+    sources: list[Any] = open_records(data, said=said)
     sources = [
         source.few(_MOST_SIMULATED, record) if hasattr(source, "few") else source for source in sources
     ]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.api.arguments import Names, Texts, refusal
-from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.sources import Said, open_records
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.faults import summaries
 from hydrofdi.indicators.nominal_actuator import plant_constants
@@ -145,7 +145,7 @@ def measured_records(
 ) -> tuple[Sequence[Column], Iterator[RecordMeasures], tuple[str, ...]]:
     """Columns, records that are measured as they are asked for, and remarks on all numbers, of `measure`."""
     chosen = indicators_of(indicators)
-    sources = sources_of(data, used_channels(chosen), said)
+    sources = open_records(data, used_channels(chosen), said)
     chosen = of_machine(chosen, sources)
     return *measure_sources(sources, chosen), assumed_plants(chosen)
 

@@ -236,14 +236,14 @@ class Run(Answer):
 
     def record_source(self, channels: Collection[Channel]) -> RecordSource:
         """The run as a record, so that `hydrofdi.measure` and others take it as it is."""
-        from hydrofdi.api.records.sources import held, records_of
+        from hydrofdi.api.sources import held, records_of
 
         samples = {
             f"{channel} [{channel.unit}]": self.columns[signal][0]
             for channel, signal in SIGNAL_OF_CHANNEL.items()
             if channel in channels and signal in self.columns
         }
-        found = replace(held(samples | {"time [s]": self.time}), kind=self.title, record_ids=[self.run_id])
+        found = replace(held(samples | {"time [s]": self.time}), place=self.title, record_ids=[self.run_id])
         source, sheet = records_of(found, None, None, None), self.experiment.data_sheet
         machine = MachineSheet.model_construct({*sheet}, **sheet)
         return replace(source, config=source.config.model_copy(update={"actuator": machine}))

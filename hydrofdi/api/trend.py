@@ -9,11 +9,11 @@ from typing import Any
 
 from hydrofdi.api.arguments import positive_of, refusal
 from hydrofdi.api.histories import history_of
-from hydrofdi.api.records.sources import Said
+from hydrofdi.api.sources import Said
 from hydrofdi.api.trend_answer import Trend
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.trends import FIRST_DATE, History, estimate
-from hydrofdi.records.dates import instant
+from hydrofdi.records.times import instant
 from hydrofdi.units import parse_quantity, stated_unit
 
 _LEAST_RATE = 0.002

@@ -56,7 +56,7 @@ def measure(
     'hydrofdi indicators' lists what can be measured.
     """
     from hydrofdi.api.measuring import Counted, measured_records
-    from hydrofdi.api.records.sources import Said
+    from hydrofdi.api.sources import Said
     from hydrofdi.indicators.faults import summaries
 
     chosen_form = _form("json" if json else form, out)

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 
 from hydrofdi.errors import ConfigError
 from hydrofdi.monitor.configuration import Address, MonitorConfig, is_mqtt, read_config, topic_address
-from hydrofdi.records.measured.description.sections import one_or_more
+from hydrofdi.records.description import one_or_more
 from hydrofdi.settings.quantities import SI
 
 _PARTITION = re.compile(r"([1-9]\d{0,3})/([1-9]\d{0,3})")

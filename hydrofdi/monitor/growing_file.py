@@ -18,7 +18,7 @@ from hydrofdi.monitor.connections import GATHER
 from hydrofdi.monitor.sources import Position, StreamSource, joined
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.measured.rows import UNENDED
+from hydrofdi.records.rows import UNENDED
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.store.files import reason
 

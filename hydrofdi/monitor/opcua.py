@@ -26,8 +26,8 @@ from hydrofdi.monitor.configuration import Address, OpcUaConfig
 from hydrofdi.monitor.connections import Connection, Inbox, credentials, exposed, network_reason, usable
 from hydrofdi.monitor.sources import Position, StreamSource, joined
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.measured.columns import Column, factor_to_si
-from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.records.columns import Column, factor_to_si
+from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.settings.messages import counted
 

@@ -14,10 +14,11 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.sources import joined, malformed
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.dates import unix_seconds
-from hydrofdi.records.measured.columns import Column, columns_of, is_counts, split_title, time_column
-from hydrofdi.records.measured.rows import runs
+from hydrofdi.records.columns import Column, Titled, columns_of, split_title
+from hydrofdi.records.description import is_counts
+from hydrofdi.records.rows import runs
 from hydrofdi.records.streams import Chunk
+from hydrofdi.records.times import time_column, unix_seconds
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_quantity
 
@@ -184,12 +185,10 @@ class PayloadReader(Lines):
             if configured and not present:
                 wanted = ", ".join(each.column for each in configured.values())
                 raise PayloadError(f"has none of the keys {wanted[:100]}")
-            units = [split_title(key)[1] for key in keys]
+            header = Titled("JSON", keys, dated)
             config = self.config.model_copy(update={"channels": present})
             try:
-                self._columns = stream_columns(
-                    keys, units, "JSON", config, self.needed, dated, has_clock=self.clock is not None
-                )
+                self._columns = stream_columns(header, config, self.needed, has_clock=self.clock is not None)
             except DataError as error:
                 raise PayloadError(str(error).removeprefix("JSON: ")) from None
             self._known = keys, dated
@@ -207,24 +206,18 @@ class PayloadReader(Lines):
 
 
 def stream_columns(
-    titles: Sequence[str],
-    units: Sequence[str],
-    place: str,
-    config: MonitorConfig,
-    needed: Collection[Channel],
-    dated: Collection[int],
-    *,
-    has_clock: bool,
+    header: Titled, config: MonitorConfig, needed: Collection[Channel], *, has_clock: bool
 ) -> tuple[Column | None, dict[Channel, Column]]:
-    """The column of time of a stream, and those of its channels."""
-    channels = columns_of(titles, units.__getitem__, place, config.channels, needed)
+    """The column of time of a stream, and those of its channels; a clock is preferred to dates."""
+    channels = columns_of(header, config.channels, needed)
     for channel, column in channels.items():
         if is_counts(column.unit) and not column.config.unit:
             raise DataError(
-                f"{place}: {column.title[:60]!r} is in counts; write 'gain' and 'unit' of {channel}"
+                f"{header.place}: {column.title[:60]!r} is in counts; write 'gain' and 'unit' of {channel}"
             )
-    counts = () if has_clock and config.time is None else dated
-    return time_column(titles, units.__getitem__, place, config.time, counts.__contains__), channels
+    if has_clock and config.time is None:
+        header.dated = ()
+    return time_column(header, config.time), channels
 
 
 def parsed(text: bytes | str) -> dict[str, Any]:

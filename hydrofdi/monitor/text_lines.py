@@ -11,10 +11,10 @@ from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.payload import Lines, PayloadReader, SampleClock, stream_columns
 from hydrofdi.monitor.sources import Position, joined
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.dates import is_dated, unix_seconds
-from hydrofdi.records.measured.columns import Column
-from hydrofdi.records.measured.rows import HEAD_HINT, RowReader, require_text, wrong_encoding
+from hydrofdi.records.columns import Column
+from hydrofdi.records.rows import HEAD_HINT, RowReader, require_text, wrong_encoding
 from hydrofdi.records.streams import Chunk
+from hydrofdi.records.times import is_dated, unix_seconds
 from hydrofdi.settings.messages import counted
 
 
@@ -28,7 +28,7 @@ class CsvLines(Lines):
         self, config: MonitorConfig, clock: SampleClock | None, needed: Collection[Channel], name: str
     ) -> None:
         super().__init__(config, clock, needed, name)
-        self._rows = RowReader(config.format, [])
+        self._rows = RowReader(config.format, [], name)
         self._channels: dict[Channel, Column] = {}
         self._time: Column | None = None
         self._has_begun = self._has_names = False
@@ -78,7 +78,7 @@ class CsvLines(Lines):
 
     def _begin(self, text: str) -> None:
         """Take a line as the header."""
-        self._rows, self._channels, self.header = RowReader(self.config.format, [text]), {}, [text]
+        self._rows, self._channels, self.header = RowReader(self.config.format, [text], self.name), {}, [text]
         titles = self._rows.header(text)
         self._has_names = self._rows.has_names(titles)
         if not self._has_names and self.config.format.header is None:
@@ -94,10 +94,11 @@ class CsvLines(Lines):
             self._rows.units = cells
             self.header.append(text)
             return []
-        units = [self._rows.unit(n) for n in range(len(titles))]
-        dated = [n for n in range(len(titles)) if n >= len(cells) or not self._rows.is_number(cells[n])]
+        self._rows.dated = [
+            n for n in range(len(titles)) if n >= len(cells) or not self._rows.is_number(cells[n])
+        ]
         self._time, self._channels = stream_columns(
-            titles, units, self.name, self.config, self.needed, dated, has_clock=self.clock is not None
+            self._rows, self.config, self.needed, has_clock=self.clock is not None
         )
         if self._time is None and self.clock is None:
             self._channels = {}

@@ -12,8 +12,8 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records.batch import Array, Channel, RecordBatch
-from hydrofdi.records.measured.columns import channel_called, scaled
-from hydrofdi.records.measured.formats.opening import parquet_library
+from hydrofdi.records.columns import channel_called, scaled
+from hydrofdi.records.opening import parquet_library
 from hydrofdi.settings.messages import counted
 from hydrofdi.units import parse_unit
 

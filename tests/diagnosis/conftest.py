@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
 from hydrofdi.records import RecordBatch
 from tests.machines import SHEET, TINY, sections_of

@@ -10,7 +10,7 @@ import xarray
 
 from hydrofdi.api.folders import verify, why
 from hydrofdi.api.plan import plan_sweep
-from hydrofdi.api.records.sources import open_source
+from hydrofdi.api.sources import open_records
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
@@ -267,7 +267,7 @@ def reasons(tmp_path_factory):
 
 def test_a_sweep_and_measuring_its_results_say_the_same_to_the_bit(reasons):
     columns = read_results(reasons.file).columns
-    sources = [open_source(reasons.file)]
+    sources = open_records(reasons.file)
     _, measured = measure_sources(sources, of_machine(make_indicators(INDICATORS), sources))
     records = {record.record_id: record for record in measured}
     assert sorted(set(columns["status"])) == ["diverged", "ok"]

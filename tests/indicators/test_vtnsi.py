@@ -5,7 +5,7 @@ import pytest
 
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import Channel
-from hydrofdi.records.measured.source import measured_source
+from hydrofdi.records.source import measured_source
 from tests.conftest import needs_vtnsi
 from tests.records.test_vtnsi import description
 

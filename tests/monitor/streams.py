@@ -15,7 +15,7 @@ from hydrofdi.monitor.machines import Kind
 from hydrofdi.monitor.sources import StreamSource, joined
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records import Channel
-from hydrofdi.records.measured.description.sections import FormatConfig, LimitsConfig
+from hydrofdi.records.description import FormatConfig, LimitsConfig
 from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.made import FREQUENCY, detector, signals, window
 

@@ -19,8 +19,8 @@ from hydrofdi.monitor.configuration import MonitorConfig, load_monitor_config
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.text_lines import TextLines
 from hydrofdi.records import Channel
-from hydrofdi.records.measured.description.sections import ChannelConfig
-from hydrofdi.records.measured.source import measured_source
+from hydrofdi.records.description import ChannelConfig
+from hydrofdi.records.source import measured_source
 from tests.commands import run
 from tests.monitor.streams import config_of, read_in_pieces, reader
 

@@ -27,7 +27,7 @@ from hydrofdi.monitor.mqtt import MqttSink, Publisher, payload_of
 from hydrofdi.monitor.sources import StreamSource
 from hydrofdi.monitor.topics import Topics, TopicSource
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.measured.description.sections import LimitsConfig
+from hydrofdi.records.description import LimitsConfig
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.commands import COMMAND
 from tests.commands import run as run_command

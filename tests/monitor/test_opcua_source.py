@@ -22,7 +22,7 @@ from hydrofdi.monitor.lines import WindowLine
 from hydrofdi.monitor.opcua import Joiner, NodeValue, OpcUaSource
 from hydrofdi.monitor.watch import Watch
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.measured.description.sections import ChannelConfig
+from hydrofdi.records.description import ChannelConfig
 from hydrofdi.records.streams import EventKind
 from tests.detectors.trained.made import FREQUENCY
 from tests.monitor.brokers import free_port

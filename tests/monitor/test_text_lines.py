@@ -11,8 +11,8 @@ from hydrofdi.errors import DataError
 from hydrofdi.monitor.payload import PayloadError, PayloadReader, SampleClock
 from hydrofdi.monitor.sources import joined
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.measured.description.sections import ChannelConfig
-from hydrofdi.records.measured.source import plain_source
+from hydrofdi.records.description import ChannelConfig
+from hydrofdi.records.source import plain_source
 from tests.monitor.streams import config_of, read_in_pieces, reader, samples
 
 CSV = b"time [ms],P1 [bar],u [V]\n0,100,1\n1,101.5,\n2,nan,-3\n"

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 import hydrofdi
-from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.cli.live_view import LiveView
 from hydrofdi.config import load_experiment
 from hydrofdi.detectors.registry import make_chart

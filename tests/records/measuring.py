@@ -7,7 +7,7 @@ import scipy.io
 from pyarrow import parquet
 
 from hydrofdi.records import Channel
-from hydrofdi.records.measured.source import measured_source, plain_source
+from hydrofdi.records.source import measured_source, plain_source
 
 P1, P2, SUPPLY = Channel.CHAMBER_1_PRESSURE, Channel.CHAMBER_2_PRESSURE, Channel.SUPPLY_PRESSURE
 POSITION, VOLTAGE = Channel.PISTON_POSITION, Channel.INPUT_VOLTAGE

@@ -13,9 +13,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.errors import HydrofdiError
-from hydrofdi.records import Channel
-from hydrofdi.records.measured.formats import opening
-from hydrofdi.records.measured.source import measured_source, plain_source
+from hydrofdi.records import Channel, opening
+from hydrofdi.records.source import measured_source, plain_source
 from hydrofdi.units import parse_unit
 from tests.records.measuring import WRITERS
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import hydrofdi
-from hydrofdi.api.records.sources import open_source
+from hydrofdi.api.sources import Said, open_records
 from hydrofdi.errors import ConfigError, DataError, HydrofdiError, StoreError
 from hydrofdi.records import Channel
-from hydrofdi.records.measured.columns import NAMES
-from hydrofdi.records.measured.source import measured_source, plain_source
+from hydrofdi.records.columns import NAMES
+from hydrofdi.records.source import measured_source, plain_source
 from hydrofdi.store.experiment_file import read_experiment
 from tests.commands import run, run_hydrofdi
 from tests.conftest import REPOSITORY
@@ -180,18 +180,18 @@ def test_a_folder_of_such_files_is_measured_as_its_files_are(folder):
 
 
 def test_a_description_of_files_alone_takes_channels_units_and_time_from_headers(folder):
-    source = open_source(described(folder, 'files: "*.csv"\ngroup: "{file}"\ndrive_period: 1 s\n'))
+    (source,) = open_records(described(folder, 'files: "*.csv"\ngroup: "{file}"\ndrive_period: 1 s\n'))
     (batch,) = source.batches()
     assert set(batch.channels) == {P1, P2}
     assert (batch.sampling_frequency, batch.drive_period) == (200.0, 1.0)
     np.testing.assert_allclose(batch[P1], (80 + NOISE[:2]) * 1e5)
     with pytest.raises(ConfigError, match=r"measured.yaml:2: segment: needs the channel piston_position"):
-        open_source(described(folder, 'files: "*.csv"\nsegment: {part: motion}\n'))
+        open_records(described(folder, 'files: "*.csv"\nsegment: {part: motion}\n'))
 
 
 def test_the_first_file_that_can_be_read_states_the_columns(folder):
     (folder / "run 1.csv").write_text("")
-    (batch,) = open_source(folder).batches()
+    (batch,) = open_records(folder)[0].batches()
     assert [each.record_id for each in batch.rejected] == ["run 1.csv"]
     assert batch.n_record == 2
 
@@ -199,11 +199,11 @@ def test_the_first_file_that_can_be_read_states_the_columns(folder):
 def test_columns_that_nobody_recognises_are_named_and_a_file_with_other_columns_is_refused(folder):
     (folder / "run 2.csv").write_text(_text().replace("P2 [bar]", "torque [Nm]"))
     (folder / "run 10.csv").write_text(_text(1))
-    (batch,) = open_source(folder).batches()
+    (batch,) = open_records(folder)[0].batches()
     assert "torque [Nm]" in batch.remarks[0][0].message
     (folder / "run 10.csv").write_text(_text(1).replace("P1 [bar]", "pressure_sensor [bar]"))
     with pytest.raises(DataError, match=r"run 10.csv: has no column 'P1'"):
-        list(open_source(folder).batches())
+        list(open_records(folder)[0].batches())
 
 
 def test_a_folder_says_its_sampling_frequency_or_is_told_it(tmp_path):
@@ -211,15 +211,15 @@ def test_a_folder_says_its_sampling_frequency_or_is_told_it(tmp_path):
     (tmp_path / "run.csv").write_text(csv_of(("P1 [bar]", 80 + NOISE[0])))
     for source in (tmp_path, described(tmp_path / "described", 'files: "../run.csv"\n')):
         with pytest.raises(DataError, match=r"run.csv"):
-            open_source(source)
-    (batch,) = open_source(tmp_path, sampling_frequency=50.0).batches()
+            open_records(source)
+    (batch,) = open_records(tmp_path, said=Said(50.0))[0].batches()
     assert batch.sampling_frequency == 50.0
 
 
 def test_a_folder_with_a_description_asks_for_its_name(folder):
     file = described(folder, 'files: "*.csv"\n')
     with pytest.raises(DataError, match=str(file)):
-        open_source(folder)
+        open_records(folder)[0]
 
 
 ROWS = "a,b\n" + "".join(f"{50 + n % 7},{n % 5}\n" for n in range(640))

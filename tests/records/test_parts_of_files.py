@@ -10,8 +10,8 @@ from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.indicators import make_indicators
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.record_measures import measure_sources
-from hydrofdi.records.measured.forming import path_pattern
-from hydrofdi.records.measured.source import measured_source
+from hydrofdi.records.description import path_pattern
+from hydrofdi.records.source import measured_source
 from tests.records.measuring import (
     BOTH,
     P1,

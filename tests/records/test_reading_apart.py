@@ -13,8 +13,8 @@ import psutil
 import pytest
 import scipy.io
 
-from hydrofdi.records.measured.formats import opening
-from hydrofdi.records.measured.recording import RejectionError
+from hydrofdi.records import opening
+from hydrofdi.records.columns import RejectionError
 from tests.records.measuring import P1, USUAL, WRITERS, one
 
 BAR = np.array([100.0, 101.5, 99.25])
@@ -141,9 +141,9 @@ def test_text_and_arrays_of_every_shape_come_over(tmp_path):
 PROGRAM = """\
 import sys, time
 from pathlib import Path
-from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats import opening
-from hydrofdi.records.measured.formats.opening import open_table
+from hydrofdi.records.description import FormatConfig
+from hydrofdi.records import opening
+from hydrofdi.records.opening import open_table
 opening.SECONDS = float(sys.argv[2])
 assert __name__ == "__main__"
 with opening.table_read_apart("run", "HDF5", Path(sys.argv[1])) as table:

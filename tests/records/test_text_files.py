@@ -4,12 +4,13 @@ import gzip
 import re
 
 import numpy as np
+import pandas
 import pytest
 
-from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.sources import Said, open_records
 from hydrofdi.errors import ConfigError, DataError
-from hydrofdi.records.measured.formats import text as formats_text
-from hydrofdi.records.measured.source import measured_source, plain_source
+from hydrofdi.records import text as formats_text
+from hydrofdi.records.source import measured_source, plain_source
 from tests.monitor.streams import read_in_pieces, reader
 from tests.records.measuring import (
     BOTH,
@@ -153,14 +154,14 @@ def test_a_file_that_cannot_be_read_is_rejected_and_the_others_go_on(tmp_path):
     files[3].touch()
     expected = [("b.csv.gz", "damaged"), ("empty.csv", "empty")]
     for sources in (tmp_path / "measured.yaml", files):
-        made = [batch for source in sources_of(sources, [P1], Said()) for batch in source.batches()]
+        made = [batch for source in open_records(sources, [P1], Said()) for batch in source.batches()]
         rejected = [(each.record_id, each.remark.kind) for batch in made for each in batch.rejected]
         assert rejected == expected
         read = [name for batch in made for name in batch.record_ids]
         assert read == ["a.csv", "c.csv"]
     for sources in (files[1], files[1:4:2]):
         with pytest.raises(DataError):
-            sources_of(sources, [P1], Said())
+            open_records(sources, [P1], Said())
 
 
 UNKNOWN = """\
@@ -271,6 +272,23 @@ def test_arrays_may_hold_dates(tmp_path):
     np.savez(tmp_path / "run.npz", **{"time": time, "P1 [bar]": np.arange(6.0)})
     (batch,) = plain_source(tmp_path / "run.npz").batches()
     assert batch.sampling_frequency == 80_000.0
+
+
+NOON = 1769860800.0
+"""2026-01-31T12:00Z since 1970 [s]."""
+
+
+def test_a_column_of_dates_gives_a_record_its_date(tmp_path):
+    time = np.datetime64("2026-01-31T12:00:00", "ns") + np.arange(6) * np.timedelta64(4, "ms")
+    columns = {"time": time, "P1 [bar]": np.arange(6.0)}
+    np.savez(tmp_path / "run.npz", **columns)
+    of_frame, of_mapping = (
+        open_records(data, [P1], Said())[0] for data in (pandas.DataFrame(columns), columns)
+    )
+    for source in (plain_source(tmp_path / "run.npz"), of_frame, of_mapping):
+        (batch,) = source.batches()
+        assert (batch.dates, batch.start_time) == ((NOON,), 0.0)
+    assert plain(tmp_path, text_of("2026-01-31T12:00:00.{:03}Z")).dates == (NOON,)
 
 
 def test_plain_columns_are_in_their_unit_or_in_si_by_a_full_name(tmp_path):

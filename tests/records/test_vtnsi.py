@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hydrofdi.indicators import make_indicators, measure
-from hydrofdi.records.measured.source import measured_source
+from hydrofdi.records.source import measured_source
 from tests.conftest import REPOSITORY, VTNSI, needs_vtnsi
 from tests.records.measuring import P1, P2, POSITION, SUPPLY, kinds
 

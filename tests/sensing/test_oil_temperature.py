@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 import hydrofdi
-from hydrofdi.api.records.sources import open_source
+from hydrofdi.api.sources import open_records
 from hydrofdi.config import load_experiment
 from hydrofdi.config.plausibility import idle_parameters
 from hydrofdi.records import Channel
@@ -48,7 +48,7 @@ def test_files_of_runs_without_a_stated_temperature_do_not_contain_it(small_swee
     with h5py.File(small_sweep.file) as file:
         assert "valve_supply_pressure" in file
         assert names.OIL_TEMPERATURE not in file
-    (batch,) = open_source(small_sweep.directory).batches()
+    (batch,) = open_records(small_sweep.directory)[0].batches()
     assert Channel.OIL_TEMPERATURE not in batch.channels
     assert not any(batch.remarks)
 
@@ -59,7 +59,7 @@ def sweep(tmp_path_factory):
 
 
 def test_stored_temperatures_are_those_of_records_that_are_simulated_again(sweep):
-    stored, again = (next(open_source(each).batches()) for each in (sweep.directory, sweep.config))
+    stored, again = (next(open_records(each)[0].batches()) for each in (sweep.directory, sweep.config))
     np.testing.assert_array_equal(stored[Channel.OIL_TEMPERATURE], again[Channel.OIL_TEMPERATURE])
     first = next(iter(hydrofdi.replay(sweep.directory)))
     part = stored[Channel.OIL_TEMPERATURE][0, : len(first.time)]

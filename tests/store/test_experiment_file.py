@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray
 
-from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import collect
 from hydrofdi.config import ExperimentConfig, expand_runs, load_experiment

@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 import pytest
 
-from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.stored import read_results
 from hydrofdi.config import load_experiment
 from hydrofdi.errors import StoreError

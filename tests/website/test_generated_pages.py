@@ -17,7 +17,7 @@ from hydrofdi.indicators import indicator_names
 from hydrofdi.indicators.registry import describe
 from hydrofdi.monitor.configuration import MqttConfig
 from hydrofdi.monitor.fleet_configuration import FleetConfig
-from hydrofdi.records.measured.description.sections import MeasuredConfig
+from hydrofdi.records.description import MeasuredConfig
 from hydrofdi.settings.ready import ready_names
 
 DOCS = Path(__file__).parents[2] / "docs"

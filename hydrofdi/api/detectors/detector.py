@@ -14,7 +14,7 @@ from hydrofdi.api.arguments import Names, names_of, path_of, refusal
 from hydrofdi.api.detectors.healthy_records import LeftOut
 from hydrofdi.api.detectors.windows import Tally, channels_read, judged_windows, watched, windows_table
 from hydrofdi.api.measuring import constants_text
-from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.sources import Said, open_records
 from hydrofdi.detectors.trained.conditions import coverage
 from hydrofdi.detectors.trained.file import DetectorFile, detector_text, is_detector, load_detector
 from hydrofdi.errors import ConfigError, StoreError
@@ -351,7 +351,7 @@ class Detector:
             Iterate over it once; afterwards it has counted them: ``n_judged``, ``n_alarm``, ``rate``.
         """
         said = Said(sampling_frequency, channel, unit)
-        sources = sources_of(data, channels_read(self.file), said)
+        sources = open_records(data, channels_read(self.file), said)
         for source in sources:
             self.file.require_machine(source.data_sheet, source.name)
         return Tally(self.file, chain.from_iterable(judged_windows(self.file, source) for source in sources))

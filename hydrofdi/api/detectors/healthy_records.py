@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Kind
 from hydrofdi.indicators.record_measures import samples_digest
 from hydrofdi.records import RecordBatch, RecordSource
-from hydrofdi.records.measured.source import HeldSource, MeasuredSource
+from hydrofdi.records.source import MeasuredSource
 from hydrofdi.report.runs import external_coefficients
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.studies.measured import WHICH, require_labels
@@ -136,7 +136,7 @@ class HealthyRecords:
 
 def labels_of_healthy(source: RecordSource) -> tuple[str, ...]:
     """Labels that a source itself calls healthy."""
-    return source.config.healthy if isinstance(source, MeasuredSource | HeldSource) else ()
+    return source.config.healthy if isinstance(source, MeasuredSource) else ()
 
 
 def _runs(
@@ -178,4 +178,4 @@ def analysed_batches(source: RecordSource, *, labels: bool = False) -> Iterator[
 
 
 def _is_labelled(source: RecordSource) -> bool:
-    return source.is_labelled if isinstance(source, MeasuredSource | HeldSource) else True
+    return source.is_labelled if isinstance(source, MeasuredSource) else True

@@ -15,8 +15,8 @@ from hydrofdi.api.arguments import Names, Texts, names_of, path_of
 from hydrofdi.api.detectors.detector import Detector, require_place
 from hydrofdi.api.detectors.healthy_records import HealthyRecords
 from hydrofdi.api.measuring import Indicators
-from hydrofdi.api.records.simulated import SimulatedRecords
-from hydrofdi.api.records.sources import Said, sources_of
+from hydrofdi.api.simulated import SimulatedRecords
+from hydrofdi.api.sources import Said, open_records
 from hydrofdi.api.stored import read_results
 from hydrofdi.detectors.rules import Promise
 from hydrofdi.detectors.trained.configuration import (
@@ -178,7 +178,7 @@ def train(
     feature = feature_of(stated)
     needed = feature.channels | feature.optional_channels | {stated.window.channel}
     needed |= set() if best else {Channel.OIL_TEMPERATURE}  # a winner is trained as the study judged it
-    sources = sources_of(data, needed, said) if stored is None else [_records_of(stored, needed)]
+    sources = open_records(data, needed, said) if stored is None else [_records_of(stored, needed)]
     if of_fleet is not None:
         for source in sources:
             of_fleet.require_machine(source.data_sheet, source.name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.api.detectors.healthy_records import analysed_batches
-from hydrofdi.api.records.sources import Said, held, records_of
+from hydrofdi.api.sources import Said, held, records_of
 from hydrofdi.detectors.trained.consequence import Consequence, consequence
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.detectors.trained.following import Follower
@@ -25,7 +26,8 @@ from hydrofdi.evaluation.scores import comparable
 from hydrofdi.monitor.lines import Condition, Line, WindowLine, line_record
 from hydrofdi.monitor.watch import Watch, judging_of
 from hydrofdi.records import Channel, RecordBatch, RecordSource
-from hydrofdi.records.measured.recording import samples_of
+from hydrofdi.records.columns import RejectionError
+from hydrofdi.records.recording import samples_of
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from hydrofdi.report.table import Column, Table, quantity
 from hydrofdi.settings.messages import counted
@@ -162,16 +164,17 @@ def _chunks(chunks: Iterable[Any], said: Said, frequency: float) -> Iterator[Chu
             continue
         samples = held(each)
         source = records_of(samples, frequency if samples.time is None else None, said.channel, said.unit)
-        if len(source.tables) > 1:
-            raise DataError(
-                f"{source.name}: has {counted(len(source.tables), 'record')}; a chunk of a stream has one"
-            )
-        channels, times = samples_of(source.tables[0], source.config)
+        if (n_record := len(source.table.record_ids)) > 1:
+            raise DataError(f"{source.name}: has {counted(n_record, 'record')}; a chunk of a stream has one")
+        try:
+            _, channels, times, since = samples_of(source.table.row(0), source.config)
+        except RejectionError as rejection:
+            raise DataError(f"{source.name}: {rejection.remark.message}") from None
         n_time = next(iter(channels.values())).size
-        if times is None or samples.time is None:
+        if times is None:
             times = (n_before + np.arange(n_time)) / frequency
-        else:
-            times = times + samples.time.since
+        elif not math.isnan(since):
+            times = times + since
         yield Chunk(times, channels)
         n_before += n_time
 

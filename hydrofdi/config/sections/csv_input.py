@@ -70,9 +70,9 @@ def held_text(name: str, text: str, place: str = "text") -> str:
 def parse_rows(text: str, place: str = "text") -> HeldRows:
     """The rows of a CSV text."""
     # only an experiment with a file loads the reader of measured files
-    from hydrofdi.records.measured.columns import known_unit, short_name
-    from hydrofdi.records.measured.description.sections import FormatConfig
-    from hydrofdi.records.measured.formats.text import TextTable
+    from hydrofdi.records.columns import short_name
+    from hydrofdi.records.description import FormatConfig, known_unit
+    from hydrofdi.records.text import TextTable
 
     def require(is_met: bool, message: str, row: int = -1) -> None:
         if not is_met:

@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 
-from hydrofdi.api.records.simulated import SimulatedRecords
+from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment

@@ -1,9 +1,12 @@
-"""Which column is which channel or the time, and in which unit: for files, streams and arrays alike."""
+"""Columns, and which of them is which channel in which unit: of files, streams and arrays alike."""
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -11,7 +14,7 @@ import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.measured.description.sections import COUNTS, ChannelConfig, TimeConfig
+from hydrofdi.records.description import ChannelConfig, is_counts, known_unit, unit_mistake
 from hydrofdi.settings.messages import listed, nearest
 from hydrofdi.units import ZEROS, Unit, parse_unit, similar_units
 
@@ -21,7 +24,6 @@ _LONGEST_TITLE = 1000
 """Most characters of a header that is split into name and unit."""
 _SI_BY_NAME = {channel.value: channel.unit for channel in Channel} | {"time": "s"}
 _EXACT = 2**53
-_SECOND = parse_unit("s")
 
 NAMES = {
     Channel.CHAMBER_1_PRESSURE: "p1, pa, pressure 1, chamber 1 pressure, chamber pressure 1, p chamber 1",
@@ -38,13 +40,86 @@ NAMES = {
 """Channel → its usual column names; upper and lower case, blanks, ``_``, ``-`` and ``.`` do not matter."""
 
 _CHANNELS = {name.replace(" ", ""): channel for channel, text in NAMES.items() for name in text.split(", ")}
-_TIMES = ("time", "t")
-"""Names of time columns, the preferred one first."""
-_DATES = {"timestamp", "datetime", "zeit", "zeitstempel", *_TIMES}
-"""Names of time columns that contain dates."""
 
-Units = Callable[[int], str]
-"""Position of a column → unit that the source states; empty if it states none."""
+
+class Titled:
+    """Columns with titles, or numbers from 1, and what their source states of them; `place` names it."""
+
+    def __init__(self, place: str, titles: Sequence[str], dated: Collection[int] = ()) -> None:
+        self.place, self.titles, self.dated = place, titles, dated
+
+    def unit(self, position: int) -> str:
+        """Unit that the source states for a column; empty if it states none."""
+        return split_title(self.titles[position])[1]
+
+    def is_dated(self, position: int) -> bool:
+        """Whether a column contains dates."""
+        return position in self.dated
+
+
+MOST_BYTES = 2**31
+
+
+class Table(Titled, ABC):
+    """Columns of one file; `remarks` are findings."""
+
+    remarks: tuple[Issue, ...] = ()
+
+    @property
+    def has_decimal_commas(self) -> bool:
+        """Whether numbers seem to have decimal commas, contrary to the description."""
+        return False
+
+    @property
+    def has_numbers(self) -> bool:
+        """Whether there are numbers or dates below the titles."""
+        return True
+
+    def row_place(self, row: int) -> str:
+        """A row, numbered from 0, for messages."""
+        return f"sample {row + 1}"
+
+    def find(self, column: str) -> int:
+        """Position of a column; `DataError` unless there is exactly one."""
+        return find_column(self.titles, column, self.place)
+
+    def load(self, positions: Sequence[int]) -> None:
+        """Prepare to return columns, if reading them together is faster."""
+
+    @abstractmethod
+    def numbers(self, position: int) -> Array:
+        """Values of a column, shape (n_row,), NaN where missing; `DataError` if it is not numeric."""
+
+    def instants(self, position: int) -> tuple[Array, float]:
+        """Values of a time column, shape (n_row,), and NaN; of dates, the time since the first one [s].
+
+        With dates comes the first one since 1970, in UTC or in an unknown zone [s].
+        """
+        return self.numbers(position), math.nan
+
+    def text(self, position: int) -> str:
+        """The value of a constant column; `DataError` if it changes, or is not text."""
+        raise DataError(f"{self.place}: column {self.titles[position]!r} is not text")
+
+
+class RejectionError(Exception):
+    """No record can be formed; it is listed with the reason, and the other records continue."""
+
+    def __init__(self, kind: str, text: str) -> None:
+        self.remark = Issue(text, kind=kind, is_unusable=True)
+        super().__init__(text)
+
+
+@contextmanager
+def damage_named(what: str) -> Iterator[None]:
+    """Turn whatever a library raises on a broken file into `RejectionError`."""
+    try:
+        yield
+    except (DataError, RejectionError):
+        raise
+    except Exception as error:
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise RejectionError("damaged", f"cannot be read as {what}: {reason}") from None
 
 
 @dataclass(frozen=True)
@@ -73,105 +148,51 @@ class Column:
 
 
 def columns_of(
-    titles: Sequence[str],
-    units: Units,
-    place: str,
-    configured: Mapping[Channel, ChannelConfig],
-    needed: Collection[Channel] = (),
+    table: Titled, configured: Mapping[Channel, ChannelConfig], needed: Collection[Channel] = ()
 ) -> dict[Channel, Column]:
-    """The columns of channels, as configured, or else by their names and units; `place` names the source.
+    """The columns of channels, as configured, or else by their names and units.
 
     A channel under its full name, such as ``chamber_1_pressure``, is in SI if no unit is stated. A column of
     a `needed` channel is refused, not ignored, if its unit has another dimension.
     """
+    titles, place = table.titles, table.place
     if configured:
         places = {channel: find_column(titles, each.column, place) for channel, each in configured.items()}
     else:
-        places = channels_named(titles, units, place)
+        places = channels_named(table)
         configured = {channel: ChannelConfig(column=titles[n]) for channel, n in places.items()}
         for position, title in enumerate(titles):
             channel = channel_named(title, "")
             if channel is not None and channel in needed and channel not in places:
-                factor_to_si(units(position), channel.unit, f"{place}: column {title[:60]!r}")
+                factor_to_si(table.unit(position), channel.unit, f"{place}: column {title[:60]!r}")
     if not places:
         shown = ", ".join(map(shortened, titles[:MOST_SHOWN])) + ", …" * (len(titles) > MOST_SHOWN)
         raise DataError(f"{place}: no column is named like a channel; found {shown[:200]}")
     return {
-        channel: _column(channel.unit, n, configured[channel], titles, units, place)
+        channel: column_at(table, n, configured[channel], channel.unit, table.unit(n))
         for channel, n in places.items()
     }
 
 
-def channels_named(titles: Sequence[str], units: Units, place: str) -> dict[Channel, int]:
+def channels_named(table: Titled) -> dict[Channel, int]:
     """Channel → position of the column that is named like it."""
     found: dict[Channel, int] = {}
-    for position, title in enumerate(titles):
-        channel = channel_named(title, units(position)) if _CHANNELS.get(short_name(title)) else None
+    for position, title in enumerate(table.titles):
+        channel = channel_named(title, table.unit(position)) if _CHANNELS.get(short_name(title)) else None
         if channel in found:
-            both = f"{titles[found[channel]]!r} and {title!r}"
-            raise DataError(f"{place}: more than one column is named like {channel}: {both}")
+            both = f"{table.titles[found[channel]]!r} and {title!r}"
+            raise DataError(f"{table.place}: more than one column is named like {channel}: {both}")
         if channel is not None:
             found[channel] = position
     return found
 
 
-def _column(
-    si_unit: str, position: int, config: ChannelConfig, titles: Sequence[str], units: Units, place: str
-) -> Column:
-    where, header = f"{place}: column {titles[position][:60]!r}", units(position)
-    header = header or ("" if config.unit else unit_by_name(titles[position]))
-    unit = _agreed_unit(config, header, where)
-    return Column(position, titles[position], config, unit, factor_to_si(unit, si_unit, where))
-
-
-def time_column(
-    titles: Sequence[str],
-    units: Units,
-    place: str,
-    configured: TimeConfig | None,
-    is_dated: Callable[[int], bool],
-) -> Column | None:
-    """The column of time, as configured, or else by its name; None if there is none.
-
-    Dates need no unit, and ``time`` is in seconds if none is stated.
-    """
-    if configured is not None:
-        found = [find_column(titles, configured.column, place)]
-    elif len(found := named_time(titles, units, is_dated)) > 1:
-        names = ", ".join(shortened(titles[n]) for n in found)
-        raise DataError(f"{place}: has more than one column of time: {names}")
-    if not found:
-        return None
-    position, title = found[0], titles[found[0]]
-    config = ChannelConfig(column=title, unit=configured.unit if configured else "")
-    are_dates, header = is_dated(position), units(position)
-    header = "" if are_dates and not known_unit(header) else header
-    if are_dates and not (header or config.unit or unit_by_name(title)):
-        return Column(position, title, config, "", None)
-    column = _column("s", position, config, titles, lambda _: header, place)
-    if is_counts(column.unit):
-        message = "counts the samples and is not a time; give the sampling frequency instead"
-        raise DataError(f"{place}: column {title[:60]!r}: {message}")
-    return column
-
-
-def named_time(titles: Sequence[str], units: Units, is_dated: Callable[[int], bool]) -> list[int]:
-    """Columns with a name of time: numbers with a unit are preferred to dates."""
-    candidates = [n for n, title in enumerate(titles) if short_name(title) in _DATES]
-    dated = [n for n in candidates if is_dated(n)]
-    named = titles_of_time(titles, [units(n) if n in candidates else "" for n in range(len(titles))])
-    usable = [n for n in named if n in dated or units(n) or unit_by_name(titles[n])]
-    return usable or dated or named
-
-
-def titles_of_time(titles: Sequence[str], units: Sequence[str]) -> list[int]:
-    """Positions of the preferred name of time among titles, unless their unit has another dimension."""
-    named: dict[str, list[int]] = {name: [] for name in _TIMES}
-    for position, (title, text) in enumerate(zip(titles, units, strict=True)):
-        unit = known_unit(text)
-        if short_name(title) in named and (unit is None or unit.exponents == _SECOND.exponents):
-            named[short_name(title)].append(position)
-    return next((found for found in named.values() if found), [])
+def column_at(table: Titled, position: int, config: ChannelConfig, si_unit: str, header: str) -> Column:
+    """A column in a unit of the dimension of `si_unit`; `header` is the unit that the source states."""
+    title = table.titles[position]
+    where = f"{table.place}: column {title[:60]!r}"
+    unit = _agreed_unit(config, header or ("" if config.unit else unit_by_name(title)), where)
+    return Column(position, title, config, unit, factor_to_si(unit, si_unit, where))
 
 
 def channel_named(title: str, unit: str, more: Mapping[str, Channel] = {}) -> Channel | None:
@@ -228,22 +249,9 @@ def short_name(title: str) -> str:
     return re.sub(r"[\s_.\-]+", "", split_title(title)[0]).lower()
 
 
-def is_counts(unit: str) -> bool:
-    """Whether a unit means the counts of a converter."""
-    return unit.lower() in COUNTS
-
-
 def is_unit(text: str) -> bool:
     """Whether a text is a unit, or the dash of a column without one."""
     return text == "-" or is_counts(text) or known_unit(text) is not None
-
-
-def known_unit(text: str) -> Unit | None:
-    """The unit that a text means; None if hydrofdi does not know it."""
-    try:
-        return parse_unit(text)
-    except ValueError:
-        return None
 
 
 def unit_by_name(column: str) -> str:
@@ -296,19 +304,6 @@ def scaled(values: Array, factor: Fraction) -> Array:
         return np.asarray(values * float(factor))
     product = values if numerator == 1 else values * float(numerator)
     return product if denominator == 1 else product / float(denominator)
-
-
-def unit_mistake(unit: str, si_unit: str) -> str:
-    """What is wrong with the unit of a column; empty if nothing is."""
-    found = None if is_counts(unit) else known_unit(unit)
-    if is_counts(unit) or (found is not None and found.exponents == parse_unit(si_unit).exponents):
-        return ""
-    if found is not None:
-        return f"the unit {unit} is not convertible to {si_unit}"
-    hint = "give 'gain' and the 'unit' after the gain, or 'unit: counts' if the scale is unknown"
-    if similar := similar_units(unit, si_unit):
-        hint = f"did you mean {' or '.join(map(repr, similar))}?"
-    return f"unknown unit {unit!r}; {hint}"
 
 
 def _meaning(unit: str) -> Unit | str | None:

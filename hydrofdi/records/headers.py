@@ -9,29 +9,28 @@ from textwrap import indent
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Channel
-from hydrofdi.records.data_sheet import data_sheet_lines
-from hydrofdi.records.measured.columns import (
+from hydrofdi.records.columns import (
     MOST_SHOWN,
+    RejectionError,
+    Table,
     channel_named,
     columns_of,
     is_unit,
-    known_unit,
-    named_time,
     shortened,
     split_title,
-    time_column,
-    titles_of_time,
     unit_by_name,
 )
-from hydrofdi.records.measured.description.sections import (
+from hydrofdi.records.data_sheet import data_sheet_lines
+from hydrofdi.records.description import (
     ChannelConfig,
     FormatConfig,
     MeasuredConfig,
     TimeConfig,
+    known_unit,
 )
-from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.formats.text import TextTable
-from hydrofdi.records.measured.recording import RejectionError, Table, counts_samples
+from hydrofdi.records.opening import open_table
+from hydrofdi.records.text import TextTable
+from hydrofdi.records.times import counts_samples, named_time, time_column, titles_of_time
 from hydrofdi.units import parse_unit, similar_units
 
 _SUGGESTED = {
@@ -78,7 +77,7 @@ def _completed(
         return names[position] if names.count(names[position]) == 1 else table.titles[position]
 
     try:
-        found = columns_of(table.titles, table.unit, str(file), {})
+        found = columns_of(table, {})
         used = [each.position for each in found.values()]
         channels = {channel: ChannelConfig(column=column(each.position)) for channel, each in found.items()}
         time = config.time
@@ -89,8 +88,7 @@ def _completed(
     except DataError as error:
         raise _advised(file, str(error).removeprefix(f"{file}: ")) from None
     if config.sampling_frequency is not None:
-        times = titles_of_time(table.titles, [table.unit(n) for n in range(len(names))])
-        times = [position for position in times if known_unit(table.unit(position))]
+        times = [position for position in titles_of_time(table) if known_unit(table.unit(position))]
         if times and is_plain:
             title = table.titles[times[0]]
             raise DataError(f"{file}: has a column {title!r}; leave the sampling frequency out")
@@ -102,7 +100,7 @@ def _completed(
 
 def _time_in(table: Table, file: Path) -> int:
     """Position of the column of time."""
-    time = time_column(table.titles, table.unit, str(file), None, table.is_dated)
+    time = time_column(table, None)
     if time is None:
         message = (
             "no sampling frequency is given (sampling_frequency=1kHz), and no column is named 'time [s]'"
@@ -170,7 +168,7 @@ def _sampling(table: Table) -> tuple[int | None, str]:
     second = parse_unit("s").exponents
     units = [known_unit(table.unit(position)) for position in range(len(table.titles))]
     others = (n for n, unit in enumerate(units) if table.is_dated(n) or (unit and unit.exponents == second))
-    time = next(iter([*named_time(table.titles, table.unit, table.is_dated), *others]), None)
+    time = next(iter([*named_time(table), *others]), None)
     if time is None or _is_counter(table, time):
         return None, "sampling_frequency: …"
     if table.is_dated(time):

@@ -6,6 +6,7 @@ HDF5 and MAT files are read in a process of their own: their libraries may crash
 from __future__ import annotations
 
 import gzip
+import math
 import os
 import pickle
 import subprocess
@@ -22,10 +23,9 @@ import numpy as np
 from hydrofdi.errors import DataError
 from hydrofdi.records import array_reader
 from hydrofdi.records.batch import Array
-from hydrofdi.records.measured.columns import split_title
-from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.formats.text import TextTable, blocks_of
-from hydrofdi.records.measured.recording import MOST_BYTES, RejectionError, Table, damage_named
+from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named, split_title
+from hydrofdi.records.description import FormatConfig
+from hydrofdi.records.text import TextTable, blocks_of
 from hydrofdi.settings.messages import counted, nearest
 
 _EXACT = 2**53
@@ -74,15 +74,16 @@ class ArrayTable(Table):
         """Whether a column contains dates."""
         return bool(self._vector(position).dtype.kind == "M")
 
-    def instants(self, position: int) -> Array:
-        """Values of a time column; of dates, the time since the first one [s]."""
+    def instants(self, position: int) -> tuple[Array, float]:
+        """Values of a time column, and the first date."""
         values = self._vector(position)
         if values.dtype.kind != "M":
-            return self.numbers(position)
+            return self.numbers(position), math.nan
         known = values[~np.isnat(values)]
-        if known.size:
-            self.first_date = float((known[0] - np.datetime64(0, "s")) / np.timedelta64(1, "s"))
-        return (values - known[:1]) / np.timedelta64(1, "s") if known.size else np.full(values.size, np.nan)
+        if not known.size:
+            return np.full(values.size, np.nan), math.nan
+        second = np.timedelta64(1, "s")
+        return (values - known[0]) / second, float((known[0] - np.datetime64(0, "s")) / second)
 
     def text(self, position: int) -> str:
         """The value of a constant column."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import gzip
+import math
 import re
 from array import array
 from collections import Counter
@@ -16,11 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from hydrofdi.errors import DataError, Issue
-from hydrofdi.records import dates
+from hydrofdi.records import times
 from hydrofdi.records.batch import Array
-from hydrofdi.records.measured.description.sections import FormatConfig
-from hydrofdi.records.measured.recording import MOST_BYTES, RejectionError, Table, damage_named
-from hydrofdi.records.measured.rows import HEAD_HINT, UNENDED, RowReader, require_text, runs, wrong_encoding
+from hydrofdi.records.columns import MOST_BYTES, RejectionError, Table, damage_named
+from hydrofdi.records.description import FormatConfig
+from hydrofdi.records.rows import HEAD_HINT, UNENDED, RowReader, require_text, runs, wrong_encoding
 
 _BLOCK = 2**21
 _LONGEST_LINE = 2**26
@@ -72,10 +73,11 @@ class TextTable(Table):
         self.place, self._form, self._blocks = place, form, blocks
         self._columns: dict[int, array[float]] = {}
         self._n_row, self._broken = 0, list[int]()
+        self._since: times.Instant | None = None
         kept = self._beginning()
         if not kept:
             raise DataError(f"{place}: contains no rows")
-        self._rows = RowReader(form, [line for _, line in kept[:2]])
+        self._rows = RowReader(form, [line for _, line in kept[:2]], place)
         kept = [each for each in kept if not self._rows.is_empty(each[1])]
         self._lines, texts = [number for number, _ in kept], [line for _, line in kept]
         cells = self._cells_of(texts)
@@ -105,7 +107,7 @@ class TextTable(Table):
         """Whether the last rows that were looked at have a number or a date."""
         cells = [cell for row in self._example[-2:] for cell in row if cell.strip()]
         return any(
-            self._rows.is_number(cell) or dates.is_dated(cell) or _COMMA_NUMBER.fullmatch(cell.strip())
+            self._rows.is_number(cell) or times.is_dated(cell) or _COMMA_NUMBER.fullmatch(cell.strip())
             for cell in cells
         )
 
@@ -122,13 +124,14 @@ class TextTable(Table):
             self.load([position])
         return np.frombuffer(self._columns.pop(position))[: self._n_row]
 
-    def instants(self, position: int) -> Array:
-        """Values of a time column; cut rows are interpolated, dates are counted from the first one [s]."""
+    def instants(self, position: int) -> tuple[Array, float]:
+        """Values of a time column, in which cut rows are interpolated, and the first date."""
         times, rows = self.numbers(position), self._broken
         if rows:
             whole = np.delete(np.arange(times.size), rows)
             times[rows] = np.interp(rows, whole, times[whole], left=np.nan, right=np.nan)
-        return times
+        since = self._since if self.is_dated(position) else None
+        return times, math.nan if since is None else since.nanoseconds / 1e9
 
     def text(self, position: int) -> str:
         """The value of a constant column."""
@@ -160,12 +163,13 @@ class TextTable(Table):
         self.remarks = tuple(reading.remarks(is_unended))
         self._n_row, self._broken = reading.n_row, reading.broken
         self._columns |= reading.columns
+        self._since = reading.since or self._since
 
     def _beginning(self) -> list[tuple[int, str]]:
         """Numbers from 1, and texts, of the first lines with cells."""
         lines: list[str] = []
         kept: list[tuple[int, str]] = []
-        reader, skip = RowReader(self._form, []), self._form.skip
+        reader, skip = RowReader(self._form, [], self.place), self._form.skip
         for block in self._blocks():
             lines += block
             kept = [(n, line) for n, line in enumerate(lines[skip:], skip + 1) if not reader.is_empty(line)]
@@ -215,7 +219,7 @@ class TextTable(Table):
     def is_dated(self, position: int) -> bool:
         """Whether a column contains dates."""
         cells = (row[position] for row in self._example if position < len(row))
-        return dates.is_dated(next((cell for cell in cells if not self._rows.is_missing(cell)), ""))
+        return times.is_dated(next((cell for cell in cells if not self._rows.is_missing(cell)), ""))
 
     def _numbered(self, texts: list[str], cells: list[list[str]]) -> list[str]:
         is_stated = bool({"delimiter", "decimal"} & self._form.model_fields_set)
@@ -249,7 +253,8 @@ class _Reading:
         self.n_row = self.n_waiting = self._n_between = self._cut_line = 0
         self._widths: list[tuple[int, int]] = []
         self.broken: list[int] = []
-        self._since: dates.Instant | None = None
+        self.since: times.Instant | None = None
+        """The first date."""
 
     def parse(self, lines: Sequence[str]) -> tuple[int, int, dict[int, Array]]:
         """Width and number of rows, and their columns."""
@@ -301,8 +306,6 @@ class _Reading:
 
     def _seconds(self, texts: Sequence[str]) -> Array:
         """Time since the first date [s]."""
-        instants = [None if self._rows.is_missing(text) else dates.instant(text) for text in texts]
-        self._since = self._since or next(filter(None, instants), None)
-        if self._since is not None:
-            self.first_date = self._since.nanoseconds / 1e9
-        return dates.seconds_since(self._since, instants)
+        instants = [None if self._rows.is_missing(text) else times.instant(text) for text in texts]
+        self.since = self.since or next(filter(None, instants), None)
+        return times.seconds_since(self.since, instants)

@@ -13,8 +13,8 @@ import numpy as np
 
 from hydrofdi.errors import DataError
 from hydrofdi.records.batch import Array
-from hydrofdi.records.measured.columns import is_unit, split_title
-from hydrofdi.records.measured.description.sections import FormatConfig
+from hydrofdi.records.columns import Titled, is_unit, split_title
+from hydrofdi.records.description import FormatConfig
 
 Parsed = TypeVar("Parsed")
 
@@ -54,15 +54,18 @@ def wrong_encoding(place: str, encoding: str) -> DataError:
     return DataError(f"{place}: is not text in {encoding}; write 'format: {{encoding: …}}', such as cp1252")
 
 
-class RowReader:
+class RowReader(Titled):
     """Reads lines under a header; the first lines show the delimiter if the format does not state it.
 
     A blank stands for runs of blanks. `titles` and `units`, the cells of a row of units, are set from
     outside.
     """
 
-    def __init__(self, form: FormatConfig, first_lines: Sequence[str]) -> None:
-        self._form, self.titles, self.units = form, list[str](), list[str]()
+    units: Sequence[str] = ()
+
+    def __init__(self, form: FormatConfig, first_lines: Sequence[str], place: str) -> None:
+        super().__init__(place, [])
+        self._form = form
         self.delimiter = _NAMED.get(form.delimiter or "", form.delimiter) or _delimiter_of(first_lines, form)
 
     def is_empty(self, line: str) -> bool:

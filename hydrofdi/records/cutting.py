@@ -10,8 +10,9 @@ import numpy as np
 
 from hydrofdi.errors import DataError, Issue
 from hydrofdi.records.batch import Array, Channel
-from hydrofdi.records.measured.description.sections import CyclesConfig, SegmentConfig, TrimConfig
-from hydrofdi.records.measured.recording import Recording, RejectionError
+from hydrofdi.records.columns import RejectionError
+from hydrofdi.records.description import CyclesConfig, SegmentConfig, TrimConfig
+from hydrofdi.records.recording import Recording
 from hydrofdi.records.stuck import BAND, Direction, drive_edges
 from hydrofdi.units import ABOVE, BELOW
 

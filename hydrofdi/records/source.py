@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import glob
+import math
 import os
 import re
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
 
 from hydrofdi.errors import ConfigError, DataError, Issue
 from hydrofdi.records.batch import Array, Channel, RecordBatch, RejectedRecord
-from hydrofdi.records.dates import instant
-from hydrofdi.records.measured.cutting import (
+from hydrofdi.records.columns import RejectionError, Table
+from hydrofdi.records.cutting import (
     cycles_of,
     find_stroke,
     normalized,
@@ -25,23 +26,85 @@ from hydrofdi.records.measured.cutting import (
     short_stroke,
     trimmed,
 )
-from hydrofdi.records.measured.defects import defects, differences
-from hydrofdi.records.measured.description.checks import contradictions
-from hydrofdi.records.measured.description.sections import OF_STREAMS, MeasuredConfig
-from hydrofdi.records.measured.formats.opening import open_table
-from hydrofdi.records.measured.forming import (
-    MOST_SAMPLES,
-    batched,
+from hydrofdi.records.defects import defects, differences, outliers
+from hydrofdi.records.description import (
+    OF_STREAMS,
+    MeasuredConfig,
+    contradictions,
     filled,
-    in_natural_order,
-    matching_files,
     names_of_path,
     path_pattern,
 )
-from hydrofdi.records.measured.headers import completed, suggested_description
-from hydrofdi.records.measured.recording import Recording, RejectionError, Table, recording_of
+from hydrofdi.records.headers import completed, suggested_description
+from hydrofdi.records.opening import open_table
+from hydrofdi.records.recording import Recording, recording_of
+from hydrofdi.records.times import instant
 from hydrofdi.settings.validation import read_yaml, validated
 from hydrofdi.settings.yaml_source import Source
+
+MOST_SAMPLES = 2**22
+"""Most samples, over all channels, of a batch with more than one record: 32 MiB."""
+
+
+def batched(
+    records: Iterable[Recording | RejectedRecord],
+    drive_period: float | None,
+    labels: bool,
+    most_samples: int = MOST_SAMPLES,
+) -> Iterator[RecordBatch]:
+    """Batches of consecutive records that fit together; rejected records come with the next batch.
+
+    A batch of more than one record has at most `most_samples` over all channels.
+    """
+    waiting: list[Recording] = []
+    rejected: list[RejectedRecord] = []
+    for record in records:
+        if isinstance(record, RejectedRecord):
+            rejected.append(record if labels else replace(record, label=""))
+            continue
+        n_sample = (len(waiting) + 1) * record.n_time * len(record.channels)
+        if waiting and (_shape(record) != _shape(waiting[0]) or n_sample > most_samples):
+            yield _batch(waiting, rejected, drive_period, labels)
+            waiting, rejected = [], []
+        waiting.append(record)
+    if waiting or rejected:
+        yield _batch(waiting, rejected, drive_period, labels)
+
+
+def _shape(record: Recording) -> Hashable:
+    return record.n_time, record.sampling_frequency, record.start_time, record.relative
+
+
+def _batch(
+    records: list[Recording],
+    rejected: list[RejectedRecord],
+    drive_period: float | None,
+    labels: bool,
+) -> RecordBatch:
+    if not records:
+        return RecordBatch({}, 1.0, (), rejected=tuple(rejected), labels=() if labels else None)
+    first = records[0]
+    return RecordBatch(
+        channels={
+            channel: np.stack([record.channels[channel] for record in records])
+            if len(records) > 1
+            else first.channels[channel][np.newaxis]
+            for channel in first.channels
+        },
+        sampling_frequency=first.sampling_frequency,
+        start_time=first.start_time,
+        record_ids=tuple(record.record_id for record in records),
+        sources=tuple(record.source for record in records),
+        groups=tuple(record.group for record in records),
+        drive_period=drive_period,
+        relative=first.relative,
+        normalized=first.normalized,
+        remarks=tuple(record.remarks for record in records),
+        rejected=tuple(rejected),
+        units={channel: frozenset(record.units[channel] for record in records) for channel in first.units},
+        labels=tuple(record.label for record in records) if labels else None,
+        dates=tuple(record.date for record in records),
+    )
 
 
 @dataclass(frozen=True)
@@ -188,70 +251,90 @@ def _require_consistent(config: MeasuredConfig, source: Source) -> None:
 
 
 @dataclass(frozen=True)
-class HeldTable(Table):
-    """Columns of one record in memory, each of shape (n_time,); unknown texts are empty."""
+class MemoryTable(Table):
+    """Columns of one or more records in memory, each of shape (n_time,) or (n_record, n_time).
+
+    A unit is empty if it is not stated, and None if there is no place to state it. `time` is the position of
+    the column of time; dates count from the first of them: position → that date since 1970 [s]. Names, groups
+    and labels of the records are empty if there are none.
+    """
 
     place: str
     titles: Sequence[str]
-    units: Sequence[str]
+    units: Sequence[str | None]
     columns: Sequence[Array]
-    record_id: str = "0"
-    group: str = ""
-    label: str = ""
+    dates: Mapping[int, float] = field(default_factory=dict)
+    time: int | None = None
+    record_ids: Sequence[str] = ()
+    groups: Sequence[str] = ()
+    labels: Sequence[str] = ()
 
     def unit(self, position: int) -> str:
         """Unit of a column; empty if unknown."""
-        return self.units[position]
+        return self.units[position] or ""
+
+    def is_dated(self, position: int) -> bool:
+        """Whether a column contains dates."""
+        return position in self.dates
 
     def numbers(self, position: int) -> Array:
         """Values of a column, shape (n_time,)."""
         return self.columns[position]
 
+    def instants(self, position: int) -> tuple[Array, float]:
+        """Values of a time column, and the first date."""
+        return self.columns[position], self.dates.get(position, math.nan)
+
+    def part(self, positions: Sequence[int], time: int | None) -> MemoryTable:
+        """Some of the columns, of which one may be the time."""
+        return replace(
+            self,
+            titles=[self.titles[n] for n in positions],
+            units=[self.units[n] for n in positions],
+            columns=[self.columns[n] for n in positions],
+            dates={place: self.dates[n] for place, n in enumerate(positions) if n in self.dates},
+            time=None if time is None else positions.index(time),
+        )
+
+    def row(self, row: int) -> MemoryTable:
+        """One of the records."""
+        return replace(self, columns=[each if each.ndim == 1 else each[row] for each in self.columns])
+
 
 @dataclass(frozen=True)
 class HeldSource(MeasuredSource):
-    """Records in memory."""
+    """Records in memory; `table` has a name, a group and a label for each."""
 
-    tables: Sequence[HeldTable] = ()
+    table: MemoryTable = MemoryTable("", (), (), ())
 
     @property
     def is_labelled(self) -> bool:
         """Whether any record has a label."""
-        return any(table.label for table in self.tables)
+        return any(self.table.labels)
 
     def _records(self) -> Iterator[Recording | RejectedRecord]:
-        for table in self.tables:
+        table = self.table
+        named = zip(table.record_ids, table.groups, table.labels, strict=True)
+        for row, (record_id, group, label) in enumerate(named):
             with np.errstate(all="ignore"):
-                yield self._held(table)
+                record = self._of_row(row, record_id)
+            yield replace(record, group=group, label=label)
 
-    def _held(self, table: HeldTable) -> Recording | RejectedRecord:
-        own = {
-            "record_id": table.record_id,
-            "source": table.place,
-            "group": table.group,
-            "label": table.label,
-        }
+    def _of_row(self, row: int, record_id: str) -> Recording | RejectedRecord:
+        place = self.table.place
         try:
-            record = replace(recording_of(table, self.config), record_id=table.record_id, source=table.place)
+            record = recording_of(self.table.row(row), self.config)
         except RejectionError as rejection:
-            return RejectedRecord(**own, remark=rejection.remark)
-        return replace(self._formed(record, {}), group=table.group, label=table.label)
+            return RejectedRecord(record_id, place, "", rejection.remark)
+        return self._formed(replace(record, record_id=record_id, source=place), {})
 
 
-def held_source(
-    tables: Sequence[HeldTable], channels: Mapping[Channel, Mapping[str, str]], sampling: Mapping[str, Any]
-) -> HeldSource:
-    """Records of tables with the same columns.
-
-    A channel has a ``column``, and a ``unit`` if the table states none; `sampling` has ``time`` or
-    ``sampling_frequency``, as in a description.
-    """
-    columns = {channel.value: dict(column) for channel, column in channels.items()}
-    name = tables[0].place if tables else "the records"
-    source = Source({"files": name, "channels": columns, **sampling})
+def held_source(table: MemoryTable, described: Mapping[str, Any]) -> HeldSource:
+    """Records in memory, with ``channels`` and sampling as in a description."""
+    source = Source({"files": table.place, **described})
     config = validated(MeasuredConfig, source)
     _require_consistent(config, source)
-    return HeldSource(name, config, tables=tables)
+    return HeldSource(table.place, config, table=table)
 
 
 _SUFFIXES_IN_FOLDERS = (".csv", ".tsv", ".parquet", ".pq", ".mat", ".npz", ".csv.gz", ".tsv.gz")
@@ -308,58 +391,31 @@ def plain_files(folder: Path) -> list[Path]:
     )
 
 
-_FEWEST = 8
-"""Fewest records of a group that is checked."""
-_TO_DEVIATION = 1.4826
-"""Standard deviation of normal numbers over their median absolute deviation."""
-
-Key = tuple[str, Channel]
-"""Group and channel."""
+_DIGITS = re.compile(r"(\d+)")
 
 
-def outliers(records: Iterable[Recording | RejectedRecord], limit: float) -> dict[str, tuple[Issue, ...]]:
-    """Record id → remarks, for records that are further from the median of their group than others.
+def matching_files(folder: Path, pattern: str) -> list[Path]:
+    """Files that match a pattern relative to a folder, in natural order: run 2 before run 10.
 
-    The check compares the stroke, and the logarithm of the RMS of each pressure's changes from sample to
-    sample; the limit is in robust standard deviations.
+    Leading parts of the pattern that exist literally are taken literally, including brackets and stars.
     """
-    names: dict[Key, list[str]] = defaultdict(list)
-    numbers: dict[Key, list[float]] = defaultdict(list)
-    for record in records:
-        if isinstance(record, Recording):
-            for channel, number in _looked_at(record).items():
-                names[record.group, channel].append(record.record_id)
-                numbers[record.group, channel].append(number)
-    found: dict[str, tuple[Issue, ...]] = defaultdict(tuple)
-    for key, values in numbers.items():
-        distances = _distances(np.array(values))
-        for row in np.flatnonzero(distances > limit).tolist():
-            found[names[key][row]] += (_remark(key[1], float(distances[row])),)
-    return found
+    parts = PurePath(pattern).parts
+    literal = 0
+    while literal < len(parts) and os.path.lexists(folder.joinpath(*parts[: literal + 1])):
+        literal += 1
+    start = folder.joinpath(*parts[:literal])
+    if literal == len(parts):
+        return [start] if start.is_file() else []
+    found = glob.glob(os.path.join(*parts[literal:]), root_dir=start, recursive=True)
+    return in_natural_order(start / name for name in found if (start / name).is_file())
 
 
-def _looked_at(record: Recording) -> dict[Channel, float]:
-    channels = record.channels
-    numbers = {Channel.PISTON_POSITION: record.stroke} if Channel.PISTON_POSITION in channels else {}
-    for channel, samples in channels.items():
-        if channel.is_pressure:
-            change = float(np.sqrt(np.mean(np.diff(samples) ** 2)))
-            numbers[channel] = float(np.log(change)) if change > 0.0 else np.nan
-    return numbers
+def in_natural_order(paths: Iterable[Path]) -> list[Path]:
+    """Paths in natural order: numbers in them are sorted by value."""
+    return sorted(paths, key=lambda path: _natural(path.as_posix()))
 
 
-def _distances(values: Array) -> Array:
-    """Distances from the median in robust standard deviations; zero if there are few values."""
-    finite = values[np.isfinite(values)]
-    if finite.size < _FEWEST:
-        return np.zeros(values.size)
-    middle = np.median(finite)
-    spread = _TO_DEVIATION * float(np.median(np.abs(finite - middle)))
-    away, least = np.nan_to_num(np.abs(values - middle)), 1e-9 * np.abs(finite).max()
-    return np.asarray(np.divide(away, spread, out=np.zeros(values.size), where=spread > least))
-
-
-def _remark(channel: Channel, distance: float) -> Issue:
-    what = "the stroke is" if channel is Channel.PISTON_POSITION else f"the changes of {channel} are"
-    text = f"{what} {distance:.1f} standard deviations from the median of its group"
-    return Issue(text, channel, kind="outlier")
+def _natural(text: str) -> tuple[list[tuple[str, int]], str]:
+    pieces = _DIGITS.split(text)
+    numbers = [int(piece) for piece in pieces[1::2]] + [0]
+    return list(zip(pieces[::2], numbers, strict=True)), text

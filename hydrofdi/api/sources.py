@@ -6,7 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -17,17 +17,16 @@ from numpy.typing import NDArray
 from hydrofdi.api.arguments import Names, Texts, path_of, positive_of, refusal
 from hydrofdi.errors import ConfigError, DataError, StoreError
 from hydrofdi.records import Channel, RecordSource
-from hydrofdi.records.dates import instant, is_dated
-from hydrofdi.records.measured.columns import (
-    channel_called,
-    channel_named,
-    channels_named,
-    find_column,
-    named_time,
-    split_title,
+from hydrofdi.records.columns import channel_called, channel_named, channels_named, find_column, split_title
+from hydrofdi.records.source import (
+    HeldSource,
+    MeasuredSource,
+    MemoryTable,
+    held_source,
+    measured_source,
+    plain_source,
 )
-from hydrofdi.records.measured.recording import counts_samples
-from hydrofdi.records.measured.source import HeldSource, HeldTable, MeasuredSource, held_source
+from hydrofdi.records.times import counts_samples, instant, is_dated, named_time
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.ready import located, ready_hint, warn_if_shadowing
 
@@ -54,8 +53,10 @@ class Said:
         return None if given is None else positive_of("sampling_frequency", given, "Hz", expected)
 
 
-def sources_of(data: Any, channels: Collection[Channel], said: Said) -> list[RecordSource]:
-    """The records in files, results or memory."""
+def open_records(
+    data: Any, channels: Collection[Channel] = tuple(Channel), said: Said = Said()
+) -> list[RecordSource]:
+    """The records in files, results or memory: a source for each part of `data`."""
     parts = _parts(data)
     if all(isinstance(each, str | PathLike) for each in parts):
         for name in ("channel", "unit", "label", "group"):
@@ -90,38 +91,43 @@ def _is_whole(data: Any) -> bool:
 
 def _source(data: Any, number: int | None, channels: Collection[Channel], said: Said) -> RecordSource:
     if isinstance(data, str | PathLike):
-        return open_source(path_of(data), channels, said.frequency, said.settings)
+        return _source_at(path_of(data), channels, said)
     if hasattr(data, "record_source"):
         source: RecordSource = data.record_source(channels)
         return source
     config = sys.modules.get("hydrofdi.config")
     if config is not None and isinstance(data, config.ExperimentConfig):
-        from hydrofdi.api.records.simulated import SimulatedRecords
+        from hydrofdi.api.simulated import SimulatedRecords
 
         return SimulatedRecords(data, data.name, channels)
-    columns = held(data, number)
-    records = records_of(columns, said.frequency, said.channel, said.unit)
+    table = held(data, number)
+    records = records_of(table, said.frequency, said.channel, said.unit)
     if not records.config.channels.keys() & set(channels):
-        names = ", ".join(repr(column.name) for column in columns.columns)
-        raise DataError(f"{columns.kind}: has no {' and no '.join(sorted(channels))}; found {names}")
+        names = (split_title(title)[0] for n, title in enumerate(table.titles) if n != table.time)
+        found = ", ".join(map(repr, names))
+        raise DataError(f"{table.place}: has no {' and no '.join(sorted(channels))}; found {found}")
     return records
 
 
 def _named(sources: Sequence[HeldSource], said: Said) -> list[HeldSource]:
     """Records in memory with labels, groups, and names that differ."""
-    n_record = sum(len(source.tables) for source in sources)
+    n_record = sum(len(source.table.record_ids) for source in sources)
     labels, groups = (_texts(name, getattr(said, name), n_record) for name in ("label", "group"))
-    named, first = [], 0
+    named, first = list[HeldSource](), 0
     for source in sources:
-        tables = []
-        for row, table in enumerate(source.tables, first):
-            own: dict[str, Any] = (
-                {"record_id": str(row)} if len(sources) > 1 and table.record_id.isdecimal() else {}
-            )
-            own |= ({"label": labels[row]} if labels else {}) | ({"group": groups[row]} if groups else {})
-            tables.append(replace(table, **own))
-        first += len(tables)
-        named.append(replace(source, tables=tables))
+        table, stop = source.table, first + len(source.table.record_ids)
+        record_ids = [
+            str(row) if len(sources) > 1 and record_id.isdecimal() else record_id
+            for row, record_id in enumerate(table.record_ids, first)
+        ]
+        table = replace(
+            table,
+            record_ids=record_ids,
+            groups=groups[first:stop] or table.groups,
+            labels=labels[first:stop] or table.labels,
+        )
+        named.append(replace(source, table=table))
+        first = stop
     return named
 
 
@@ -143,18 +149,13 @@ _MEASURED_KEYS = {"files", "channels"}
 """Keys that a description of measured files has, and an experiment has not."""
 
 
-def open_source(
-    path: Path,
-    channels: Collection[Channel] = tuple(Channel),
-    sampling_frequency: float | None = None,
-    settings: Sequence[str] = (),
-) -> RecordSource:
+def _source_at(path: Path, channels: Collection[Channel], said: Said) -> RecordSource:
     """Records of results, an experiment, a description of measured files, a data file, or a folder."""
-    name, path = str(path), path if path.is_dir() else located(path)
+    name, path, frequency = str(path), path if path.is_dir() else located(path), said.frequency
     kind = kind_of(path)
-    if sampling_frequency is not None and kind != "measured":
+    if frequency is not None and kind != "measured":
         raise ConfigError(f"sampling_frequency: {path} states its own; the option is for a plain data file")
-    if settings and kind != "experiment":
+    if said.settings and kind != "experiment":
         raise ConfigError(f"settings (--set): {path} is not simulated; they are for an experiment file")
     if kind == "results":
         from hydrofdi.api.stored import read_results
@@ -162,13 +163,11 @@ def open_source(
 
         return StoredRecords(read_results(path), str(path), channels)
     if kind == "experiment":
-        from hydrofdi.api.records.simulated import SimulatedRecords
+        from hydrofdi.api.simulated import SimulatedRecords
         from hydrofdi.config import load_experiment
 
-        return SimulatedRecords(load_experiment(path, settings), name, channels)
-    from hydrofdi.records.measured.source import measured_source, plain_source
-
-    return measured_source(path) if kind == "description" else plain_source(path, sampling_frequency)
+        return SimulatedRecords(load_experiment(path, said.settings), name, channels)
+    return measured_source(path) if kind == "description" else plain_source(path, frequency)
 
 
 def kind_of(path: Path) -> str:
@@ -191,7 +190,7 @@ def kind_of(path: Path) -> str:
 
 def _kind_of_folder(path: Path) -> str:
     from hydrofdi.api.stored import require_single, results_files
-    from hydrofdi.records.measured.source import plain_files
+    from hydrofdi.records.source import plain_files
     from hydrofdi.store.folder.provenance import REQUEST_FILE
 
     is_sweep, results = (path / REQUEST_FILE).exists(), results_files(path)
@@ -227,40 +226,12 @@ _CF_POWER = re.compile(r"(?<=[A-Za-z])(-?\d)")
 """A power as CF writes it: ``m s-1``."""
 
 
-@dataclass(frozen=True)
-class Column:
-    """A column of one or more records: values, shape (n_time,) or (n_record, n_time), under their title as it
-    is written, such as ``P1 [bar]``. Its ``unit`` is empty if it is not stated, and None if there is no place
-    to state it. Dates, or durations, count from ``since`` [s since 1970].
-    """
-
-    title: str
-    values: NDArray[np.float64]
-    unit: str | None
-    since: float = 0.0
-    is_dates: bool = False
-
-    @property
-    def name(self) -> str:
-        """The title without its unit."""
-        return split_title(self.title)[0]
+Part = tuple[str, Any, str | None]
+"""Title of a column as it is written, such as ``P1 [bar]``; its values, of shape (n_time,) or (n_record,
+n_time); its unit, empty if it is not stated, and None if there is no place to state it."""
 
 
-@dataclass(frozen=True)
-class Held:
-    """Columns, and when they were sampled; ``kind`` is what messages call them. Names, groups and labels of
-    the records are empty if there are none.
-    """
-
-    kind: str
-    columns: Sequence[Column]
-    time: Column | None = None
-    record_ids: Sequence[str] = field(default=())
-    groups: Sequence[str] = field(default=())
-    labels: Sequence[str] = field(default=())
-
-
-def held(data: Any, number: int | None = None) -> Held:
+def held(data: Any, number: int | None = None) -> MemoryTable:
     """What an object in memory holds."""
 
     def kind(noun: str) -> str:
@@ -271,29 +242,25 @@ def held(data: Any, number: int | None = None) -> Held:
         return _of_dataset(kind("DataArray"), {str(data.name or ""): data})
     if xarray is not None and isinstance(data, xarray.Dataset):
         return _of_dataset(kind("Dataset"), {str(name): each for name, each in data.data_vars.items()})
-    if pandas is not None and isinstance(data, pandas.Series | pandas.DataFrame):
-        frame = data.to_frame() if isinstance(data, pandas.Series) else data
-        return _of_frame(kind("DataFrame"), frame)
-    if hasattr(data, "to_pandas"):
-        return _of_frame(kind("DataFrame"), data.to_pandas())
+    if pandas is not None and isinstance(data, pandas.Series):
+        return _of_frame(kind("DataFrame"), data.to_frame())
+    if hasattr(data, "to_pandas") or (pandas is not None and isinstance(data, pandas.DataFrame)):
+        return _of_frame(kind("DataFrame"), data.to_pandas() if hasattr(data, "to_pandas") else data)
     if isinstance(data, Mapping):
-        columns = [_column(kind("mapping"), str(title), values, None) for title, values in data.items()]
-        return _timed(kind("mapping"), columns)
-    return Held(kind("array"), [_column(kind("array"), "", data, None)])
+        return _timed(kind("mapping"), [(str(title), values, None) for title, values in data.items()])
+    return _table(kind("array"), [("", data, None)])
 
 
-def _of_frame(kind: str, frame: Any) -> Held:
-    titles = [str(title) for title in frame.columns]
-    numeric = [n for n in range(len(titles)) if frame.dtypes.iloc[n].kind in "fiumM"]
-    columns = [_column(kind, titles[n], _values(frame.iloc[:, n]), "") for n in numeric]
-    others = (frame.iloc[:, n] for n in range(len(titles)) if n not in numeric)
-    dated = (
-        each for each in others if len(each) and isinstance(each.iloc[0], str) and is_dated(each.iloc[0])
-    )
-    columns += [_column(kind, str(each.name), _dates(kind, each), "") for each in dated]
+def _of_frame(kind: str, frame: Any) -> MemoryTable:
+    columns = [(str(title), frame.iloc[:, n]) for n, title in enumerate(frame.columns)]
+    is_numeric = [each.dtype.kind in "fiumM" for _, each in columns]
+    parts = [(title, _values(each)) for (title, each), n in zip(columns, is_numeric, strict=True) if n]
+    for (title, each), numeric in zip(columns, is_numeric, strict=True):
+        if not numeric and len(each) and isinstance(each.iloc[0], str) and is_dated(each.iloc[0]):
+            parts.append((title, _dates(kind, each)))
     if frame.index.name is not None or frame.index.dtype.kind in "mM":
-        columns.append(_column(kind, str(frame.index.name or "time"), _values(frame.index), ""))
-    return _timed(kind, columns)
+        parts.append((str(frame.index.name or "time"), _values(frame.index)))
+    return _timed(kind, [(title, values, "") for title, values in parts])
 
 
 def _values(series: Any) -> NDArray[Any]:
@@ -310,26 +277,26 @@ def _dates(kind: str, series: Any) -> NDArray[np.datetime64]:
         raise DataError(f"{kind}: column {str(series.name)!r}: {error}") from None
 
 
-def _of_dataset(kind: str, variables: Mapping[str, Any]) -> Held:
+def _of_dataset(kind: str, variables: Mapping[str, Any]) -> MemoryTable:
     dims = {
         name: "time" if "time" in each.dims else (each.dims or ("",))[-1] for name, each in variables.items()
     }
     along = "time" if "time" in dims.values() else next(iter(dims.values()), "")
     chosen = {name: each for name, each in variables.items() if along in each.dims}
-    columns = [
-        _column(kind, name, each.transpose(..., along).to_numpy(), _usual(str(each.attrs.get("units", ""))))
+    parts = [
+        (name, each.transpose(..., along).to_numpy(), _usual(str(each.attrs.get("units", ""))))
         for name, each in chosen.items()
     ]
     leading = next((each for each in chosen.values() if each.ndim > 1), None)
     names = {} if leading is None else _names(leading, along)
     times = next((each.coords[along] for each in chosen.values() if along in each.coords), None)
     if times is None:
-        return Held(kind, columns, None, **names)
-    unit = _usual(str(times.attrs.get("units", "")))
-    return Held(kind, columns, _column(kind, along, times.to_numpy(), unit), **names)
+        return replace(_table(kind, parts), **names)
+    parts.append((along, times.to_numpy(), _usual(str(times.attrs.get("units", "")))))
+    return replace(_table(kind, parts), time=len(parts) - 1, **names)
 
 
-def _names(data: Any, along: str) -> dict[str, list[str]]:
+def _names(data: Any, along: str) -> dict[str, Any]:
     """Names, groups and labels of the records of an array, from its coordinates."""
     (over, *_) = (dim for dim in data.dims if dim != along)
     coordinates = {"record_ids": over, "groups": "group", "labels": "label"}
@@ -344,35 +311,43 @@ def known_text(given: Any) -> str:
     return "" if is_missing or str(given) == "<NA>" else str(given)
 
 
-def _timed(kind: str, columns: Sequence[Column]) -> Held:
-    """Columns, that of time set apart."""
-    titles = [column.name for column in columns]
-    places = named_time(titles, lambda n: columns[n].unit or "", lambda n: columns[n].is_dates)
+def _timed(kind: str, parts: Sequence[Part]) -> MemoryTable:
+    """A table in which the column of time is found by its name."""
+    table = _table(kind, parts)
+    places = named_time(table)
     if len(places) > 1:
         raise DataError(f"{kind}: has more than one column of time")
-    others = [column for place, column in enumerate(columns) if place not in places]
-    return Held(kind, others, columns[places[0]] if places else None)
+    return replace(table, time=places[0]) if places else table
 
 
-def _column(kind: str, title: str, values: Any, unit: str | None) -> Column:
-    """A column by its header; a unit in the header comes first."""
-    array, stated = _samples(values), split_title(title)[1]
-    if array.dtype.kind in "mM":
-        passed = (array - array[:1]) / np.timedelta64(1, "ns") / 1e9
-        since = array[:1].astype(f"{array.dtype.kind}8[ns]").astype(np.int64).sum() / 1e9
-        return Column(title, passed, "s", float(since), is_dates=True)
-    if array.dtype.kind not in "fiu":
-        raise DataError(
-            f"{kind}: {f'column {title!r} ' if title else ''}contains something other than real numbers"
-        )
-    if array.ndim not in (1, 2):
-        raise DataError(f"{kind}: has {counted(array.ndim, 'dimension')}; give samples, or records × samples")
-    if array.ndim == 2 and array.shape[1] == 1 < array.shape[0]:
-        raise DataError(
-            f"{kind}: shape {array.shape} is {counted(array.shape[0], 'record')}"
-            " of 1 sample; transpose it or ravel it"
-        )
-    return Column(title, array.astype(np.float64), stated or unit)
+def _table(kind: str, parts: Sequence[Part]) -> MemoryTable:
+    """Numbers of columns; a unit in a title comes first."""
+    columns, units, dates = list[NDArray[np.float64]](), list[str | None](), dict[int, float]()
+    for position, (title, values, unit) in enumerate(parts):
+        array = _samples(values)
+        if array.dtype.kind in "mM":
+            if array.dtype.kind == "M" and array.size:
+                dates[position] = float(array[:1].astype("datetime64[ns]").astype(np.int64).sum() / 1e9)
+                array = array - array[:1]
+            array, unit = array / np.timedelta64(1, "ns") / 1e9, "s"
+        elif array.dtype.kind not in "fiu":
+            raise DataError(
+                f"{kind}: {f'column {title!r} ' if title else ''}contains something other than real numbers"
+            )
+        else:
+            unit = split_title(title)[1] or unit
+        if array.ndim not in (1, 2):
+            raise DataError(
+                f"{kind}: has {counted(array.ndim, 'dimension')}; give samples, or records × samples"
+            )
+        if array.ndim == 2 and array.shape[1] == 1 < array.shape[0]:
+            raise DataError(
+                f"{kind}: shape {array.shape} is {counted(array.shape[0], 'record')}"
+                " of 1 sample; transpose it or ravel it"
+            )
+        columns.append(array.astype(np.float64))
+        units.append(unit)
+    return MemoryTable(kind, [title for title, _, _ in parts], units, columns, dates)
 
 
 def _samples(values: Any) -> NDArray[Any]:
@@ -393,76 +368,78 @@ def _usual(unit: str) -> str:
     return _CF_POWER.sub(r"^\1", unit)
 
 
-def records_of(data: Held, frequency: float | None, channel: Names, unit: Names) -> HeldSource:
+def records_of(table: MemoryTable, frequency: float | None, channel: Names, unit: Names) -> HeldSource:
     """Records of columns."""
     if not isinstance(unit, str | Mapping | None):
         raise refusal("unit", "a unit, or column → unit", unit)
-    time = data.time
+    kind, time = table.place, table.time
     if frequency is not None and time is not None:
-        if not counts_samples(time.values):
-            raise DataError(f"{data.kind}: has a column {time.name!r}; leave the sampling frequency out")
+        if not counts_samples(table.columns[time]):
+            name = split_title(table.titles[time])[0]
+            raise DataError(f"{kind}: has a column {name!r}; leave the sampling frequency out")
         time = None
     if frequency is None and time is None:
         raise DataError(
-            f"{data.kind}: no sampling frequency is given (sampling_frequency='1 kHz'), and nothing is named"
+            f"{kind}: no sampling frequency is given (sampling_frequency='1 kHz'), and nothing is named"
             " 'time'"
         )
-    chosen = _chosen(data, channel)
-    columns = [*chosen.values(), *([time] if time is not None else [])]
-    titles = [column.title for column in columns]
+    chosen = _chosen(table, channel)
+    table = table.part([*chosen.values(), *([] if time is None else [time])], time)
+    titles = table.titles
     names = [title if title and titles.count(title) == 1 else str(n) for n, title in enumerate(titles, 1)]
-    given = [_given(unit, *each) for each in chosen.items()]
-    units = [column.unit or "" for column in columns]
-    for n, (found, column) in enumerate(chosen.items()):
-        if column.unit is None and not given[n]:
-            units[n] = found.unit
-    sampling: dict[str, Any] = {"sampling_frequency": frequency}
+    described: dict[str, Any] = {"sampling_frequency": frequency, "channels": {}}
+    for n, found in enumerate(chosen):
+        default = found.unit if table.units[n] is None else ""
+        described["channels"][found.value] = {
+            "column": names[n],
+            "unit": _given(unit, found, titles[n]) or default,
+        }
     if time is not None:
-        stated = unit.get(time.name, "") if isinstance(unit, Mapping) else ""
-        sampling = {"time": {"column": names[-1], "unit": stated}}
-    lengths = {len(column.values) for column in columns if column.values.ndim > 1} or {1}
+        stated = unit.get(split_title(titles[-1])[0], "") if isinstance(unit, Mapping) else ""
+        described |= {"sampling_frequency": None, "time": {"column": names[-1], "unit": stated}}
+    lengths = {len(column) for column in table.columns if column.ndim > 1} or {1}
     n_record = max(lengths)
     if n_record == 0:
-        raise DataError(f"{data.kind}: contains no records")
+        raise DataError(f"{kind}: contains no records")
     if len(lengths) > 1:
-        raise DataError(f"{data.kind}: has {min(lengths)} records of one channel and {n_record} of another")
-    named = (data.record_ids or [*map(str, range(n_record))], data.groups, data.labels)
-    samples = [column.values for column in columns]
-    tables = [
-        HeldTable(data.kind, titles, units, [each if each.ndim == 1 else each[row] for each in samples], *own)
-        for row, own in enumerate(zip(*(texts or [""] * n_record for texts in named), strict=True))
-    ]
-    described = zip(chosen, names, given, strict=False)
-    return held_source(
-        tables, {found: {"column": name, "unit": text} for found, name, text in described}, sampling
+        raise DataError(f"{kind}: has {min(lengths)} records of one channel and {n_record} of another")
+    unknown = [""] * n_record
+    table = replace(
+        table,
+        record_ids=table.record_ids or [*map(str, range(n_record))],
+        groups=table.groups or unknown,
+        labels=table.labels or unknown,
     )
+    return held_source(table, described)
 
 
-def _given(unit: Names, channel: Channel, column: Column) -> str:
+def _given(unit: Names, channel: Channel, title: str) -> str:
     """The unit that is said of a column; empty if none is."""
     if not isinstance(unit, Mapping):
         return unit or ""
-    own = (column.title, column.name)
+    own = (title, split_title(title)[0])
     return next((unit[name] for name in unit if name in own or channel_named(name, "") == channel), "")
 
 
-def _chosen(data: Held, channel: Names) -> dict[Channel, Column]:
-    """The columns that are channels: those that are said to be, or are named like one."""
-    columns, titles = data.columns, [column.title for column in data.columns]
+def _chosen(table: MemoryTable, channel: Names) -> dict[Channel, int]:
+    """Positions of the columns that are channels: those that are said to be, or are named like one."""
+    places = [n for n in range(len(table.titles)) if n != table.time]
+    columns = table.part(places, None)
+    titles = columns.titles
     if isinstance(channel, Mapping):
         return {
-            _channel(name): columns[find_column(titles, str(column), data.kind)]
+            _channel(name): places[find_column(titles, str(column), table.place)]
             for column, name in channel.items()
         }
     wanted = None if channel is None else _channel(channel)
-    if len(columns) == 1 and (wanted or not titles[0]):
-        return {wanted or Channel.CHAMBER_1_PRESSURE: columns[0]}
-    named = channels_named(titles, lambda n: columns[n].unit or "", data.kind)
-    chosen = {found: columns[n] for found, n in named.items() if wanted in (None, found)}
+    if len(titles) == 1 and (wanted or not titles[0]):
+        return {wanted or Channel.CHAMBER_1_PRESSURE: places[0]}
+    named = channels_named(columns)
+    chosen = {found: places[n] for found, n in named.items() if wanted in (None, found)}
     if not chosen:
         listing = ", ".join(map(repr, titles)) or "no column of numbers"
         raise DataError(
-            f"{data.kind}: no column is named like {wanted or 'a channel'}; found {listing};"
+            f"{table.place}: no column is named like {wanted or 'a channel'}; found {listing};"
             " give channel={'column': 'P1'}"
         )
     return chosen

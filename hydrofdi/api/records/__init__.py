@@ -1,1 +1,0 @@
-"""Objects with records, as sources."""

@@ -1,1 +1,0 @@
-"""The description of measured files: its keys, their checks, its schema."""

@@ -1,1 +1,0 @@
-"""Formats of measured files: each gives a table of named columns."""

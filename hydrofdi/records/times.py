@@ -1,0 +1,223 @@
+"""All rules on time: dates as instants, the column of time, and the sampling of its instants."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from datetime import UTC, datetime, tzinfo
+from typing import NamedTuple
+from zoneinfo import ZoneInfo, available_timezones
+
+import numpy as np
+
+from hydrofdi.errors import DataError, Issue
+from hydrofdi.records.batch import Array
+from hydrofdi.records.columns import (
+    Column,
+    RejectionError,
+    Table,
+    Titled,
+    column_at,
+    factor_to_si,
+    find_column,
+    scaled,
+    short_name,
+    shortened,
+    unit_by_name,
+)
+from hydrofdi.records.description import (
+    ChannelConfig,
+    MeasuredConfig,
+    TimeConfig,
+    is_counts,
+    known_unit,
+)
+from hydrofdi.settings.messages import counted, similar
+from hydrofdi.units import parse_unit
+
+_POINTED = re.compile(r"^(\d{1,2})\.(\d{1,2})\.(\d{4})[T ]+(\d{1,2}):")
+"""Day, month and year separated by dots, as in 31.01.2026 12:00."""
+_BEYOND = re.compile(r":\d\d[.,]\d{6}(\d{1,3})")
+_EPOCH = datetime(1970, 1, 1)
+_EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
+_BILLION = 10**9
+_EXAMPLE = "2026-01-31T12:00:00.25Z"
+
+
+class Instant(NamedTuple):
+    """Time since 1970-01-01T00:00 [ns], in UTC if the zone is known."""
+
+    nanoseconds: int
+    has_zone: bool
+
+
+def is_dated(text: str) -> bool:
+    """Whether a text is meant as a date with a time of day, not as a number; the date may be invalid."""
+    return ":" in text
+
+
+def time_zone(name: str) -> tzinfo:
+    """A time zone by its name, such as ``Europe/Berlin``, or its offset, such as ``+01:00``."""
+    try:
+        offset = datetime.fromisoformat(f"1970-01-01T00:00{name}").tzinfo if name[:1] in "+-" else None
+        return offset or ZoneInfo(name)
+    except (ValueError, OSError, KeyError):
+        hint = similar(name, sorted(available_timezones())) or "; write it like Europe/Berlin, UTC or +01:00"
+        raise ValueError(f"{name[:40]!r} is not a time zone{hint}") from None
+
+
+def instant(text: str, zone: tzinfo | None = None) -> Instant:
+    """The instant of a text in ISO 8601, or such as 31.01.2026 12:00:00,25; `zone` if it has none.
+
+    In an hour that repeats, the first pass is taken.
+    """
+    written = text.strip()
+    try:
+        turned = _POINTED.sub(lambda at: f"{at[3]}-{at[2]:0>2}-{at[1]:0>2}T{at[4]:0>2}:", written)
+        found = datetime.fromisoformat(turned)
+        found = found.replace(tzinfo=zone) if found.tzinfo is None else found
+        passed = found - (_EPOCH if found.tzinfo is None else _EPOCH_UTC)
+    except (ValueError, OverflowError):
+        raise ValueError(f"{written[:40]!r} is not a date and time such as {_EXAMPLE}") from None
+    digits = _BEYOND.search(written)  # datetime ignores what is below a microsecond
+    nanoseconds = int(f"{digits[1]:0<3}") if digits else 0
+    whole = passed.days * 86_400 + passed.seconds
+    return Instant(whole * _BILLION + passed.microseconds * 1000 + nanoseconds, found.tzinfo is not None)
+
+
+def seconds_since(first: Instant | None, instants: Sequence[Instant | None]) -> Array:
+    """Time since an instant [s], shape (n_time,); NaN for None. Rounded once, after the difference."""
+    if any(found and first and found.has_zone != first.has_zone for found in instants):
+        raise ValueError("some dates have a zone and others have none")
+    start = first.nanoseconds if first else 0
+    passed = (float("nan") if at is None else (at.nanoseconds - start) / _BILLION for at in instants)
+    return np.fromiter(passed, np.float64, len(instants))
+
+
+def unix_seconds(texts: Sequence[str], zone: tzinfo | None = None) -> Array:
+    """Dates as time since 1970-01-01T00:00Z [s], shape (n_time,); `zone` is that of texts without one."""
+    instants = [instant(text, zone) for text in texts]
+    if not all(found.has_zone for found in instants):
+        raise ValueError(
+            f"the time has no zone; write it like {_EXAMPLE}, or state the zone in the file of"
+            f" config: 'zone: Europe/Berlin'"
+        )
+    return np.array([found.nanoseconds / _BILLION for found in instants], dtype=np.float64)
+
+
+_SECOND = parse_unit("s")
+_TIMES = ("time", "t")
+"""Names of time columns, the preferred one first."""
+_DATES = {"timestamp", "datetime", "zeit", "zeitstempel", *_TIMES}
+"""Names of time columns that contain dates."""
+
+
+def time_column(table: Titled, configured: TimeConfig | None) -> Column | None:
+    """The column of time, as configured, or else by its name; None if there is none.
+
+    Dates need no unit, and ``time`` is in seconds if none is stated.
+    """
+    if configured is not None:
+        found = [find_column(table.titles, configured.column, table.place)]
+    elif len(found := named_time(table)) > 1:
+        names = ", ".join(shortened(table.titles[n]) for n in found)
+        raise DataError(f"{table.place}: has more than one column of time: {names}")
+    if not found:
+        return None
+    position, title = found[0], table.titles[found[0]]
+    config = ChannelConfig(column=title, unit=configured.unit if configured else "")
+    are_dates, header = table.is_dated(position), table.unit(position)
+    header = "" if are_dates and not known_unit(header) else header
+    if are_dates and not (header or config.unit or unit_by_name(title)):
+        return Column(position, title, config, "", None)
+    column = column_at(table, position, config, "s", header)
+    if is_counts(column.unit):
+        message = "counts the samples and is not a time; give the sampling frequency instead"
+        raise DataError(f"{table.place}: column {title[:60]!r}: {message}")
+    return column
+
+
+def named_time(table: Titled) -> list[int]:
+    """Columns with a name of time: numbers with a unit are preferred to dates."""
+    titles = table.titles
+    dated = [n for n, title in enumerate(titles) if short_name(title) in _DATES and table.is_dated(n)]
+    named = titles_of_time(table)
+    usable = [n for n in named if n in dated or table.unit(n) or unit_by_name(titles[n])]
+    return usable or dated or named
+
+
+def titles_of_time(table: Titled) -> list[int]:
+    """Positions of the preferred name of time among titles, unless their unit has another dimension."""
+    named: dict[str, list[int]] = {name: [] for name in _TIMES}
+    for position, name in enumerate(map(short_name, table.titles)):
+        unit = known_unit(table.unit(position)) if name in named else None
+        if name in named and (unit is None or unit.exponents == _SECOND.exponents):
+            named[name].append(position)
+    return next((found for found in named.values() if found), [])
+
+
+_GAP = 1.751
+"""Longest step between samples without a gap, in median steps: 7/4 even if it is rounded."""
+_DIGITS = 9
+
+
+def counts_samples(values: Array) -> bool:
+    """Whether a column rises by one from sample to sample: a counter, if it has no unit."""
+    return values.size > 1 and bool(np.all(np.diff(values) == 1.0))
+
+
+def sampling_of_times(times: Array, config: MeasuredConfig, table: Table) -> tuple[float, list[Issue]]:
+    """The sampling frequency of the instants of a table [Hz], and remarks on gaps and uneven steps."""
+    steps = np.diff(times)
+    if n_missing := np.count_nonzero(~np.isfinite(times)):
+        text = f"{n_missing} sampling instants are missing; give 'sampling_frequency' in place of 'time'"
+        raise RejectionError("time", text)
+    if (bad := np.flatnonzero(steps <= 0.0)).size:
+        relation = "the same as" if steps[bad[0]] == 0.0 else "before"
+        text = f"{table.row_place(int(bad[0]) + 1)}: the time is {relation} that of the row above"
+        raise RejectionError("time", text)
+    typical = float(np.median(steps))
+    step = typical if np.any(steps > _GAP * typical) else (times[-1] - times[0]) / (times.size - 1)
+    frequency = float(f"{1.0 / step:.{_DIGITS}g}")
+    if not 0.0 < frequency < np.inf:
+        raise RejectionError("time", f"time goes from {times[0]:g} s to {times[-1]:g} s")
+    return frequency, _unevenness(times, steps, typical, config)
+
+
+def _unevenness(times: Array, steps: Array, typical: float, config: MeasuredConfig) -> list[Issue]:
+    gaps = int(np.count_nonzero(steps > _GAP * typical))
+    asked = "" if config.resample is None else f"; interpolated at {config.resample:g} Hz"
+    if gaps:
+        longest = float(steps.max())
+        text = f"{counted(gaps, 'gap')} in time, the longest {longest:.3g} s{asked}"
+        return [Issue(text, kind="gap", is_unusable=config.resample is None)]
+    even = np.linspace(times[0], times[-1], times.size)
+    even -= times
+    deviation = float(max(even.max(), -even.min())) / typical
+    if deviation <= config.limits.uneven + 1e-4:
+        return []
+    text = f"sampling is uneven: up to {deviation:.0%} of a step from even{asked}"
+    return [Issue(text, kind="uneven")]
+
+
+_TOLERANCE = 0.01
+"""Share by which a stated sampling frequency may differ from a column of time."""
+
+
+def contradicting_times(table: Table, frequency: float) -> tuple[Issue, ...]:
+    """A remark if median and mean step of a time column contradict the stated sampling frequency."""
+    for position in (n for n in titles_of_time(table) if known_unit(table.unit(n))):
+        title = table.titles[position]
+        try:
+            values = table.numbers(position)
+        except DataError:
+            continue
+        times = scaled(values, factor_to_si(table.unit(position), "s", title))
+        steps = np.diff(times[np.isfinite(times)])
+        expected = np.array([np.median(steps), np.mean(steps)]) * frequency if steps.size else np.ones(2)
+        if np.all(np.abs(expected - 1.0) > _TOLERANCE):
+            with np.errstate(divide="ignore"):
+                found = frequency / expected[0]
+            text = f"column {title!r} says {found:g} Hz, the description {frequency:g} Hz"
+            return (Issue(text, kind="sampling_differs"),)
+    return ()

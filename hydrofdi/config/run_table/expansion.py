@@ -1,23 +1,22 @@
-"""An experiment → its runs as rows of section numbers, their calibrations and their baselines."""
+"""An experiment → its runs, their calibrations and their baselines."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import lru_cache, partial
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
-from hydrofdi.config.request import OBSERVATION, RunRequest, replace_fields
-from hydrofdi.config.run_table.runs import NONE, Frame, Runs, SectionPool
+from hydrofdi.config.request import OBSERVATION, RunRequest, parameter_names
+from hydrofdi.config.run_table.runs import NONE, ParameterTable, Runs
 from hydrofdi.config.sections.machine import LeakageConfig
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.config.study.study import StudyConfig
 from hydrofdi.config.study.table import StudyTable, populations, study_points, study_table
-from hydrofdi.config.sweeps.points import Column, Points, count_points, multiplied, sweep_points
+from hydrofdi.config.sweeps.points import NOMINAL, Points, count_points, multiplied, sweep_points
 from hydrofdi.config.sweeps.sweep import distinct_rows
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.settings.messages import counted, first_reason
@@ -70,7 +69,7 @@ def expand_runs(experiment: ExperimentConfig) -> RunTable:
     points = multiplied(scenarios, swept)
     expansion = Expansion(experiment, points)
     rows = expansion.swept_rows()
-    n_swept = rows.shape[1]
+    n_swept = len(rows)
     rows, fixed, matched = expansion.with_baselines(rows)
     return RunTable(expansion.runs(rows), _axes(points), n_swept, fixed, matched)
 
@@ -83,7 +82,7 @@ def _expand_study(experiment: ExperimentConfig, study: StudyConfig) -> RunTable:
     table = study_roles(experiment)
     expansion = Expansion(experiment, points, table)
     rows = expansion.swept_rows()
-    n_run = rows.shape[1]
+    n_run = len(rows)
     if n_run < points.n_point:
         message = f"draws {counted(points.n_point - n_run, 'record')} twice; let more of them vary"
         raise ConfigError([Issue(message, "study.population")])
@@ -122,15 +121,14 @@ def _axes(points: Points) -> dict[str, tuple[Any, ...]]:
 
 
 Numbers = NDArray[np.int32]
-"""Numbers of sections, shape (n_run, n_pool)."""
-
-Rows = NDArray[np.int32]
-"""Runs as three kinds of `Numbers`, shape (3, n_run, n_pool): of the run; of the conditions under which its
-leakage flow is solved, or ``NONE``; and of the actuator that these are made from if it is the nominal one."""
+"""Runs as numbers of the values of their parameters, shape (n_run, n_parameter)."""
 
 
 class Expansion:
-    """Points turned into runs, section by section: each different section is made and checked once."""
+    """Points turned into runs: those of the sweep, their baselines, and the conditions of K_i.
+
+    Each parameter that may vary is a column, with numbers of its different values.
+    """
 
     def __init__(self, experiment: ExperimentConfig, points: Points, study: StudyTable | None = None) -> None:
         self._points = points
@@ -139,66 +137,139 @@ class Expansion:
         self._baseline = experiment.baseline
         self._scenarios = set(experiment.ensemble.names)
         self._is_solved_nominally = experiment.calibration.at == "nominal"
-        self._leakage = {name: value for name, value in self._baseline.items() if name.startswith("leakage.")}
-        self._conditions = {
-            name: value for name, value in self._baseline.items() if name not in INTERNAL_LEAKAGE_FORMS
-        }
         self._choice = experiment.indicator_choice
-        varied = {name.partition(".")[0] for name in (*points.columns, *self._baseline)}
-        self._names = tuple(name for name in RunRequest.model_fields if name in varied)
-        self._pools = {name: SectionPool(getattr(self._nominal, name)) for name in self._names}
+        # A sealed piston has one form: K_i = 0, and all else of the internal leakage by default.
+        stated = {f"leakage.{field}": None for field in self._nominal.leakage.stated()}
+        names = {*points.columns, *self._baseline, *INTERNAL_LEAKAGE_FORMS, *stated}
+        plain = LeakageConfig(internal_coefficient=0.0)
+        self._sealed = {
+            name: getattr(plain, name.partition(".")[2])
+            for name in names
+            if name.startswith("leakage.") and not name.startswith("leakage.external_")
+        }
+        self._numbers = {
+            name: _numbered([
+                self._nominal.value(name),
+                *(points.columns[name].values if name in points.columns else ()),
+                *(own[name] for own in (self._baseline, self._sealed) if name in own),
+                *((None, 0.0) if name in INTERNAL_LEAKAGE_FORMS else ()),
+            ])
+            for name in parameter_names()
+            if name in names
+        }  # fmt: skip
+        self._places = {name: place for place, name in enumerate(self._numbers)}
+        values = {name: list(numbers) for name, numbers in self._numbers.items()}
+        self._plain = ParameterTable(self._nominal, values, np.zeros((0, len(values)), dtype=np.int32))
 
-    def runs(self, rows: Rows) -> Runs:
-        """The runs of rows."""
-        plain = self._nominal.with_defaults(OBSERVATION)
-        return Runs(
-            Frame(self._nominal, self._pools, rows[0]),
-            Frame(plain, self._pools, rows[1]),
-            self._choice,
+    def runs(self, numbers: Numbers) -> Runs:
+        """The runs of rows, and the conditions under which their leakage flows are solved."""
+        calibration_of = np.full(len(numbers), NONE, dtype=np.intp)
+        needed = np.flatnonzero(self._needs_solution(numbers))
+        kept = {
+            name: place for name, place in self._places.items() if name.partition(".")[0] not in OBSERVATION
+        }
+        conditions = self._conditions(numbers[needed])[:, list(kept.values())]
+        first, calibration_of[needed] = _distinct(conditions)
+        table = self._table(numbers)
+        calibrations = ParameterTable(
+            self._nominal.with_defaults(OBSERVATION),
+            {name: table.values[name] for name in kept},
+            conditions[first],
+            table.made,
         )
+        return Runs(table, calibrations, calibration_of, self._choice)
 
-    def swept_rows(self) -> Rows:
+    def _table(self, numbers: Numbers) -> ParameterTable:
+        return replace(self._plain, numbers=numbers)
+
+    def swept_rows(self) -> Numbers:
         """The runs at all points, each once."""
-        numbers = self._at_points(self._points.columns)
-        self._require_fit(numbers, self._points.columns)
-        sources = numbers
-        if self._is_solved_nominally:
-            columns = self._points.columns.items()
-            sources = self._at_points({name: column for name, column in columns if name in self._scenarios})
-        return _distinct(self._solved(self._plainly_sealed(numbers), sources))[0]
+        numbers = np.zeros((self._points.n_point, len(self._places)), dtype=np.int32)
+        for name, column in self._points.columns.items():
+            own = self._numbers[name]
+            # A point that does not set the parameter has index −1, and its nominal value the number 0.
+            numbers[:, self._places[name]] = np.array([*map(own.__getitem__, column.values), 0])[column.index]
+        is_set = [
+            self._points.columns[name].index != NOMINAL
+            if name in self._points.columns
+            else np.zeros(len(numbers), dtype=bool)
+            for name in INTERNAL_LEAKAGE_FORMS
+        ]
+        for name, is_own, is_other in zip(INTERNAL_LEAKAGE_FORMS, is_set, is_set[::-1], strict=True):
+            numbers[is_other & ~is_own, self._places[name]] = self._numbers[name][None]
+        self._require_possible(numbers, self._points.columns)
+        numbers = self._plainly_sealed(numbers)
+        return numbers[_distinct(numbers)[0]]
 
-    def with_baselines(self, rows: Rows) -> tuple[Rows, NDArray[np.intp], NDArray[np.intp]]:
+    def with_baselines(self, rows: Numbers) -> tuple[Numbers, NDArray[np.intp], NDArray[np.intp]]:
         """Rows and the baselines that they lack, and where the fixed and matched baseline of each lies."""
-        (fixed, first_fixed, of_fixed), (matched, first_matched, of_matched) = (
-            _distinct(self._healthy(rows, changes)) for changes in (self._baseline, self._leakage)
-        )
+        leakage = {name: value for name, value in self._baseline.items() if name.startswith("leakage.")}
+        healthy = [self._plainly_sealed(self._changed(rows, each)) for each in (self._baseline, leakage)]
+        (first_fixed, of_fixed), (first_matched, of_matched) = map(_distinct, healthy)
         by_turns = np.argsort(np.concatenate([2 * first_fixed, 2 * first_matched + 1]))
-        n_row, n_fixed = rows.shape[1], len(first_fixed)
-        together, _, places = _distinct(_joined(rows, _joined(fixed, matched)[:, by_turns]))
-        if together.shape[1] > n_row:
-            return self.with_baselines(together)
+        baselines = np.concatenate([healthy[0][first_fixed], healthy[1][first_matched]])
+        together = np.concatenate([rows, baselines[by_turns]])
+        first, places = _distinct(together)
+        if len(first) > len(rows):
+            return self.with_baselines(together[first])
         found = np.empty(len(by_turns), dtype=np.intp)
-        found[by_turns] = places[n_row:]
+        found[by_turns] = places[len(rows) :]
+        n_fixed = len(first_fixed)
         return rows, found[:n_fixed][of_fixed], found[n_fixed:][of_matched]
 
-    def _at_points(self, columns: Mapping[str, Column]) -> Numbers:
-        """Numbers of the sections at all points where some parameters vary."""
-        numbers = np.zeros((self._points.n_point, len(self._names)), dtype=np.int32)
-        for place, section in enumerate(self._names):
-            names = [name for name in columns if name.partition(".")[0] == section]
-            if names:
-                first, inverse = distinct_rows([columns[name].index for name in names], len(numbers))
-                made = [self._section_at(section, names, point) for point in first.tolist()]
-                numbers[:, place] = np.array(made, dtype=np.int32)[inverse]
-        return numbers
+    def _changed(self, numbers: Numbers, changes: Mapping[str, Any]) -> Numbers:
+        """Rows with dotted values replaced; either form of the internal leakage replaces the other."""
+        forms = dict.fromkeys(INTERNAL_LEAKAGE_FORMS) if changes.keys() & set(INTERNAL_LEAKAGE_FORMS) else {}
+        changed = numbers.copy()
+        for name, value in (forms | dict(changes)).items():
+            changed[:, self._places[name]] = self._numbers[name][value]
+        self._require_possible(changed, changes, changes)
+        return changed
 
-    def _section_at(self, section: str, names: Sequence[str], point: int) -> int:
-        values = self._points.values(point, names)
-        pool, fields = self._pools[section], _fields(values, section)
-        try:
-            return pool.number(replace_fields(pool.sections[0], fields)) if fields else 0
-        except ValueError as error:
-            raise self._impossible(error, values, point) from None
+    def _plainly_sealed(self, numbers: Numbers) -> Numbers:
+        """Rows with one form of "no leakage": K_i = 0."""
+        sealed = ~self._needs_solution(numbers) & self._has(numbers, "leakage.internal_coefficient", None)
+        plain = numbers.copy()
+        for name, value in self._sealed.items():
+            plain[sealed, self._places[name]] = self._numbers[name][value]
+        return plain
+
+    def _needs_solution(self, numbers: Numbers) -> NDArray[np.bool_]:
+        flow = "leakage.internal_flow"
+        return ~(self._has(numbers, flow, None) | self._has(numbers, flow, 0.0))
+
+    def _has(self, numbers: Numbers, name: str, value: Any) -> NDArray[np.bool_]:
+        is_same: NDArray[np.bool_] = numbers[:, self._places[name]] == self._numbers[name][value]
+        return is_same
+
+    def _conditions(self, numbers: Numbers) -> Numbers:
+        """The conditions under which the leakage flows of rows are solved."""
+        conditions = numbers.copy()
+        if self._is_solved_nominally:
+            kept = self._scenarios | {*INTERNAL_LEAKAGE_FORMS}
+            conditions[:, [place for name, place in self._places.items() if name not in kept]] = 0
+        baseline = self._baseline.items()
+        return self._changed(
+            conditions, {name: value for name, value in baseline if name not in INTERNAL_LEAKAGE_FORMS}
+        )
+
+    def _require_possible(
+        self, numbers: Numbers, changed: Iterable[str], changes: Mapping[str, Any] | None = None
+    ) -> None:
+        """Check the changed sections of rows, alone and together; without `changes`, rows are the points."""
+        table, sections = self._table(numbers), {name.partition(".")[0]: None for name in changed}
+        alone = [(name,) for name in RunRequest.model_fields if name in sections]
+        for fitting in (*alone, *RunRequest.fits):
+            if sections.keys().isdisjoint(fitting):
+                continue
+            fit = RunRequest.fits.get(fitting, _fits_alone)
+            for row in table.distinct(*fitting)[0].tolist():
+                try:
+                    fit(*(table.section(name, row) for name in fitting))
+                except ValueError as error:
+                    values = self._points.values(row) if changes is None else changes
+                    own = {name: value for name, value in values.items() if name.partition(".")[0] in fitting}
+                    raise self._impossible(error, own, row if changes is None else None) from None
 
     def _impossible(self, error: ValueError, values: Mapping[str, Any], point: int | None) -> ConfigError:
         """The error of a point, or of changes of many, with the last values [SI] that do not fit."""
@@ -209,119 +280,15 @@ class Expansion:
         message = f"{where}at {named}: {first_reason(error)}"
         return ConfigError([Issue(message, "sweep" if study is None else "study")])
 
-    def _require_fit(
-        self,
-        numbers: Numbers,
-        changed: Iterable[str],
-        values: Callable[[int], Mapping[str, Any]] | None = None,
-    ) -> None:
-        """Check that changed sections of rows fit each other; without `values`, rows are the points."""
-        sections = {name.partition(".")[0] for name in changed}
-        frame = Frame(self._nominal, self._pools, numbers)
-        for fitting in RunRequest.fits:
-            if sections.isdisjoint(fitting):
-                continue
-            first, _ = distinct_rows([frame.column(name) for name in fitting], len(numbers))
-            for row in first.tolist():
-                try:
-                    frame.request(row).require_fit(fitting)
-                except ValueError as error:
-                    changes = self._points.values(row) if values is None else values(row)
-                    own = {
-                        name: value for name, value in changes.items() if name.partition(".")[0] in fitting
-                    }
-                    raise self._impossible(error, own, row if values is None else None) from None
 
-    def _changed(self, numbers: Numbers, changes: Mapping[str, Any]) -> Numbers:
-        """Rows with dotted values replaced."""
-        changed = numbers.copy()
-        for place, section in enumerate(self._names):
-            if fields := _fields(changes, section):
-                pool, change = self._pools[section], partial(replace_fields, fields=fields)
-                if self._varied(section) <= {name for name, _ in fields}:
-                    changed[:, place] = pool.number(change(pool.sections[0]))
-                else:
-                    changed[:, place] = _mapped(pool, numbers[:, place], change)
-        self._require_fit(changed, changes, lambda _: changes)
-        return changed
-
-    def _varied(self, section: str) -> set[str]:
-        """The fields in which the contents of a section differ."""
-        forms = INTERNAL_LEAKAGE_FORMS if section == "leakage" else ()
-        names = (*self._points.columns, *self._baseline, *forms)
-        return {field for owner, _, field in (name.partition(".") for name in names) if owner == section}
-
-    def _plainly_sealed(self, numbers: Numbers) -> Numbers:
-        """Rows with one form of "no leakage": K_i = 0."""
-        place, sealed = self._names.index("leakage"), numbers.copy()
-        sealed[:, place] = _mapped(self._pools["leakage"], numbers[:, place], _plain_sealed_state)
-        return sealed
-
-    def _healthy(self, rows: Rows, changes: Mapping[str, Any]) -> Rows:
-        numbers = self._plainly_sealed(self._changed(rows[0], changes))
-        return self._solved(numbers, rows[2])
-
-    def _solved(self, numbers: Numbers, sources: Numbers) -> Rows:
-        """Rows with the conditions under which their leakage flows are solved."""
-        place, pool = self._names.index("leakage"), self._pools["leakage"]
-        solved = [isinstance(each, LeakageConfig) and each.needs_calibration for each in pool.sections]
-        needed = np.array(solved)[numbers[:, place]]
-        calibrations = np.full_like(numbers, NONE)
-        if needed.any():
-            conditions = numbers[needed]
-            if self._is_solved_nominally:
-                conditions = self._with_flows_of(conditions, sources[needed])
-            conditions = self._changed(conditions, self._conditions)
-            for section in set(self._names) & OBSERVATION.keys():
-                plain = self._pools[section].number(OBSERVATION[section]())
-                conditions[:, self._names.index(section)] = plain
-            calibrations[needed] = conditions
-        return np.stack([numbers, calibrations, sources])
-
-    def _with_flows_of(self, numbers: Numbers, sources: Numbers) -> Numbers:
-        """Sources with the leakage flows of runs."""
-        place, pool = self._names.index("leakage"), self._pools["leakage"]
-        first, inverse = distinct_rows([sources[:, place], numbers[:, place]], len(numbers))
-        made = []
-        for row in first.tolist():
-            flow: Any = pool.sections[numbers[row, place]]
-            fields = (("internal_flow", flow.internal_flow),)
-            made.append(pool.number(replace_fields(pool.sections[sources[row, place]], fields)))
-        asked = sources.copy()
-        asked[:, place] = np.array(made, dtype=np.int32)[inverse]
-        return asked
+def _fits_alone(section: Section) -> None:
+    """A section is checked when it is made."""
 
 
-def _distinct(rows: Rows) -> tuple[Rows, NDArray[np.intp], NDArray[np.intp]]:
-    """The distinct runs in order of appearance, where each appears first, and which of them each row is."""
-    first, inverse = distinct_rows([*rows[0].T, *rows[1].T], rows.shape[1])
-    return rows[:, first], first, inverse
+def _distinct(numbers: Numbers) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Where each of the distinct rows appears first, and which of them each row is."""
+    return distinct_rows([*numbers.T], len(numbers))
 
 
-def _joined(*parts: Rows) -> Rows:
-    return np.concatenate(parts, axis=1)
-
-
-def _mapped(pool: SectionPool, numbers: Numbers, change: Callable[[Section], Section]) -> Numbers:
-    """Numbers of sections after a change, which each different section undergoes once."""
-    different, inverse = np.unique(numbers, return_inverse=True)
-    changed = [pool.number(change(pool.sections[number])) for number in different.tolist()]
-    return np.array(changed, dtype=np.int32)[inverse]
-
-
-def _fields(values: Mapping[str, Any], section: str) -> tuple[tuple[str, Any], ...]:
-    """What dotted values say of a section."""
-    split = ((*name.split("."), value) for name, value in values.items())
-    return tuple((field, value) for owner, field, value in split if owner == section)
-
-
-def _plain_sealed_state(leakage: Section) -> Section:
-    assert isinstance(leakage, LeakageConfig)
-    is_stated = leakage.needs_calibration or leakage.internal_coefficient is not None
-    return leakage if is_stated else _sealed(leakage)
-
-
-@lru_cache(maxsize=1024)
-def _sealed(leakage: LeakageConfig) -> LeakageConfig:
-    names = ("external_coefficient", "external_coefficient_1", "external_coefficient_2")
-    return LeakageConfig(internal_coefficient=0.0, **{name: getattr(leakage, name) for name in names})
+def _numbered(values: Iterable[Any]) -> dict[Any, int]:
+    return {value: number for number, value in enumerate(dict.fromkeys(values))}

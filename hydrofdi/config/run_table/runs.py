@@ -1,10 +1,10 @@
-"""Runs that share their sections: a table of numbers, from which a run is made on demand."""
+"""Runs as a table with one column per varied parameter, from which a run is made on demand."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import repeat
 from typing import Any, overload
@@ -18,6 +18,7 @@ from hydrofdi.config.request import (
     RECORD_SECTIONS,
     RunParameters,
     RunRequest,
+    replace_fields,
     section_text,
     sections_text,
 )
@@ -25,62 +26,87 @@ from hydrofdi.config.sweeps.sweep import distinct_rows
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.quantities import Section
 
-_CHUNK = 65_536
-"""Runs whose texts are gathered at a time."""
 
+@dataclass(frozen=True, eq=False)
+class ParameterTable:
+    """Parameters of many runs: those of `base`, and a column for each parameter that varies.
 
-class SectionPool:
-    """The different contents of one section."""
-
-    def __init__(self, section: Section) -> None:
-        self.sections = [section]
-        self._ids = {section.stated_text: 0}
-
-    def number(self, section: Section) -> int:
-        """Number of a section; a new one is kept."""
-        number = self._ids.setdefault(section.stated_text, len(self.sections))
-        if number == len(self.sections):
-            self.sections.append(section)
-        return number
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Parameters of many runs: which of the contents of each varying section (a pool) each run has."""
+    Attributes
+    ----------
+    values : dict
+        Dotted parameter → its different values in SI; those of a section stand together.
+    numbers : array of int, shape (n_run, n_parameter)
+        Which of its values each parameter has in each run.
+    made : dict
+        Section and numbers of its values → the section, made once for all tables with these values.
+    """
 
     base: RunRequest
-    pools: dict[str, SectionPool]
+    values: dict[str, list[Any]]
     numbers: NDArray[np.int32]
+    made: dict[tuple[str, bytes], Section] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.numbers)
+
+    def at(self, rows: NDArray[Any]) -> ParameterTable:
+        """The parameters of some of the runs."""
+        return replace(self, numbers=self.numbers[rows])
+
+    @cached_property
+    def _places(self) -> dict[str, slice]:
+        """Section that varies → its columns."""
+        owners = [name.partition(".")[0] for name in self.values]
+        first = {owner: owners.index(owner) for owner in owners}
+        return {owner: slice(place, place + owners.count(owner)) for owner, place in first.items()}
+
+    def section(self, name: str, row: int) -> Section:
+        """A section of one run."""
+        base: Section = self.base.__dict__[name]
+        if name not in self._places:
+            return base
+        numbers = self.numbers[row, self._places[name]]
+        key = name, numbers.tobytes()
+        if key not in self.made:
+            varied = [*self.values.items()][self._places[name]]
+            fields = (
+                (parameter.partition(".")[2], values[number])
+                for (parameter, values), number in zip(varied, numbers.tolist(), strict=True)
+            )
+            self.made[key] = replace_fields(base, tuple(fields))
+        return self.made[key]
 
     def request(self, row: int) -> RunRequest:
         """The parameters of one run."""
-        row_numbers = self.numbers[row].tolist()
-        return self.base.with_valid_sections(
-            {
-                name: pool.sections[number]
-                for (name, pool), number in zip(self.pools.items(), row_numbers, strict=True)
-            }
-        )
+        return self.base.with_valid_sections({name: self.section(name, row) for name in self._places})
 
-    def column(self, section: str) -> NDArray[np.int32]:
-        """Which contents of a section each run has."""
-        if section not in self.pools:
-            return np.zeros(len(self.numbers), dtype=np.int32)
-        return self.numbers[:, list(self.pools).index(section)]
+    def distinct(self, *sections: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The first run of each combination of some sections that occurs, and which of these each run has."""
+        columns = [
+            column
+            for name in sections
+            if name in self._places
+            for column in self.numbers[:, self._places[name]].T
+        ]
+        return distinct_rows(columns, len(self))
+
+    def column(self, name: str) -> list[Any]:
+        """The value of a dotted parameter in each run."""
+        if name not in self.values:
+            return [self.base.value(name)] * len(self)
+        values = self.values[name]
+        return [values[number] for number in self.numbers[:, list(self.values).index(name)].tolist()]
 
     def texts(self, sections: Iterable[str]) -> Iterator[str]:
         """What differs from the defaults in some sections of each run, as JSON: `sections_text` of all."""
-        names = sorted(sections)
-        pools = {name: [getattr(self.base, name)] for name in names}
-        pools |= {name: pool.sections for name, pool in self.pools.items() if name in pools}
-        parts = [[section_text(name, section) for section in pools[name]] for name in names]
-        columns = [self.column(name) for name in names]
-        held = [k for k, part in enumerate(parts) if part != [""]]
-        for first in range(0, len(self.numbers), _CHUNK):
-            chosen = [[parts[k][i] for i in columns[k][first : first + _CHUNK].tolist()] for k in held]
-            n_row = min(_CHUNK, len(self.numbers) - first)
-            for texts in zip(*chosen, strict=True) if held else repeat((), n_row):
-                yield "{" + ",".join(filter(None, texts)) + "}"
+        columns = []
+        for name in sorted(sections):
+            first, which = self.distinct(name)
+            texts = [section_text(name, self.section(name, row)) for row in first.tolist()]
+            if any(texts):
+                columns.append(map(texts.__getitem__, which))
+        for parts in zip(*columns, strict=True) if columns else repeat((), len(self)):
+            yield "{" + ",".join(filter(None, parts)) + "}"
 
 
 NONE = -1
@@ -128,14 +154,21 @@ def _digest(calibration: str | None, parameters: str) -> bytes:
 
 
 class Runs(Sequence[RunSpec]):
-    """Runs in their order, each made on demand."""
+    """Runs in their order, each made on demand; `calibration_of` is the row of `calibrations` or ``NONE``."""
 
-    def __init__(self, frame: Frame, calibrations: Frame, choice: IndicatorChoice = DEFAULT_CHOICE) -> None:
-        self._frame, self._calibrations, self.choice = frame, calibrations, choice
-        self._made: dict[bytes, RunParameters] = {}
+    def __init__(
+        self,
+        table: ParameterTable,
+        calibrations: ParameterTable,
+        calibration_of: NDArray[np.intp],
+        choice: IndicatorChoice = DEFAULT_CHOICE,
+    ) -> None:
+        self._table, self._calibrations, self._calibration_of = table, calibrations, calibration_of
+        self.choice = choice
+        self._solved: dict[int, RunParameters] = {}
 
     def __len__(self) -> int:
-        return len(self._frame.numbers)
+        return len(self._table)
 
     @overload
     def __getitem__(self, index: int) -> RunSpec: ...
@@ -146,18 +179,17 @@ class Runs(Sequence[RunSpec]):
             return self.at(np.arange(len(self))[index])
         if not -len(self) <= index < len(self):
             raise IndexError(index)
-        return RunSpec(self._frame.request(index), self._calibration(index), self.choice)
+        return RunSpec(self._table.request(index), self._calibration(index), self.choice)
 
     def _calibration(self, row: int) -> RunParameters | None:
-        numbers = self._calibrations.numbers[row]
-        if numbers[0] == NONE:
+        place = int(self._calibration_of[row])
+        if place == NONE:
             return None
-        key = numbers.tobytes()
-        if key not in self._made:
-            if len(self._made) >= _MOST_MADE:
-                self._made.clear()
-            self._made[key] = self._calibrations.request(row).parameters
-        return self._made[key]
+        if place not in self._solved:
+            if len(self._solved) >= _MOST_MADE:
+                self._solved.clear()
+            self._solved[place] = self._calibrations.request(place).parameters
+        return self._solved[place]
 
     def __iter__(self) -> Iterator[RunSpec]:
         return (self[row] for row in range(len(self)))
@@ -165,53 +197,41 @@ class Runs(Sequence[RunSpec]):
     def at(self, positions: Any) -> Runs:
         """Some of the runs."""
         rows = np.asarray(positions, dtype=np.intp)
-        frame, calibrations = (
-            Frame(frame.base, frame.pools, frame.numbers[rows]) for frame in (self._frame, self._calibrations)
-        )
-        return Runs(frame, calibrations, self.choice)
+        return Runs(self._table.at(rows), self._calibrations, self._calibration_of[rows], self.choice)
 
     def distinct(self, *sections: str) -> Iterator[RunRequest]:
         """One run for each combination of some sections that occurs, in order of appearance."""
-        return (self._frame.request(row) for row in self.first(*sections).tolist())
+        return (self._table.request(row) for row in self.first(*sections).tolist())
 
     def first(self, *sections: str) -> NDArray[np.intp]:
         """The first run of each combination of some sections that occurs."""
-        columns = [self._frame.column(section) for section in sections if section in self._frame.pools]
-        return distinct_rows(columns, len(self))[0]
+        return self._table.distinct(*sections)[0]
 
     def values(self, name: str) -> list[Any]:
         """The value of a dotted parameter in each run."""
-        section, field = name.split(".")
-        pool = self._frame.pools.get(section)
-        sections = pool.sections if pool else [getattr(self._frame.base, section)]
-        values = [getattr(content, field) for content in sections]
-        return [values[number] for number in self._frame.column(section).tolist()]
+        return self._table.column(name)
 
     def solutions(self) -> dict[str, int]:
         """How often K_i is solved: leakage ``flows``, other ``conditions``, and the ``total`` of both."""
-        calibrations = self._calibrations
-        needed = np.flatnonzero(calibrations.numbers[:, 0] != NONE)
-        columns = {name: calibrations.column(name)[needed] for name in calibrations.pools}
-        total = distinct_rows(list(columns.values()), len(needed))[0]
-        conditions = [column for name, column in columns.items() if name != "leakage"]
+        needed = np.unique(self._calibration_of[self._calibration_of != NONE])
+        solved = self._calibrations.at(needed)
+        others = [name for name in RECORD_SECTIONS if name != "leakage"]
         return {
-            "flows": len({self[row].parameters.leakage.internal_flow for row in needed[total].tolist()}),
-            "conditions": len(distinct_rows(conditions, len(needed))[0]),
-            "total": len(total),
+            "flows": len(set(solved.column("leakage.internal_flow"))),
+            "conditions": len(solved.distinct(*others)[0]),
+            "total": len(needed),
         }
 
     def record_digests(self) -> Iterator[bytes]:
         """``RunSpec.record_digest`` of all runs."""
-        solved = self._calibrations.numbers[:, 0] != NONE
-        calibrations = Frame(
-            self._calibrations.base, self._calibrations.pools, self._calibrations.numbers[solved]
-        ).texts(RECORD_SECTIONS)
-        for needs, parameters in zip(solved.tolist(), self._frame.texts(RECORD_SECTIONS), strict=True):
-            yield _digest(next(calibrations) if needs else None, parameters)
+        calibrations: list[str | None] = [*self._calibrations.texts(RECORD_SECTIONS), None]
+        texts = self._table.texts(RECORD_SECTIONS)
+        for place, parameters in zip(self._calibration_of, texts, strict=True):
+            yield _digest(calibrations[place], parameters)
 
     def analysis_texts(self) -> Iterator[str]:
         """``RunSpec.analysis_text`` of all runs."""
-        for sections in self._frame.texts(ANALYSIS_SECTIONS):
+        for sections in self._table.texts(ANALYSIS_SECTIONS):
             yield _analysis_text(sections, self.choice)
 
 

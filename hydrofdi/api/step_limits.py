@@ -16,7 +16,7 @@ from hydrofdi.physics.hydraulic_mode import (
     valve_flow_pressure_coefficient,
 )
 from hydrofdi.quality.machine import natural_frequency
-from hydrofdi.simulation.drive import largest_opening, no_load_speed
+from hydrofdi.simulation.inputs import largest_opening, no_load_speed
 
 Distinct = Callable[..., Iterable[RunRequest]]
 """Gives one run for each combination of some sections, given by their names, that occurs in an experiment."""

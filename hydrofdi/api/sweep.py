@@ -28,7 +28,7 @@ from hydrofdi.api.stored import (
 )
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
-from hydrofdi.config.run_table.runs import Runs, run_identities
+from hydrofdi.config.runs import Runs, run_identities
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import (
     ConfigError,
@@ -59,25 +59,26 @@ from hydrofdi.settings.messages import counted, nearest
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
-from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
-from hydrofdi.store.folder.provenance import (
+from hydrofdi.store.folder import (
     REQUEST_FILE,
     Failure,
     add_provenance,
     environment_record,
+    experiment_lock,
     forget_failure,
     now,
     read_calibrations,
     read_failures,
     read_request,
     require_same_experiment,
+    require_unlocked,
     write_calibrations,
     write_failure,
     write_log,
     write_request,
 )
-from hydrofdi.store.index import read_index
 from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
+from hydrofdi.store.shards import read_index
 
 if TYPE_CHECKING:
     from hydrofdi.api.settings import Settings

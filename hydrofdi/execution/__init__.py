@@ -1,10 +1,16 @@
 """Where and how jobs are run."""
 
 from hydrofdi.execution.calibrating import leakage_coefficients, unsolved_conditions
-from hydrofdi.execution.compute import Batch, BatchReceipt, compute_columns, run_batches, split_jobs
-from hydrofdi.execution.engine import Engine, InProcessEngine
-from hydrofdi.execution.local_pool import LocalPoolEngine, available_cores
-from hydrofdi.execution.measuring import Job, needed_signals
+from hydrofdi.execution.compute import (
+    Batch,
+    BatchReceipt,
+    Job,
+    compute_columns,
+    needed_signals,
+    run_batches,
+    split_jobs,
+)
+from hydrofdi.execution.engine import Engine, InProcessEngine, LocalPoolEngine, available_cores
 
 __all__ = [
     "Batch",

@@ -16,7 +16,7 @@ from hydrofdi.physics.hydraulic_mode import (
 )
 from hydrofdi.physics.steady_state import pressure_gain, rest_pressures, steady_speed
 from hydrofdi.physics.valve import worn_opening
-from hydrofdi.simulation.drive import largest_travel
+from hydrofdi.simulation.inputs import largest_travel
 
 FIGURES = {
     "area_ratio": ("1", "A_2/A_1"),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.request import RunRequest
-from hydrofdi.config.study.study import OnlineConfig, WatchedChart
+from hydrofdi.config.study import OnlineConfig, WatchedChart
 from hydrofdi.detectors.charts import Chart
 from hydrofdi.detectors.registry import make_chart
 from hydrofdi.detectors.rules import Rules

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
-from hydrofdi.config.run_table.runs import run_identity
+from hydrofdi.config.runs import run_identity
 from hydrofdi.config.sections.csv_input import held_text
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.drive import input_voltage, largest_voltage
+from hydrofdi.simulation.inputs import input_voltage, largest_voltage
 from tests.conftest import Command
 
 RUN = RecordConfig(duration=2.0)

@@ -15,7 +15,7 @@ from hydrofdi.report.composition import Report
 from hydrofdi.report.figures import draw_all, write_figure
 from hydrofdi.report.forms.page import write_all_forms
 from hydrofdi.report.record import render_json
-from hydrofdi.store.folder.provenance import write_request
+from hydrofdi.store.folder import write_request
 from tests.commands import run_hydrofdi, run_json
 from tests.conftest import SMALL, sweep_in
 

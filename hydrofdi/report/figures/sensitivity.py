@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from hydrofdi.config.run_table.runs import spread
+from hydrofdi.config.runs import spread
 from hydrofdi.report.figures.style import INK
 from hydrofdi.report.plane import Plane
 from hydrofdi.report.responses import Array, Feature

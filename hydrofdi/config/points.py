@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from hydrofdi.config.request import parameter_quantity, validate_parameter
-from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.config.sweeps.sweep import (
+from hydrofdi.config.sweep import (
     SweepConfig,
     correlated,
     distinct_rows,
     is_unbounded,
+    parse_condition,
     quantiles,
     unit_cube,
 )

@@ -37,7 +37,6 @@ from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.store.shards import StoredRun, write_shard
 from hydrofdi.transforms.configuration import WaveletConfig
 
-
 Columns = dict[str, NDArray[Any]]
 """Variable of a shard → array with one row per job; ``time`` → sampling instants [s]."""
 

@@ -12,7 +12,7 @@ from string import Template
 from typing import Any, Literal
 
 from hydrofdi.api.arguments import path_of
-from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, DataSheet, rated_flow
+from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, CylinderSheet, rated_flow
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.oil import KELVIN
@@ -50,7 +50,7 @@ def init(
     folder : path
         Where the file is written.
     **data_sheet
-        Numbers of the data sheet, as fields of `DataSheet`: ``bore="50 mm"``, ``rod``, ``stroke``,
+        Numbers of the data sheet, as fields of `CylinderSheet`: ``bore="50 mm"``, ``rod``, ``stroke``,
         ``supply``, ``valve="40 L/min at 70 bar"``, ``mass``; and, if known, ``oil``, ``air``,
         ``temperature``, ``valve_frequency``, ``hose``, ``mounting``, ``double_rod``. Areas, volumes, valve,
         oil, motion, load, friction, controller, sensors and population follow, each beside its formula.
@@ -99,7 +99,7 @@ def _stated(name: str) -> str:
 
 def sheet_text(name: str, given: Mapping[str, Any]) -> str:
     """The file of a cylinder with this data sheet."""
-    sheet = validated(DataSheet, Source(plain_data(dict(given))))
+    sheet = validated(CylinderSheet, Source(plain_data(dict(given))))
     layout = (ready_folder() / "templates" / "data-sheet.txt").read_text(encoding="utf-8")
     return _COMMENT.sub(_aligned, Template(layout).substitute(_texts(name, given, sheet)))
 
@@ -127,7 +127,7 @@ def _shown(value: float, unit: str, n_digit: int = 4) -> str:
     return f"{plain(convert(value, unit), n_digit)} {unit}"
 
 
-def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, str]:
+def _texts(name: str, given: Mapping[str, Any], sheet: CylinderSheet) -> dict[str, str]:
     """Place in the layout → number with its unit, or lines."""
     (area_1, area_2), oil = sheet.areas, sheet.fluid
     flow, drop = rated_flow(sheet.valve)
@@ -205,7 +205,7 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
     }  # fmt: skip
 
 
-def _areas_and_volumes(sheet: DataSheet, bore: str, rod: str) -> list[str]:
+def _areas_and_volumes(sheet: CylinderSheet, bore: str, rod: str) -> list[str]:
     """Lines of the section ``actuator``."""
     annulus, hose = f"π/4 · (({bore})² − ({rod})²)", f" + hose {sheet.hose}" if sheet.hose else ""
     first = annulus if sheet.double_rod else f"π/4 · ({bore})²"
@@ -223,7 +223,7 @@ def _areas_and_volumes(sheet: DataSheet, bore: str, rod: str) -> list[str]:
     return lines[:2] if sheet.double_rod else lines
 
 
-def _oil_table(sheet: DataSheet) -> list[str]:
+def _oil_table(sheet: CylinderSheet) -> list[str]:
     """β, density and viscosity of the oil over temperature and pressure, in lines of a comment."""
     oil, lines = sheet.fluid, ["#     °C   bar   β [MPa]   density [kg/m³]   viscosity [mPa·s]"]
     for celsius in sorted({20.0, round(sheet.temperature - KELVIN, 1), 70.0}):
@@ -235,7 +235,7 @@ def _oil_table(sheet: DataSheet) -> list[str]:
     return lines
 
 
-def _load_formula(sheet: DataSheet) -> str:
+def _load_formula(sheet: CylinderSheet) -> str:
     """How the random load follows."""
     ratio = sheet.areas[1] / sheet.areas[0]
     share = f"{100.0 * sheet.load_share:.3g} % of supply pressure · A_2 = {_shown(sheet.pull, 'kN')}"

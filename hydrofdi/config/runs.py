@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import repeat
 from typing import Any, overload
 
@@ -22,7 +22,6 @@ from hydrofdi.config.experiment import (
     ExperimentConfig,
     IndicatorChoice,
 )
-from hydrofdi.config.points import NOMINAL, Points, count_points, multiplied, sweep_points
 from hydrofdi.config.request import (
     ANALYSIS_SECTIONS,
     OBSERVATION,
@@ -37,7 +36,7 @@ from hydrofdi.config.request import (
 from hydrofdi.config.sections.machine import LeakageConfig
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.config.study import StudyConfig, StudyTable, populations, study_points, study_table
-from hydrofdi.config.sweep import distinct_rows
+from hydrofdi.config.sweep import NOMINAL, Points, count_points, distinct_rows, multiplied, sweep_points
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, first_reason
@@ -171,7 +170,8 @@ class Runs(Sequence[RunSpec]):
     ) -> None:
         self._table, self._calibrations, self._calibration_of = table, calibrations, calibration_of
         self.choice = choice
-        self._solved: dict[int, RunParameters] = {}
+        # Neighbours share their conditions.
+        self._conditions = lru_cache(_MOST_MADE)(lambda place: calibrations.request(place).parameters)
 
     def __len__(self) -> int:
         return len(self._table)
@@ -185,17 +185,9 @@ class Runs(Sequence[RunSpec]):
             return self.at(np.arange(len(self))[index])
         if not -len(self) <= index < len(self):
             raise IndexError(index)
-        return RunSpec(self._table.request(index), self._calibration(index), self.choice)
-
-    def _calibration(self, row: int) -> RunParameters | None:
-        place = int(self._calibration_of[row])
-        if place == NONE:
-            return None
-        if place not in self._solved:
-            if len(self._solved) >= _MOST_MADE:
-                self._solved.clear()
-            self._solved[place] = self._calibrations.request(place).parameters
-        return self._solved[place]
+        place = self._calibration_of[index]
+        calibration = None if place == NONE else self._conditions(place)
+        return RunSpec(self._table.request(index), calibration, self.choice)
 
     def __iter__(self) -> Iterator[RunSpec]:
         return (self[row] for row in range(len(self)))

@@ -14,13 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
 
-from hydrofdi.config.points import Column, Points, drawn, one_after_the_other
 from hydrofdi.config.sweep import (
     Axes,
+    Column,
     CorrelationConfig,
     Distribution,
+    Points,
     argument_values,
     correlated,
+    drawn,
+    one_after_the_other,
     require_drawn,
     unit_cube,
 )
@@ -200,12 +203,11 @@ class StudyConfig(Section):
 def study_values(study: StudyConfig) -> Iterator[tuple[str, Any]]:
     """The parameters that differ between records, each with every value or end of its distribution."""
     population, others = study.population, (*study.shifts.values(), *study.confusions.values())
-    leaks = study.faults.over if study.faults else {}
-    yield from ((name, level) for name, levels in leaks.items() for level in levels)
-    for changes in (population.over, population.per_record, *others):
-        for name, value in changes.items():
-            stated = argument_values(dict(value)) if isinstance(value, Mapping) else [value]
-            yield from ((name, each) for each in stated)
+    leaks: Mapping[str, Any] = study.faults.over if study.faults else {}
+    drawn: list[Mapping[str, Any]] = [leaks, population.over, population.per_record]
+    for changes in (*drawn, *others):
+        for name, stated in changes.items():
+            yield from ((name, value) for value in argument_values(stated))
 
 
 class WatchedChart(ChartConfig):

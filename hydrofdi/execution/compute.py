@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.experiment import DEFAULT_ANALYSIS, DWT, Analysis, Indicators, StoreConfig
 from hydrofdi.errors import HydrofdiError, Issue
 from hydrofdi.execution.calibrating import unreachable_sentence
-from hydrofdi.execution.engine import Engine, TaskFailure
+from hydrofdi.execution.engine import Engine, InProcessEngine, TaskFailure
 from hydrofdi.indicators.measuring import Measures, Seconds, measure
 from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.quality.doubts import how_records_settle
@@ -30,8 +30,9 @@ from hydrofdi.records import RecordBatch
 from hydrofdi.sensing import Measurement
 from hydrofdi.simulation.balances import Outcome, Trajectory
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.simulation.kernels.lanes import WIDTH, positions_by
 from hydrofdi.store.experiment_data import gathered
+from hydrofdi.store.folder import Failure, write_failure, write_log
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
 from hydrofdi.store.shards import StoredRun, write_shard
@@ -85,17 +86,10 @@ def measured_columns(
     return columns | names.wavelet_numbers(columns)
 
 
-def _alike(jobs: Sequence[Job]) -> list[list[int]]:
+def _alike(jobs: Sequence[Job]) -> Iterable[list[int]]:
     """Positions of jobs that are analysed alike, but for the start phase, and have the period of their drive
     in common."""
-    return _grouped((_without_phase(job.analysis), _period(job)) for job in jobs)
-
-
-def _grouped(keys: Iterable[object]) -> list[list[int]]:
-    groups: dict[object, list[int]] = {}
-    for row, key in enumerate(keys):
-        groups.setdefault(key, []).append(row)
-    return list(groups.values())
+    return positions_by((_without_phase(job.analysis), _period(job)) for job in jobs).values()
 
 
 def _without_phase(analysis: Analysis) -> Analysis:
@@ -139,7 +133,7 @@ def _measured_alike(
 
 def _indicators_of(jobs: Sequence[Job]) -> Iterator[tuple[list[int], Indicators]]:
     """Positions of jobs and the indicators to measure together: the start phase is that of the transform."""
-    by_phase = _grouped(job.analysis.wavelet.phase for job in jobs)
+    by_phase = positions_by(job.analysis.wavelet.phase for job in jobs).values()
     indicators = jobs[0].analysis.indicators
     if len(by_phase) == 1 or DWT not in indicators:
         yield list(range(len(jobs))), indicators
@@ -294,10 +288,9 @@ def _distinct_records(jobs: Sequence[Job]) -> tuple[list[Job], list[int]]:
     """One job for each record that has to be simulated, and the place of each job's record among them."""
     if analysed_alike(jobs):
         return list(jobs), list(range(len(jobs)))
-    keys = [(job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs]
-    first = dict(zip(reversed(keys), reversed(jobs), strict=True))
-    places = {key: place for place, key in enumerate(dict.fromkeys(keys))}
-    return [first[key] for key in places], [places[key] for key in keys]
+    places = positions_by((job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs)
+    record_of_job = {row: record for record, rows in enumerate(places.values()) for row in rows}
+    return [jobs[rows[0]] for rows in places.values()], [record_of_job[row] for row in range(len(jobs))]
 
 
 def analysed_alike(jobs: Sequence[Job]) -> bool:
@@ -384,20 +377,16 @@ def split_jobs(jobs: Sequence[Job], workers: int, *, keeps_signals: bool = True)
 
 def _compatible_groups(jobs: Sequence[Job]) -> list[list[Job]]:
     """Jobs of the same time axis and the same shape of features; those of one record stand together."""
-    groups: dict[object, list[Job]] = {}
-    for job in jobs:
-        groups.setdefault(batch_shape(job), []).append(job)
-    return [group if analysed_alike(group) else _by_record(group) for group in groups.values()]
+    groups = [[jobs[row] for row in rows] for rows in positions_by(map(batch_shape, jobs)).values()]
+    return [group if analysed_alike(group) else _by_record(group) for group in groups]
 
 
 def _by_record(jobs: Sequence[Job]) -> list[Job]:
-    records: dict[str, list[Job]] = {}
-    for job in jobs:
-        records.setdefault(job.parameters.text(), []).append(job)
-    return [job for same in records.values() for job in same]
+    of_record = positions_by(job.parameters.text() for job in jobs)
+    return [jobs[row] for rows in of_record.values() for row in rows]
 
 
-def batch_shape(job: Job) -> object:
+def batch_shape(job: Job) -> Hashable:
     """What jobs must share so that one task can compute them and one shard can contain them."""
     wavelet = job.analysis.wavelet
     time_axis = job.parameters.record.time_axis
@@ -415,34 +404,84 @@ def _batch_size(n_job: int, largest: int, workers: int) -> int:
     return min(largest, -(-even // WIDTH) * WIDTH)
 
 
-def run_batches(
-    engine: Engine,
-    batches: Iterable[Batch],
-    time_per_job: float | None,
-    on_done: Callable[[BatchReceipt], None],
-    on_failure: Callable[[Job, TaskFailure], None],
-) -> None:
-    """Run batches; a batch that fails is halved until its failing jobs stand alone.
+class Recorder:
+    """What has ended of the jobs of a sweep, or of a part of one: it keeps log, failures and progress."""
 
-    `time_per_job` [s] is shared by runs that lie side by side in lanes. An error of the user,
-    such as a full disk, ends all.
+    def __init__(self, directory: Path, part: str, advance: Callable[[int, int], object]) -> None:
+        self._directory, self._advance = directory, advance
+        self.log = partial(write_log, directory / f"run{part}.log")
+        self._receipts: list[BatchReceipt] = []
+        self._n_lost = 0
+
+    def stored(self, receipt: BatchReceipt) -> None:
+        """A batch is stored."""
+        self._receipts.append(receipt)
+        self.log("stored", shard=receipt.shard.name, runs=receipt.n_run, failed=receipt.n_failed)
+        self._advance(receipt.n_run, receipt.n_failed)
+
+    def failed(self, job: Job, failure: TaskFailure) -> None:
+        """A job gave no result."""
+        self._n_lost += 1
+        write_failure(self._directory, Failure(job.run_id, failure.status, failure.message, failure.log))
+        self.log("failed", run=job.run_id, status=failure.status, message=failure.message)
+        self._advance(1, 1)
+
+    @property
+    def completed(self) -> int:
+        """Number of runs that have ended, with or without a result."""
+        return sum(each.n_run for each in self._receipts) + self._n_lost
+
+    @property
+    def shards(self) -> frozenset[str]:
+        """Names of the shards that are stored."""
+        return frozenset(each.shard.name for each in self._receipts)
+
+    @property
+    def costs(self) -> dict[str, float]:
+        """Label of an indicator → CPU time per record [s]."""
+        seconds: dict[str, float] = {}
+        for receipt in self._receipts:
+            for label, own in receipt.seconds.items():
+                seconds[label] = seconds.get(label, 0.0) + own
+        n_measured = sum(each.n_run for each in self._receipts)
+        return {label: total / n_measured for label, total in seconds.items()}
+
+
+def run_jobs(
+    engine: Engine,
+    jobs: Sequence[Job],
+    directory: Path,
+    store: StoreConfig,
+    time_per_job: float | None,
+    recorder: Recorder,
+) -> None:
+    """Run jobs in batches; a batch that fails is halved until its failing jobs stand alone.
+
+    `time_per_job` [s] is shared by runs that lie side by side in lanes. Stored records are measured in this
+    process if the engine's workers do not reach the folder. An error of the user, such as a full disk, ends
+    all.
     """
-    for batch in batches:
-        engine.submit(compute_shard, batch, _time_limit(batch, time_per_job))
-    for result in engine.completed():
-        batch = result.item
-        if result.failure is None:
-            on_done(result.value)
-        elif isinstance(result.failure.error, HydrofdiError):
-            engine.cancel()
-            raise result.failure.error
-        elif len(batch.jobs) > 1:
-            middle = len(batch.jobs) // 2
-            for jobs in (batch.jobs[:middle], batch.jobs[middle:]):
-                half = replace(batch, jobs=jobs)
-                engine.submit(compute_shard, half, _time_limit(half, time_per_job))
-        else:
-            on_failure(batch.jobs[0], result.failure)
+    split = split_jobs(jobs, engine.workers, keeps_signals=store.signals != "none")
+    batches = [Batch(batch, directory, store) for batch in split]
+    here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
+    there = [batch for batch in batches if batch not in here]
+    for place, work in ((InProcessEngine(), here), (engine, there)):
+        for batch in work:
+            place.submit(compute_shard, batch, _time_limit(batch, time_per_job))
+        for result in place.completed():
+            batch = result.item
+            if result.failure is None:
+                recorder.stored(result.value)
+            elif isinstance(result.failure.error, HydrofdiError):
+                place.cancel()
+                raise result.failure.error
+            elif len(batch.jobs) > 1:
+                middle = len(batch.jobs) // 2
+                for part in (batch.jobs[:middle], batch.jobs[middle:]):
+                    half = replace(batch, jobs=part)
+                    place.submit(compute_shard, half, _time_limit(half, time_per_job))
+            else:
+                recorder.failed(batch.jobs[0], result.failure)
 
 
 def _time_limit(batch: Batch, time_per_job: float | None) -> float | None:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS, ExperimentConfig
-from hydrofdi.config.points import count_points
 from hydrofdi.config.shown_values import shown_parameter
+from hydrofdi.config.sweep import count_points
 from hydrofdi.report.wording import litres_per_minute, shown_modulus
 from hydrofdi.settings.readable import HOLE, K_I_UNIT, typeset
 from hydrofdi.store.experiment_data import ExperimentData

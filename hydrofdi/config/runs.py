@@ -33,6 +33,7 @@ from hydrofdi.config.request import (
     section_text,
     sections_text,
 )
+from hydrofdi.config.sections.csv_input import digest
 from hydrofdi.config.sections.machine import LeakageConfig
 from hydrofdi.config.shown_values import shown_values
 from hydrofdi.config.study import StudyConfig, StudyTable, populations, study_points, study_table
@@ -410,7 +411,7 @@ class Expansion:
             if name.startswith("leakage.") and not name.startswith("leakage.external_")
         }
         self._numbers = {
-            name: _numbered([
+            name: _numbered(name, [
                 self._nominal.value(name),
                 *(points.columns[name].values if name in points.columns else ()),
                 *(own[name] for own in (self._baseline, self._sealed) if name in own),
@@ -420,7 +421,7 @@ class Expansion:
             if name in names
         }  # fmt: skip
         self._places = {name: place for place, name in enumerate(self._numbers)}
-        values = {name: list(numbers) for name, numbers in self._numbers.items()}
+        values = {name: _first_values(numbers) for name, numbers in self._numbers.items()}
         self._plain = ParameterTable(self._nominal, values, np.zeros((0, len(values)), dtype=np.int32))
 
     def runs(self, numbers: Numbers) -> Runs:
@@ -552,5 +553,18 @@ def _distinct(numbers: Numbers) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return distinct_rows([*numbers.T], len(numbers))
 
 
-def _numbered(values: Iterable[Any]) -> dict[Any, int]:
-    return {value: number for number, value in enumerate(dict.fromkeys(values))}
+def _numbered(name: str, values: Iterable[Any]) -> dict[Any, int]:
+    """The number of each value of a parameter; files with the same contents have the same."""
+    number_of: dict[Any, int] = {}
+    same = digest if name == "input.file" else str
+    return {
+        value: number_of.setdefault(same(value) if isinstance(value, str) else value, len(number_of))
+        for value in values
+    }
+
+
+def _first_values(numbers: Mapping[Any, int]) -> list[Any]:
+    first: dict[int, Any] = {}
+    for value, number in numbers.items():
+        first.setdefault(number, value)
+    return list(first.values())

@@ -27,7 +27,7 @@ from hydrofdi.api.stored import (
 )
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
-from hydrofdi.config.runs import Runs, run_identities
+from hydrofdi.config.runs import run_identities
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import (
     ConfigError,
@@ -249,40 +249,28 @@ def _jobs(
     plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watching
 ) -> tuple[list[Job], list[tuple[Job, TaskFailure]]]:
     """Jobs of the missing runs, and those that failed while K_i was solved."""
-    simulated, failures = plan.simulated, dict[int, TaskFailure]()
-    solved = _coefficients(plan, plan.table.runs.at(simulated), engine, known, failures, watcher)
-    coefficients = dict(zip(simulated, solved, strict=True))
+    runs, failures = plan.table.runs.at(plan.simulated), dict[int, TaskFailure]()
+    if n_unsolved := unsolved_conditions(runs, known):
+        watcher.begin(COEFFICIENTS, n_unsolved)
+    required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
+    try:
+        solved = leakage_coefficients(
+            runs, engine, known, required=required, on_solved=watcher.advance, lost=failures
+        )
+    except (KeyboardInterrupt, HydrofdiError) as error:
+        kept = {identity: value for identity, value in known.items() if not math.isnan(value)}
+        if kept and not isinstance(error, ConfigError):
+            write_calibrations(plan.directory, kept)
+            watcher.tell(f"kept {len(kept):,} solved leakage coefficients for the next time")
+        raise
+    coefficients = dict(zip(plan.simulated, solved, strict=True))
     jobs = {}
     for position in plan.missing:  # a stored record brings its own coefficient
         own = plan.run_ids[position], coefficients.get(position, math.nan), plan.record_ids[position]
         job = Job.of(plan.table.runs[position], *own)
         jobs[position] = replace(job, stored=plan.measurable.get(position))
-    lost = [(jobs.pop(simulated[k]), failure) for k, failure in failures.items()]
+    lost = [(jobs.pop(plan.simulated[k]), failure) for k, failure in failures.items()]
     return list(jobs.values()), lost
-
-
-def _coefficients(
-    plan: SweepPlan,
-    runs: Runs,
-    engine: Engine,
-    known: dict[str, float],
-    lost: dict[int, TaskFailure],
-    watcher: Watching,
-) -> list[float]:
-    if n_unsolved := unsolved_conditions(runs, known):
-        watcher.begin(COEFFICIENTS, n_unsolved)
-    required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
-    try:
-        return leakage_coefficients(
-            runs, engine, known, required=required, on_solved=watcher.advance, lost=lost
-        )
-    except (KeyboardInterrupt, HydrofdiError) as error:
-        solved = {identity: value for identity, value in known.items() if not math.isnan(value)}
-        if not solved or isinstance(error, ConfigError):
-            raise
-        write_calibrations(plan.directory, solved)
-        watcher.tell(f"kept {len(solved):,} solved leakage coefficients for the next time")
-        raise
 
 
 def _may_lack_leaks(plan: SweepPlan) -> bool:

@@ -266,10 +266,6 @@ def run_identities(runs: Runs, physics_version: int = PHYSICS_VERSION) -> tuple[
 
 def identities_of_analyses(runs: Runs, records: tuple[str, ...]) -> tuple[str, ...]:
     """``run_identity`` of many runs, from the identities of their records."""
-    if not any(
-        RunSpec(request, None, runs.choice).analysis_text for request in runs.distinct(*ANALYSIS_SECTIONS)
-    ):
-        return records
     return tuple([_of_run(*pair) for pair in zip(records, runs.analysis_texts(), strict=True)])
 
 

@@ -482,12 +482,11 @@ class Points:
             len(positions), {name: Column(each.values, each.index[positions]) for name, each in columns}
         )
 
-    def values(self, point: int, names: Sequence[str] | None = None) -> dict[str, Any]:
+    def values(self, point: int) -> dict[str, Any]:
         """The values in SI that a point sets, by parameter."""
-        columns = [(name, self.columns[name]) for name in (self.columns if names is None else names)]
         return {
             name: column.values[column.index[point]]
-            for name, column in columns
+            for name, column in self.columns.items()
             if column.index[point] != NOMINAL
         }
 
@@ -556,10 +555,10 @@ def one_after_the_other(parts: Sequence[Points]) -> Points:
 def _fulfilling(text: str, points: Points, nominal: Callable[[str], Any], path: str) -> Points:
     condition = parse_condition(text)
     constants = {name: nominal(name) for name in condition.names}
-    names = [name for name in condition.names if name in points.columns]
-    first, inverse = distinct_rows([points.columns[name].index for name in names], points.n_point)
+    named = Points(points.n_point, {k: v for k, v in points.columns.items() if k in condition.names})
+    first, inverse = distinct_rows([column.index for column in named.columns.values()], points.n_point)
     try:
-        holds = [condition.holds(constants | points.values(point, names)) for point in first.tolist()]
+        holds = [condition.holds(constants | named.values(point)) for point in first.tolist()]
     except (TypeError, ValueError, OverflowError) as error:
         raise ConfigError([Issue(f"condition {text!r}: {error}", path)]) from None
     return points.at(np.flatnonzero(np.array(holds, dtype=bool)[inverse]))

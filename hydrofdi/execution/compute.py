@@ -16,7 +16,7 @@ from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.experiment import DEFAULT_ANALYSIS, DWT, Analysis, Indicators, StoreConfig
 from hydrofdi.errors import HydrofdiError, Issue
 from hydrofdi.execution.calibrating import unreachable_sentence
-from hydrofdi.execution.engine import Engine, InProcessEngine, TaskFailure
+from hydrofdi.execution.engine import Engine, InProcessEngine, TaskFailure, run_halving
 from hydrofdi.indicators.measuring import Measures, Seconds, measure
 from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.quality.doubts import how_records_settle
@@ -210,6 +210,12 @@ class Batch:
     def is_stored(self) -> bool:
         """Whether the records are stored and only measured."""
         return self.jobs[0].stored is not None
+
+    def halves(self) -> list[Batch]:
+        """Two batches of half the jobs each; none of a single job."""
+        middle = len(self.jobs) // 2
+        parts = (self.jobs[:middle], self.jobs[middle:]) if middle else ()
+        return [replace(self, jobs=part) for part in parts]
 
 
 @dataclass(frozen=True)
@@ -461,28 +467,20 @@ def run_jobs(
     process if the engine's workers do not reach the folder. An error of the user, such as a full disk, ends
     all.
     """
+
+    def time_limit(batch: Batch) -> float | None:
+        return None if time_per_job is None else time_per_job * -(-len(batch.jobs) // WIDTH)
+
     split = split_jobs(jobs, engine.workers, keeps_signals=store.signals != "none")
     batches = [Batch(batch, directory, store) for batch in split]
     here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
     there = [batch for batch in batches if batch not in here]
     for place, work in ((InProcessEngine(), here), (engine, there)):
-        for batch in work:
-            place.submit(compute_shard, batch, _time_limit(batch, time_per_job))
-        for result in place.completed():
-            batch = result.item
+        for result in run_halving(place, compute_shard, work, Batch.halves, time_limit):
             if result.failure is None:
                 recorder.stored(result.value)
             elif isinstance(result.failure.error, HydrofdiError):
                 place.cancel()
                 raise result.failure.error
-            elif len(batch.jobs) > 1:
-                middle = len(batch.jobs) // 2
-                for part in (batch.jobs[:middle], batch.jobs[middle:]):
-                    half = replace(batch, jobs=part)
-                    place.submit(compute_shard, half, _time_limit(half, time_per_job))
             else:
-                recorder.failed(batch.jobs[0], result.failure)
-
-
-def _time_limit(batch: Batch, time_per_job: float | None) -> float | None:
-    return None if time_per_job is None else time_per_job * -(-len(batch.jobs) // WIDTH)
+                recorder.failed(result.item.jobs[0], result.failure)

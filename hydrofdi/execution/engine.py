@@ -13,13 +13,15 @@ import threading
 import time
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
 from types import ModuleType
 from typing import Any, Self
+
+from hydrofdi.errors import HydrofdiError
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,28 @@ class Engine:
 
 
 InProcessEngine = Engine
+
+
+def run_halving(
+    engine: Engine,
+    task: Callable[[Any], Any],
+    items: Iterable[Any],
+    halves: Callable[[Any], list[Any]],
+    time_limit: Callable[[Any], float | None] = lambda item: None,
+) -> Iterator[TaskResult]:
+    """Results of items as they come; an item that fails is halved until what fails stands alone.
+
+    An error of the user, such as a full disk, fails the whole item.
+    """
+    for item in items:
+        engine.submit(task, item, time_limit(item))
+    for result in engine.completed():
+        is_final = result.failure is None or isinstance(result.failure.error, HydrofdiError)
+        parts = [] if is_final else halves(result.item)
+        for part in parts:
+            engine.submit(task, part, time_limit(part))
+        if not parts:
+            yield result
 
 
 def raised(error: BaseException) -> TaskFailure:

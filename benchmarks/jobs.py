@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import RunParameters
-from hydrofdi.simulation.drive import input_voltage
+from hydrofdi.simulation.inputs import input_voltage
 from hydrofdi.simulation.kernels.lanes import WIDTH, pack_singles
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import detail_rms

@@ -17,7 +17,7 @@ import numpy as np
 
 from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import load_experiment
-from hydrofdi.config.run_table.expansion import study_roles
+from hydrofdi.config.runs import study_roles
 from hydrofdi.detectors.trained.measuring import ChannelFacts, channel_facts, findings, joined, learned_range
 from hydrofdi.records import Channel
 

@@ -13,7 +13,7 @@ import numpy as np
 from jobs import Job, parameter_vector
 from plain_loop import rates
 
-from hydrofdi.simulation.drive import input_voltage
+from hydrofdi.simulation.inputs import input_voltage
 
 RELATIVE_TOLERANCE = ABSOLUTE_TOLERANCE = 1e-6
 SCALE = np.array([1e-2, 1e-1, 1e-5, 1e-2, 1e6, 1e6])

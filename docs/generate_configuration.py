@@ -21,9 +21,8 @@ from pydantic import BaseModel
 from hydrofdi.config import ExperimentConfig
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.loading import PARAMETER_MAPPINGS
-from hydrofdi.config.names import SYMBOLS, full_names
-from hydrofdi.config.request import parameter_names, parameter_unit
-from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.config.request import SYMBOLS, full_names, parameter_names, parameter_unit
+from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.detectors.registry import chart_kind, chart_names, score_kind, score_names
 from hydrofdi.detectors.trained.file import DetectorFile
 from hydrofdi.indicators.selection import LABEL_PATTERN, TAKEN
@@ -157,7 +156,7 @@ def _glossary() -> str:
         for name, symbols in SYMBOLS.items()
     ]
     own = (DOCS / "glossary.md").read_text(encoding="utf-8").partition("<!-- symbols")[0]
-    note = "<!-- symbols: written by docs/generate_configuration.py from hydrofdi/config/names.py -->"
+    note = "<!-- symbols: written by docs/generate_configuration.py from hydrofdi/config/sections -->"
     return f"{own}{note}\n\n{table(('parameter', 'symbols', 'SI unit'), rows)}\n"
 
 

@@ -14,11 +14,18 @@ from hydrofdi.physics.control import converted, pid_step
 from hydrofdi.physics.valve import acting_voltage
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import ROWS, leakage_signal, oil_temperatures, outcome_of
-from hydrofdi.simulation.drive import input_voltage, position_reference
-from hydrofdi.simulation.inputs import Reader, Tap, load_force, reading_errors, steps_per_control
+from hydrofdi.simulation.inputs import (
+    Reader,
+    Tap,
+    input_voltage,
+    load_force,
+    position_reference,
+    reading_errors,
+    steps_per_control,
+)
 from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
+from hydrofdi.simulation.kernels.kernel import spool_rates, valve_opening
 from hydrofdi.simulation.kernels.lanes import N_PAPER_SAMPLED, STATES, ModelOptions, pack_singles
-from hydrofdi.simulation.kernels.spool import spool_rates, valve_opening
 
 Solver = Literal["lsoda", "radau"]
 

@@ -13,10 +13,8 @@ from hypothesis import strategies as st
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
 from hydrofdi.config.request import RunRequest, parameter_names
-from hydrofdi.config.run_table.runs import run_identities, run_identity
-from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.config.sweeps.points import count_points
-from hydrofdi.config.sweeps.sweep import distinct_rows
+from hydrofdi.config.runs import run_identities, run_identity
+from hydrofdi.config.sweep import count_points, distinct_rows, parse_condition
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics import PHYSICS_VERSION
 

@@ -4,8 +4,7 @@ import pytest
 
 from hydrofdi.config import RunParameters, expand_runs
 from hydrofdi.config.loading import load_experiment
-from hydrofdi.config.names import SYMBOLS, full_name
-from hydrofdi.config.request import parameter_names
+from hydrofdi.config.request import SYMBOLS, full_name, parameter_names
 
 EBM, K_I = "fluid.bulk_modulus", "leakage.internal_coefficient"
 

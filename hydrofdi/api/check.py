@@ -19,9 +19,9 @@ from hydrofdi.config.experiment import DEFAULT_CHOICE
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.plausibility import idle_parameters, unusual_parameters, unusual_values
 from hydrofdi.config.request import OBSERVATION, SENSING, RunRequest
-from hydrofdi.config.run_table.runs import spread
+from hydrofdi.config.runs import spread
 from hydrofdi.config.shown_values import shown_in, shown_values
-from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients, split_jobs
 from hydrofdi.execution.checks import (

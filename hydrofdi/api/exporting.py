@@ -13,7 +13,7 @@ from hydrofdi.api.arguments import names_of, path_of
 from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.api.sources import Said, open_records
 from hydrofdi.api.stored import rows_named
-from hydrofdi.config.run_table.runs import run_identities
+from hydrofdi.config.runs import run_identities
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.records import Channel, RecordBatch, RecordSource, RejectedRecord
 from hydrofdi.records.writing import OWN, WRITERS, selection

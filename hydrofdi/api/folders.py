@@ -19,18 +19,16 @@ from hydrofdi.api.stored import changes_since, rows_named, stored_run_ids
 from hydrofdi.config import ExperimentConfig, RunSpec
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.request import parameter_names
-from hydrofdi.config.run_table.expansion import NO_RUN
-from hydrofdi.config.run_table.roles import StudyTable
-from hydrofdi.config.run_table.runs import record_identity
+from hydrofdi.config.runs import NO_RUN, record_identity
 from hydrofdi.config.shown_values import shown_options
+from hydrofdi.config.study import StudyTable
 from hydrofdi.errors import StoreError
 from hydrofdi.quality.doubts import DOUBTS, REMEDIES, Doubt, doubt_counts, doubts_of, remedy_lines
 from hydrofdi.report.answer import Answer, Piece
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import read_texts
-from hydrofdi.store.folder.provenance import read_provenance, read_request
-from hydrofdi.store.index import StoredRun, read_index
+from hydrofdi.store.folder import read_provenance, read_request
 from hydrofdi.store.layout.names import (
     MESSAGE,
     STATUS,
@@ -38,7 +36,7 @@ from hydrofdi.store.layout.names import (
     output_variables,
     stored_variables,
 )
-from hydrofdi.store.shard import read_rows
+from hydrofdi.store.shards import StoredRun, read_index, read_rows
 
 Folder = str | PathLike[str] | Results
 """Folder of an experiment, or what is stored in it."""

@@ -23,7 +23,7 @@ from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.loading import Experiment, load_experiment
 from hydrofdi.config.plausibility import idle_parameters, unusual_values
-from hydrofdi.config.run_table.runs import identities_of_analyses, record_identities, run_identity
+from hydrofdi.config.runs import identities_of_analyses, record_identities, run_identity
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.config.shown_values import shown_in, shown_values
 from hydrofdi.errors import ConfigError, Issue
@@ -34,9 +34,9 @@ from hydrofdi.settings.messages import counted
 from hydrofdi.settings.readable import shown_bytes, time_text
 from hydrofdi.simulation.kernels.lanes import WIDTH
 from hydrofdi.store.experiment_file import computed_variables
-from hydrofdi.store.folder.provenance import Failure, read_failures
-from hydrofdi.store.index import ShardIndex, StoredRun, holds_enough, read_index
+from hydrofdi.store.folder import Failure, read_failures
 from hydrofdi.store.layout.names import dimensions, stored_signals
+from hydrofdi.store.shards import ShardIndex, StoredRun, holds_enough, read_index
 
 if TYPE_CHECKING:
     from hydrofdi.api.settings import Settings

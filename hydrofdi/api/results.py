@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hydrofdi.api.arguments import path_of
 from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
-from hydrofdi.config.run_table.runs import Runs
+from hydrofdi.config.runs import Runs
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import ReportError, StoreError
 from hydrofdi.quality.doubts import doubt_counts, remedy_lines

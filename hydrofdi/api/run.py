@@ -19,12 +19,11 @@ from hydrofdi.api.arguments import names_of, path_of
 from hydrofdi.api.stored import library_versions
 from hydrofdi.config import ExperimentConfig, RunSpec, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
-from hydrofdi.config.names import full_name, meant
-from hydrofdi.config.request import parameter_names
-from hydrofdi.config.run_table.runs import record_identity, run_identity
+from hydrofdi.config.request import full_name, meant, parameter_names
+from hydrofdi.config.runs import record_identity, run_identity
 from hydrofdi.config.shown_values import shown_in, shown_value
 from hydrofdi.config.study import DetectionConfig
-from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.errors import UnknownNameError
 from hydrofdi.execution import InProcessEngine, Job, compute_columns, leakage_coefficients
 from hydrofdi.records.data_sheet import MachineSheet
@@ -35,10 +34,9 @@ from hydrofdi.settings.readable import K_I_UNIT, typeset
 from hydrofdi.store.experiment_data import ShardResults
 from hydrofdi.store.experiment_file import write_experiment
 from hydrofdi.store.files import require_replaceable
-from hydrofdi.store.index import read_index
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
-from hydrofdi.store.shard import Columns, write_shard
+from hydrofdi.store.shards import Columns, read_index, write_shard
 from hydrofdi.units import Quantity, convert
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig, RunParameters, RunSpec, expand_runs
-from hydrofdi.config.run_table.runs import Runs, record_identities, spread
+from hydrofdi.config.runs import Runs, record_identities, spread
 from hydrofdi.errors import Issue
 from hydrofdi.execution import InProcessEngine, leakage_coefficients
 from hydrofdi.records import Channel, RecordBatch, RejectedRecord

@@ -191,7 +191,7 @@ def kind_of(path: Path) -> str:
 def _kind_of_folder(path: Path) -> str:
     from hydrofdi.api.stored import require_single, results_files
     from hydrofdi.records.source import plain_files
-    from hydrofdi.store.folder.provenance import REQUEST_FILE
+    from hydrofdi.store.folder import REQUEST_FILE
 
     is_sweep, results = (path / REQUEST_FILE).exists(), results_files(path)
     if results and not is_sweep:
@@ -207,7 +207,7 @@ def _kind_of_folder(path: Path) -> str:
 
 def _is_experiment(path: Path) -> bool:
     from hydrofdi.store.files import is_experiment_file
-    from hydrofdi.store.shard import SHARDS
+    from hydrofdi.store.shards import SHARDS
 
     if path.parent.name == SHARDS:
         raise StoreError(f"{path}: is a shard; name the folder of its experiment, {path.parent.parent}")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hydrofdi.api.arguments import path_of
-from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, DataSheet
+from hydrofdi.config.data_sheet import DEAD_SHARE, HOSE_MODULUS, CylinderSheet
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.oil import KELVIN
@@ -54,7 +54,7 @@ def init(
     folder : path
         Where the file is written.
     **data_sheet
-        Numbers of the data sheet, as fields of `DataSheet`: ``bore="50 mm"``, ``rod``, ``stroke``,
+        Numbers of the data sheet, as fields of `CylinderSheet`: ``bore="50 mm"``, ``rod``, ``stroke``,
         ``supply``, ``valve="40 L/min at 70 bar"``, ``mass``; and, if known, ``oil``, ``air``,
         ``temperature``, ``valve_frequency``, ``hose``, ``mounting``, ``double_rod``. Areas, volumes, valve,
         oil, motion, load, friction, controller, sensors and population follow, each beside its formula.
@@ -103,7 +103,7 @@ def _stated(name: str) -> str:
 
 def sheet_text(name: str, given: Mapping[str, Any]) -> str:
     """The file of a cylinder with this data sheet."""
-    sheet = validated(DataSheet, Source(plain_data(dict(given))))
+    sheet = validated(CylinderSheet, Source(plain_data(dict(given))))
     layout = (ready_folder() / "templates" / "data-sheet.txt").read_text(encoding="utf-8")
     texts = _texts(name, given, sheet)
 
@@ -140,7 +140,7 @@ def _shown(value: float, unit: str, n_digit: int = 4) -> str:
     return f"{plain(convert(value, unit), n_digit)} {unit}"
 
 
-def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, str]:
+def _texts(name: str, given: Mapping[str, Any], sheet: CylinderSheet) -> dict[str, str]:
     """Place in the layout → text, or lines."""
     (area_1, area_2), oil, warm = sheet.areas, sheet.fluid, sheet.temperature
     bore, rod, stroke = (_shown(each, "mm") for each in (sheet.bore, sheet.rod, sheet.stroke))
@@ -175,7 +175,7 @@ def _texts(name: str, given: Mapping[str, Any], sheet: DataSheet) -> dict[str, s
     }  # fmt: skip
 
 
-def _areas_and_volumes(sheet: DataSheet, bore: str, rod: str) -> list[str]:
+def _areas_and_volumes(sheet: CylinderSheet, bore: str, rod: str) -> list[str]:
     """Lines of the section ``actuator``."""
     annulus, hose = f"π/4 · (({bore})² − ({rod})²)", f" + hose {sheet.hose}" if sheet.hose else ""
     first = annulus if sheet.double_rod else f"π/4 · ({bore})²"
@@ -193,7 +193,7 @@ def _areas_and_volumes(sheet: DataSheet, bore: str, rod: str) -> list[str]:
     return lines[:2] if sheet.double_rod else lines
 
 
-def _oil_table(sheet: DataSheet) -> list[str]:
+def _oil_table(sheet: CylinderSheet) -> list[str]:
     """β, density and viscosity of the oil over temperature and pressure, in lines of a comment."""
     oil, lines = sheet.fluid, ["#     °C   bar   β [MPa]   density [kg/m³]   viscosity [mPa·s]"]
     for celsius in sorted({20.0, round(sheet.temperature - KELVIN, 1), 70.0}):
@@ -205,7 +205,7 @@ def _oil_table(sheet: DataSheet) -> list[str]:
     return lines
 
 
-def _load_formula(sheet: DataSheet) -> str:
+def _load_formula(sheet: CylinderSheet) -> str:
     """How the random load follows."""
     ratio = sheet.areas[1] / sheet.areas[0]
     share = f"{100.0 * sheet.load_share:.3g} % of supply pressure · A_2 = {_shown(sheet.pull, 'kN')}"

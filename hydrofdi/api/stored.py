@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
-from hydrofdi.config.run_table.runs import run_identities
+from hydrofdi.config.runs import run_identities
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.errors import ConfigError, ReportError, StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.settings.messages import counted, similar
 from hydrofdi.store.experiment_data import ExperimentData, ShardResults
 from hydrofdi.store.experiment_file import read_experiment, read_unfinished
-from hydrofdi.store.folder.provenance import (
+from hydrofdi.store.folder import (
     REQUEST_FILE,
     read_failures,
     read_provenance,
@@ -27,8 +27,8 @@ from hydrofdi.store.folder.provenance import (
     request_record,
     stored_identity,
 )
-from hydrofdi.store.index import ShardIndex, read_index
 from hydrofdi.store.layout.names import RUN_ID
+from hydrofdi.store.shards import ShardIndex, read_index
 from hydrofdi.version import __version__
 
 RESULTS = Path("results")

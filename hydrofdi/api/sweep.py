@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import replace
-from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Unpack
@@ -27,7 +26,7 @@ from hydrofdi.api.stored import (
 )
 from hydrofdi.config import ExperimentConfig, RunTable, expand_runs
 from hydrofdi.config.loading import Experiment, load_experiment
-from hydrofdi.config.run_table.runs import Runs, run_identities
+from hydrofdi.config.runs import run_identities
 from hydrofdi.config.shown_values import shown_in
 from hydrofdi.errors import (
     ConfigError,
@@ -39,44 +38,38 @@ from hydrofdi.errors import (
     stored_so_far,
 )
 from hydrofdi.execution import (
-    Batch,
-    BatchReceipt,
     Engine,
-    InProcessEngine,
     Job,
-    LocalPoolEngine,
-    available_cores,
+    Recorder,
+    engine_named,
     leakage_coefficients,
-    run_batches,
-    split_jobs,
+    run_jobs,
     unsolved_conditions,
 )
 from hydrofdi.execution.engine import TaskFailure
 from hydrofdi.indicators.faults import tells_fault
 from hydrofdi.quality.doubts import doubt_counts
-from hydrofdi.settings.messages import counted, nearest
+from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ShardResults
 from hydrofdi.store.experiment_file import computed_variables, is_current, read_texts, write_experiment
 from hydrofdi.store.files import remove_leftovers, require_replaceable
-from hydrofdi.store.folder.lock import experiment_lock, require_unlocked
-from hydrofdi.store.folder.provenance import (
+from hydrofdi.store.folder import (
     REQUEST_FILE,
-    Failure,
     add_provenance,
     environment_record,
+    experiment_lock,
     forget_failure,
     now,
     read_calibrations,
     read_failures,
     read_request,
     require_same_experiment,
+    require_unlocked,
     write_calibrations,
-    write_failure,
-    write_log,
     write_request,
 )
-from hydrofdi.store.index import read_index
 from hydrofdi.store.layout.names import OBSTACLE, STATUS, VERDICT
+from hydrofdi.store.shards import read_index
 
 if TYPE_CHECKING:
     from hydrofdi.api.settings import Settings
@@ -149,7 +142,7 @@ def sweep(
         n_worker = None if workers is None else count_of("workers", workers)
         directory = experiment_directory(loaded, None if out is None else path_of(out))
         own = WHOLE if part is None else part_of(part)
-        chosen = _engine(engine, n_worker, scheduler, shared_directory=shared_directory)
+        chosen = engine_named(engine, n_worker, scheduler, shared_directory=shared_directory)
         with shown_in(loaded.units):
             summary = run_sweep(loaded, directory, chosen, watcher, retry_failed=retry_failed, part=own)
     if summary.interrupted:
@@ -157,33 +150,17 @@ def sweep(
     return Results(read_results(directory) if own == WHOLE else directory, summary)
 
 
-def _engine(name: str, workers: int | None, scheduler: str | None, *, shared_directory: bool) -> Engine:
-    """An engine by its name; `workers` of a local pool are by default the cores that this process may use."""
-    if name not in (known := ("local", "in-process", "dask")):
-        raise ConfigError(f"engine: {name!r} is unknown{nearest(str(name), known)}")
-    if name == "dask":
-        if not isinstance(scheduler, str):
-            raise ConfigError("the engine dask needs scheduler=tcp://host:port")
-        from hydrofdi.execution.dask_cluster import DaskEngine
-
-        return DaskEngine(scheduler, shared_directory=shared_directory)
-    if scheduler is not None or not shared_directory:
-        raise ConfigError("scheduler and shared_directory need engine=dask")
-    return InProcessEngine() if name == "in-process" else LocalPoolEngine(workers or available_cores())
-
-
 def run_sweep(
     experiment: ExperimentConfig,
     directory: Path,
-    engine: Engine | None = None,
+    engine: Engine,
     watcher: Watching | None = None,
     *,
     retry_failed: bool = False,
     part: Part = WHOLE,
 ) -> SweepSummary:
     """Compute the missing runs of an experiment and build its experiment file; a part builds none."""
-    start, completed = time.perf_counter(), 0
-    engine = engine or LocalPoolEngine(available_cores())
+    start = time.perf_counter()
     watcher = watcher or Watching(lambda _: None)
     require_unlocked(directory, shared=bool(part.suffix))
     require_same_experiment(directory, experiment)
@@ -198,6 +175,7 @@ def run_sweep(
     if not plan.missing and (part.suffix or is_current(plan.file, experiment)):
         _clear_away(plan)
         return _summary(plan, 0, start)
+    recorder = Recorder(directory, part.suffix, watcher.advance)
     try:
         with engine if plan.missing else nullcontext():
             if plan.missing:
@@ -209,19 +187,19 @@ def run_sweep(
                 record = environment_record(experiment)
                 _prepare(plan, known, watcher)
                 with interruption(lambda: _finish_early(engine, watcher), [signal.SIGTERM]) as requests:
-                    recorder = _Recorder(plan, watcher)
-                    completed = recorder.run(engine, jobs, lost)
-                done = {"ended": now(), "computed": completed, "costs": recorder.costs}
+                    _run(plan, engine, jobs, lost, watcher, recorder)
+                done = {"ended": now(), "computed": recorder.completed, "costs": recorder.costs}
                 add_provenance(directory, record | done, part.suffix)
                 if not part.suffix:
-                    _write_file(experiment, directory, plan.table, plan.run_ids, frozenset(recorder.shards))
-                summary = _summary(plan, completed, start)
-                recorder.log_faults(summary.faults)
-    except SweepInterrupted:
-        raise
+                    _write_file(experiment, directory, plan.table, plan.run_ids, recorder.shards)
+                summary = _summary(plan, recorder.completed, start)
+                for label, message in summary.faults.items():
+                    recorder.log("faulty indicator", label=label, message=message)
     except (Exception, KeyboardInterrupt) as error:
         if is_interruption(error):
-            raise _interrupted(plan, completed) from None
+            stored, planned = _stored(plan)
+            completed = recorder.completed
+            raise SweepInterrupted(completed, stored + completed, planned) from None
         if isinstance(error, StoreError):
             _clear_away(plan)
         raise
@@ -270,40 +248,28 @@ def _jobs(
     plan: SweepPlan, engine: Engine, known: dict[str, float], watcher: Watching
 ) -> tuple[list[Job], list[tuple[Job, TaskFailure]]]:
     """Jobs of the missing runs, and those that failed while K_i was solved."""
-    simulated, failures = plan.simulated, dict[int, TaskFailure]()
-    solved = _coefficients(plan, plan.table.runs.at(simulated), engine, known, failures, watcher)
-    coefficients = dict(zip(simulated, solved, strict=True))
+    runs, failures = plan.table.runs.at(plan.simulated), dict[int, TaskFailure]()
+    if n_unsolved := unsolved_conditions(runs, known):
+        watcher.begin(COEFFICIENTS, n_unsolved)
+    required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
+    try:
+        solved = leakage_coefficients(
+            runs, engine, known, required=required, on_solved=watcher.advance, lost=failures
+        )
+    except (KeyboardInterrupt, HydrofdiError) as error:
+        kept = {identity: value for identity, value in known.items() if not math.isnan(value)}
+        if kept and not isinstance(error, ConfigError):
+            write_calibrations(plan.directory, kept)
+            watcher.tell(f"kept {len(kept):,} solved leakage coefficients for the next time")
+        raise
+    coefficients = dict(zip(plan.simulated, solved, strict=True))
     jobs = {}
     for position in plan.missing:  # a stored record brings its own coefficient
         own = plan.run_ids[position], coefficients.get(position, math.nan), plan.record_ids[position]
         job = Job.of(plan.table.runs[position], *own)
         jobs[position] = replace(job, stored=plan.measurable.get(position))
-    lost = [(jobs.pop(simulated[k]), failure) for k, failure in failures.items()]
+    lost = [(jobs.pop(plan.simulated[k]), failure) for k, failure in failures.items()]
     return list(jobs.values()), lost
-
-
-def _coefficients(
-    plan: SweepPlan,
-    runs: Runs,
-    engine: Engine,
-    known: dict[str, float],
-    lost: dict[int, TaskFailure],
-    watcher: Watching,
-) -> list[float]:
-    if n_unsolved := unsolved_conditions(runs, known):
-        watcher.begin(COEFFICIENTS, n_unsolved)
-    required: Literal["any", "none"] = "none" if _may_lack_leaks(plan) else "any"
-    try:
-        return leakage_coefficients(
-            runs, engine, known, required=required, on_solved=watcher.advance, lost=lost
-        )
-    except (KeyboardInterrupt, HydrofdiError) as error:
-        solved = {identity: value for identity, value in known.items() if not math.isnan(value)}
-        if not solved or isinstance(error, ConfigError):
-            raise
-        write_calibrations(plan.directory, solved)
-        watcher.tell(f"kept {len(solved):,} solved leakage coefficients for the next time")
-        raise
 
 
 def _may_lack_leaks(plan: SweepPlan) -> bool:
@@ -341,72 +307,27 @@ def _finish_early(engine: Engine, watcher: Watching) -> None:
     watcher.tell("finishing the runs in progress and storing them; press Ctrl-C again to stop at once")
 
 
-class _Recorder:
-    """Runs jobs and keeps log, failures and progress."""
-
-    def __init__(self, plan: SweepPlan, watcher: Watching) -> None:
-        self._plan = plan
-        self._watcher = watcher
-        self._log = partial(write_log, plan.directory / f"run{plan.part.suffix}.log")
-        self._completed = 0
-        self._seconds: dict[str, float] = {}
-        self._n_measured = 0
-        self.shards: set[str] = set()
-
-    def run(self, engine: Engine, jobs: list[Job], lost: list[tuple[Job, TaskFailure]]) -> int:
-        """Record the jobs that are lost, and run the others; returns how many ended."""
-        experiment, directory = self._plan.experiment, self._plan.directory
-        self._log("begin", planned=len(self._plan.positions), missing=len(jobs) + len(lost))
-        self._watcher.begin(RUNS, len(jobs) + len(lost))
-        keeps_signals = experiment.store.signals != "none"
-        split = split_jobs(jobs, engine.workers, keeps_signals=keeps_signals)
-        batches = [Batch(batch, directory, experiment.store) for batch in split]
-        here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
-        there = [batch for batch in batches if batch not in here]
-        try:
-            for failed in lost:
-                self._failed(*failed)
-            for place, work in ((InProcessEngine(), here), (engine, there)):
-                run_batches(place, work, experiment.limits.time_per_job, self._stored, self._failed)
-        except KeyboardInterrupt:
-            raise _interrupted(self._plan, self._completed) from None
-        except HydrofdiError as error:
-            index, failures = read_index(directory, check=False), read_failures(directory)
-            now = _stored(replace(self._plan, index=index, failures=failures))
-            raise type(error)(f"{error}; {stored_so_far(*now)}") from None
-        self._log("end", completed=self._completed, lost_workers=engine.lost_workers)
-        return self._completed
-
-    @property
-    def costs(self) -> dict[str, float]:
-        """Label of an indicator → CPU time per record [s]."""
-        return {label: seconds / self._n_measured for label, seconds in self._seconds.items()}
-
-    def log_faults(self, faults: dict[str, str]) -> None:
-        """Keep which indicators failed, and how."""
-        for label, message in faults.items():
-            self._log("faulty indicator", label=label, message=message)
-
-    def _stored(self, receipt: BatchReceipt) -> None:
-        self._completed += receipt.n_run
-        self._n_measured += receipt.n_run
-        for label, seconds in receipt.seconds.items():
-            self._seconds[label] = self._seconds.get(label, 0.0) + seconds
-        self.shards.add(receipt.shard.name)
-        self._log("stored", shard=receipt.shard.name, runs=receipt.n_run, failed=receipt.n_failed)
-        self._watcher.advance(receipt.n_run, receipt.n_failed)
-
-    def _failed(self, job: Job, failure: TaskFailure) -> None:
-        self._completed += 1
-        stored = Failure(job.run_id, failure.status, failure.message, failure.log)
-        write_failure(self._plan.directory, stored)
-        self._log("failed", run=stored.run_id, status=stored.status, message=stored.message)
-        self._watcher.advance(1, 1)
-
-
-def _interrupted(plan: SweepPlan, completed: int) -> SweepInterrupted:
-    stored, planned = _stored(plan)
-    return SweepInterrupted(completed, stored + completed, planned)
+def _run(
+    plan: SweepPlan,
+    engine: Engine,
+    jobs: list[Job],
+    lost: list[tuple[Job, TaskFailure]],
+    watcher: Watching,
+    recorder: Recorder,
+) -> None:
+    """Record the jobs that are lost, and run the others."""
+    experiment, n_missing = plan.experiment, len(jobs) + len(lost)
+    recorder.log("begin", planned=len(plan.positions), missing=n_missing)
+    watcher.begin(RUNS, n_missing)
+    try:
+        for failed in lost:
+            recorder.failed(*failed)
+        run_jobs(engine, jobs, plan.directory, experiment.store, experiment.limits.time_per_job, recorder)
+    except HydrofdiError as error:
+        index, failures = read_index(plan.directory, check=False), read_failures(plan.directory)
+        so_far = _stored(replace(plan, index=index, failures=failures))
+        raise type(error)(f"{error}; {stored_so_far(*so_far)}") from None
+    recorder.log("end", completed=recorder.completed, lost_workers=engine.lost_workers)
 
 
 def _stored(plan: SweepPlan) -> tuple[int, int]:

@@ -50,9 +50,9 @@ def init(
 def init_options() -> dict[str, Any]:
     """The options of `init` that follow from the model of a data sheet."""
     from hydrofdi.cli.options import options_of
-    from hydrofdi.config.data_sheet import DataSheet
+    from hydrofdi.config.data_sheet import CylinderSheet
 
-    return options_of(DataSheet, {name: (name,) for name in DataSheet.model_fields})
+    return options_of(CylinderSheet, {name: (name,) for name in CylinderSheet.model_fields})
 
 
 def configs(

@@ -3,8 +3,7 @@
 from hydrofdi.config.experiment import ExperimentConfig
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.config.request import RunParameters
-from hydrofdi.config.run_table.expansion import RunTable, expand_runs
-from hydrofdi.config.run_table.runs import RunSpec
+from hydrofdi.config.runs import RunSpec, RunTable, expand_runs
 
 __all__ = [
     "ExperimentConfig",

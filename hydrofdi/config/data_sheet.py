@@ -63,7 +63,7 @@ the travel [m] of the rated flow; and the Runge-Kutta step [s].
 """
 
 
-class DataSheet(Section):
+class CylinderSheet(Section):
     """Numbers of a data sheet. Properties are in SI; chamber 1 is on the bore side."""
 
     bore: Annotated[float, LENGTH]

@@ -12,11 +12,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS, ExperimentConfig, IndicatorChoice
-from hydrofdi.config.names import full_name, meant
 from hydrofdi.config.normalizing import normalize
-from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit
+from hydrofdi.config.request import RunRequest, full_name, meant, parameter_names, parameter_unit
 from hydrofdi.config.study import WatchedChart
-from hydrofdi.config.sweeps.sweep import SweepConfig
+from hydrofdi.config.sweep import SweepConfig
 from hydrofdi.detectors.scores.configuration import normalize_chart, normalize_scores
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators.contract import Indicator

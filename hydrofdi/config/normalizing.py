@@ -12,10 +12,9 @@ import numpy as np
 from pydantic import ValidationError
 
 from hydrofdi.config.experiment import DWT, INTERNAL_LEAKAGE_FORMS
-from hydrofdi.config.names import meant
-from hydrofdi.config.request import RunRequest, parameter_names, parameter_unit, validate_parameter
+from hydrofdi.config.request import RunRequest, meant, parameter_names, parameter_unit, validate_parameter
 from hydrofdi.config.sections.csv_input import without_contents
-from hydrofdi.config.sweeps.sweep import LAWS, argument_values
+from hydrofdi.config.sweep import LAWS, argument_values
 from hydrofdi.settings.messages import brief, describe_error, nearest
 from hydrofdi.settings.quantities import SI
 from hydrofdi.settings.yaml_source import Path, Source, scalar

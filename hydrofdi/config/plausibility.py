@@ -12,7 +12,7 @@ from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import ControlConfig
 from hydrofdi.config.sections.sensor import TemperatureSensorConfig
 from hydrofdi.config.study import study_values
-from hydrofdi.config.sweeps.sweep import SweepConfig, argument_values
+from hydrofdi.config.sweep import SweepConfig, argument_values
 from hydrofdi.physics.friction import LIMITED_PARAMETERS, laws_that_use
 from hydrofdi.settings.messages import counted
 from hydrofdi.settings.quantities import Section
@@ -38,13 +38,7 @@ def _values(
 
 
 def _block_values(block: SweepConfig) -> Iterator[tuple[str, Any]]:
-    for axes in (block.grid, block.zip):
-        for name, values in axes.items():
-            yield from ((name, value) for value in values)
-    for name, distribution in (block.sample.over if block.sample else {}).items():
-        yield from ((name, value) for value in argument_values(distribution))
-    for part in block.union:
-        yield from _block_values(part)
+    return ((name, value) for name, stated in block.axes() for value in argument_values(stated))
 
 
 class Unusual(NamedTuple):

@@ -1,9 +1,14 @@
-"""All that determines a row of a sweep, its record and its analysis, and access to it by dotted names."""
+"""All that determines a row of a sweep, its record and its analysis, and access to it by names.
+
+A parameter has a full name with a dot; its symbols, and its last part if it is unique, stand for that.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, lru_cache
+from itertools import chain
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import TypeAdapter, model_validator
@@ -15,6 +20,7 @@ from hydrofdi.config.sections.analysis import AnalysisConfig
 from hydrofdi.config.sections.csv_input import without_contents
 from hydrofdi.physics.cylinder import pressure_force
 from hydrofdi.physics.steady_state import rest_pressures
+from hydrofdi.settings.messages import nearest
 from hydrofdi.settings.quantities import SI, Section, field_quantity
 from hydrofdi.transforms.configuration import WaveletConfig
 
@@ -334,3 +340,42 @@ def _adapter(name: str) -> TypeAdapter[Any]:
     field = _field(name)
     annotation: Any = field.annotation
     return TypeAdapter(Annotated[annotation, *field.metadata] if field.metadata else annotation)
+
+
+SYMBOLS = {
+    name: tuple(quantity.symbols.split())
+    for name in parameter_names()
+    if (quantity := parameter_quantity(name)) and quantity.symbols
+}
+"""Full name → its symbols in equations and papers, the usual one first."""
+
+
+def full_name(name: str) -> str:
+    """The full name that a name, a symbol or a unique last part stands for; any other text as it is."""
+    return full_names().get(name, name)
+
+
+def short_name(full: str) -> str:
+    """The first symbol of a parameter, else its last part if it is unique, else the full name."""
+    last = full.partition(".")[2]
+    return SYMBOLS[full][0] if full in SYMBOLS else last if full_name(last) == full else full
+
+
+@cache
+def full_names() -> dict[str, str]:
+    """All that stands for a full name."""
+    last = {full: full.partition(".")[2] for full in parameter_names()}
+    count = Counter(last.values())
+    unique = {part: full for full, part in last.items() if count[part] == 1 and part != "name"}
+    spelt = {name.replace(".", "__"): name for name in parameter_names()}
+    symbols = {symbol: full for full, own in SYMBOLS.items() for symbol in own}
+    in_section = {f"{full.partition('.')[0]}.{symbol}": full for symbol, full in symbols.items()}
+    return unique | spelt | in_section | symbols
+
+
+def meant(name: str, known: Sequence[str] = ()) -> str:
+    """The end of a message on a name of no parameter: those that it may stand for, other known ones first."""
+    several = [full for full in parameter_names() if full.partition(".")[2] == name]
+    if several:
+        return f"; write {' or '.join(several[:3])}{' …' * (len(several) > 3)}"
+    return nearest(name, [*known, *parameter_names(), *chain(*SYMBOLS.values())]) if len(name) > 1 else ""

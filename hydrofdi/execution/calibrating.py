@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 from hydrofdi.config import RunParameters, RunSpec
 from hydrofdi.config.shown_values import shown_values, varied_parameters
 from hydrofdi.errors import ConfigError, Issue
-from hydrofdi.execution.engine import Engine, TaskFailure
+from hydrofdi.execution.engine import Engine, TaskFailure, run_halving
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.simulation.calibration import Calibration, solve_leakage_coefficients
 from hydrofdi.simulation.kernels.lanes import WIDTH
@@ -43,20 +43,22 @@ def leakage_coefficients(
         Receives the position of each run whose K_i is NaN because its solution failed, and why.
     """
     identities_of_runs, conditions = _conditions(runs)
-    unsolved = {identity: condition for identity, condition in conditions.items() if identity not in known}
-    identities = list(unsolved)
+    unsolved = [each for each in conditions.items() if each[0] not in known]
+    size = max(1, min(_MOST_CONDITIONS, -(-len(unsolved) // max(1, engine.workers))))
+    if len(unsolved) > WIDTH:
+        size = -(-size // WIDTH) * WIDTH
+    groups = [tuple(unsolved[first : first + size]) for first in range(0, len(unsolved), size)]
     reachable: dict[str, float] = {}
     failures: dict[str, TaskFailure] = {}
-    for first, group in _solved_groups(list(unsolved.values()), engine):
-        if isinstance(group, TaskFailure):
-            if lost is None:
-                raise RuntimeError(f"a calibration failed: {group.message}") from group.error
-            failures[identities[first]] = group
-            on_solved(1)
-            continue
-        for identity, solution in zip(identities[first:], group, strict=False):
-            known[identity], reachable[identity] = solution.coefficient, solution.reachable_flow
-        on_solved(len(group))
+    for result in run_halving(engine, _solve, groups, _halves):
+        if result.failure is None:
+            for (identity, _), solution in zip(result.item, result.value, strict=True):
+                known[identity], reachable[identity] = solution.coefficient, solution.reachable_flow
+        elif lost is None:
+            raise RuntimeError(f"a calibration failed: {result.failure.message}") from result.failure.error
+        else:
+            failures |= {identity: result.failure for identity, _ in result.item}
+        on_solved(len(result.item))
     if lost is not None:
         lost |= {k: failures[each] for k, each in enumerate(identities_of_runs) if each in failures}
     coefficients = [
@@ -95,29 +97,17 @@ def _conditions(runs: Sequence[RunSpec]) -> tuple[list[str | None], dict[str, Ru
     return identities, conditions
 
 
-def _solved_groups(
-    conditions: list[RunParameters], engine: Engine
-) -> Iterator[tuple[int, list[Calibration] | TaskFailure]]:
-    """Solutions of conditions with the position of the first; a group that fails is halved."""
-    size = max(1, min(_MOST_CONDITIONS, -(-len(conditions) // max(1, engine.workers))))
-    if len(conditions) > WIDTH:
-        size = -(-size // WIDTH) * WIDTH
-    for first in range(0, len(conditions), size):
-        engine.submit(_solve_group, (first, tuple(conditions[first : first + size])))
-    for result in engine.completed():
-        first, group = result.item
-        if result.failure is None:
-            yield first, result.value
-        elif len(group) == 1:
-            yield first, result.failure
-        else:
-            middle = len(group) // 2
-            engine.submit(_solve_group, (first, group[:middle]))
-            engine.submit(_solve_group, (first + middle, group[middle:]))
+_Group = tuple[tuple[str, RunParameters], ...]
+"""Identities of calibrations, and their conditions."""
 
 
-def _solve_group(group: tuple[int, tuple[RunParameters, ...]]) -> list[Calibration]:
-    return solve_leakage_coefficients(group[1])
+def _solve(group: _Group) -> list[Calibration]:
+    return solve_leakage_coefficients([condition for _, condition in group])
+
+
+def _halves(group: _Group) -> list[_Group]:
+    middle = len(group) // 2
+    return [group[:middle], group[middle:]] if middle else []
 
 
 def _require_reachable(

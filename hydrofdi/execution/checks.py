@@ -15,7 +15,7 @@ from hydrofdi.config.plausibility import Unusual, idle_parameters, unusual_value
 from hydrofdi.config.request import EDGES
 from hydrofdi.config.sections.drive import is_whole
 from hydrofdi.config.shown_values import shown_parameter, shown_value
-from hydrofdi.config.sweeps.sweep import quantiles
+from hydrofdi.config.sweep import quantiles
 from hydrofdi.detectors.run_lengths import time_needed
 from hydrofdi.detectors.scores.contract import EXTRA, has_extra
 from hydrofdi.evaluation.scores import Direction

@@ -3,32 +3,195 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config import RunParameters
-from hydrofdi.config.experiment import StoreConfig
-from hydrofdi.errors import HydrofdiError
+from hydrofdi.config import RunParameters, RunSpec
+from hydrofdi.config.experiment import DEFAULT_ANALYSIS, DWT, Analysis, Indicators, StoreConfig
+from hydrofdi.errors import HydrofdiError, Issue
 from hydrofdi.execution.calibrating import unreachable_sentence
-from hydrofdi.execution.engine import Engine, TaskFailure
-from hydrofdi.execution.measuring import Job, insert, measured_columns, needed_signals
-from hydrofdi.indicators.measuring import Seconds
+from hydrofdi.execution.engine import Engine, InProcessEngine, TaskFailure, run_halving
+from hydrofdi.indicators.measuring import Measures, Seconds, measure
+from hydrofdi.indicators.record_measures import used_channels
 from hydrofdi.quality.doubts import Simulated, assess_runs
-from hydrofdi.quality.measures import how_records_settle, hydraulic_mode, mean_external_leakage_flows
+from hydrofdi.quality.measures import (
+    how_records_settle,
+    hydraulic_mode,
+    mean_external_leakage_flows,
+    pressure_features,
+)
+from hydrofdi.records import RecordBatch
 from hydrofdi.sensing import Measurement
 from hydrofdi.simulation.balances import Outcome, Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.kernels.lanes import WIDTH
+from hydrofdi.simulation.kernels.lanes import WIDTH, positions_by
 from hydrofdi.store.experiment_data import gathered
+from hydrofdi.store.folder import Failure, write_failure, write_log
 from hydrofdi.store.layout import names
-from hydrofdi.store.shard import write_shard
+from hydrofdi.store.records import SIGNAL_OF_CHANNEL, drive_period
+from hydrofdi.store.shards import StoredRun, write_shard
+from hydrofdi.transforms.configuration import WaveletConfig
 
 Columns = dict[str, NDArray[Any]]
+"""Variable of a shard → array with one row per job; ``time`` → sampling instants [s]."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run that is ready to be computed.
+
+    `leakage_coefficient` is K_i [m^3.5/kg^0.5], NaN if none gives its leakage; `stored` is where its record
+    is, None if it is to be simulated.
+    """
+
+    run_id: str
+    parameters: RunParameters
+    leakage_coefficient: float
+    analysis: Analysis = DEFAULT_ANALYSIS
+    record_id: str = ""
+    stored: StoredRun | None = None
+
+    @classmethod
+    def of(cls, run: RunSpec, run_id: str, leakage_coefficient: float, record_id: str = "") -> Job:
+        """The job of a run."""
+        return cls(run_id, run.parameters, leakage_coefficient, run.analysis, record_id)
+
+
+def needed_signals(indicators: Indicators) -> set[str]:
+    """The signals that are measured: those of the indicators, and the chamber-1 pressure."""
+    needed = used_channels(indicators) & SIGNAL_OF_CHANNEL.keys()
+    return {SIGNAL_OF_CHANNEL[channel] for channel in needed} | {names.CHAMBER_1_PRESSURE}
+
+
+def measured_columns(
+    jobs: Sequence[Job], records: Columns, seconds: Seconds | None = None
+) -> dict[str, NDArray[Any]]:
+    """What is measured of the records of jobs, one row per job; NaN if a run failed."""
+    columns: dict[str, NDArray[Any]] = {}
+    for rows in _alike(jobs):
+        part = _measured_alike([jobs[row] for row in rows], _at(records, rows), seconds)
+        insert(columns, rows, len(jobs), part)
+    failed = records[names.STATUS] != "ok"
+    for name, values in columns.items():
+        if values.dtype == float:
+            values[failed] = np.nan
+        elif name.endswith(names.OBSTACLE):
+            values[failed] = records[names.MESSAGE][failed]
+    return columns | names.wavelet_numbers(columns)
+
+
+def _alike(jobs: Sequence[Job]) -> Iterable[list[int]]:
+    """Positions of jobs that are analysed alike, but for the start phase, and have the period of their drive
+    in common."""
+    return positions_by((_without_phase(job.analysis), _period(job)) for job in jobs).values()
+
+
+def _without_phase(analysis: Analysis) -> Analysis:
+    """The analysis from phase 0 on; one of every phase stays what it is."""
+    return (
+        analysis
+        if analysis.wavelet.phase == "all"
+        else replace(analysis, wavelet=_at_phase_0(analysis.wavelet))
+    )
+
+
+@lru_cache(maxsize=1024)
+def _at_phase_0(wavelet: WaveletConfig) -> WaveletConfig:
+    return wavelet.model_copy(update={"phase": 0})
+
+
+def _period(job: Job) -> float | None:
+    return drive_period(job.parameters.input, job.parameters.load.random_force)
+
+
+def _measured_alike(
+    jobs: Sequence[Job], records: Columns, seconds: Seconds | None
+) -> dict[str, NDArray[Any]]:
+    analysis = _without_phase(jobs[0].analysis)
+    columns: dict[str, NDArray[Any]] = {}
+    identities = [job.analysis.identities(job.record_id) for job in jobs]
+    for label in analysis.indicators:
+        columns[f"{label}{names.ANALYSIS_ID}"] = np.array([each[label] for each in identities], dtype=object)
+    batch = record_batch(jobs, records).window(analysis.n_discarded)
+    for rows, indicators in _indicators_of(jobs):
+        measures = measure(batch if len(rows) == len(jobs) else batch.rows(rows), indicators, seconds)
+        insert(columns, rows, len(jobs), _as_columns(measures))
+    with np.errstate(all="ignore"):
+        return columns | pressure_features(
+            [job.parameters for job in jobs],
+            [analysis] * len(jobs),
+            np.ascontiguousarray(records[names.CHAMBER_1_PRESSURE]),
+            records[names.SETTLED_FROM],
+        )
+
+
+def _indicators_of(jobs: Sequence[Job]) -> Iterator[tuple[list[int], Indicators]]:
+    """Positions of jobs and the indicators to measure together: the start phase is that of the transform."""
+    by_phase = positions_by(job.analysis.wavelet.phase for job in jobs).values()
+    indicators = jobs[0].analysis.indicators
+    if len(by_phase) == 1 or DWT not in indicators:
+        yield list(range(len(jobs))), indicators
+        return
+    yield list(range(len(jobs))), {label: each for label, each in indicators.items() if label != DWT}
+    for rows in by_phase:
+        yield rows, {DWT: jobs[rows[0]].analysis.indicators[DWT]}
+
+
+def _as_columns(measures: Measures) -> dict[str, NDArray[Any]]:
+    columns: dict[str, NDArray[Any]] = dict(measures.values)
+    for label, reasons in measures.obstacles.items():
+        columns[f"{label}{names.OBSTACLE}"] = np.array([reason or "" for reason in reasons], dtype=object)
+    return columns
+
+
+def record_batch(jobs: Sequence[Job], records: Columns) -> RecordBatch:
+    """What the sensors show of records, as far as indicators need it."""
+    needed = used_channels(jobs[0].analysis.indicators)
+    return RecordBatch(
+        {
+            channel: records[signal]
+            for channel, signal in SIGNAL_OF_CHANNEL.items()
+            if channel in needed and signal in records
+        },
+        jobs[0].parameters.record.sampling_frequency,
+        tuple(job.record_id for job in jobs),
+        drive_period=_period(jobs[0]),
+        remarks=tuple(
+            () if status == "ok" else (Issue(message, kind=status, is_unusable=True),)
+            for status, message in zip(records[names.STATUS], records[names.MESSAGE], strict=True)
+        ),
+    )
+
+
+def _at(records: Columns, rows: list[int]) -> dict[str, NDArray[Any]]:
+    n_row = len(records[names.STATUS])
+    if len(rows) == n_row:
+        return dict(records)
+    return {name: values[rows] for name, values in records.items() if name != names.TIME}
+
+
+def insert(
+    columns: dict[str, NDArray[Any]], rows: list[int], n_job: int, part: Mapping[str, NDArray[Any]]
+) -> None:
+    """Put the numbers of some rows in their places; those of different shapes lie in the largest."""
+    for name, values in part.items():
+        whole = columns.get(name)
+        sizes = np.maximum(values.shape[1:], whole.shape[1:] if whole is not None else 0)
+        shape = (n_job, *np.atleast_1d(sizes).astype(int)[: values.ndim - 1])
+        is_text = values.dtype == object
+        if whole is None or whole.shape != shape:
+            larger = np.full(shape, "" if is_text else np.nan, values.dtype)
+            if whole is not None:
+                larger[tuple(slice(size) for size in whole.shape)] = whole
+            columns[name] = whole = larger
+        inside: list[Any] = [rows, *(slice(size) for size in values.shape[1:])]
+        whole[tuple(inside)] = values
 
 
 Simulation = Callable[..., Trajectory]
@@ -47,6 +210,12 @@ class Batch:
     def is_stored(self) -> bool:
         """Whether the records are stored and only measured."""
         return self.jobs[0].stored is not None
+
+    def halves(self) -> list[Batch]:
+        """Two batches of half the jobs each; none of a single job."""
+        middle = len(self.jobs) // 2
+        parts = (self.jobs[:middle], self.jobs[middle:]) if middle else ()
+        return [replace(self, jobs=part) for part in parts]
 
 
 @dataclass(frozen=True)
@@ -125,10 +294,9 @@ def _distinct_records(jobs: Sequence[Job]) -> tuple[list[Job], list[int]]:
     """One job for each record that has to be simulated, and the place of each job's record among them."""
     if analysed_alike(jobs):
         return list(jobs), list(range(len(jobs)))
-    keys = [(job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs]
-    first = dict(zip(reversed(keys), reversed(jobs), strict=True))
-    places = {key: place for place, key in enumerate(dict.fromkeys(keys))}
-    return [first[key] for key in places], [places[key] for key in keys]
+    places = positions_by((job.parameters.text(), job.leakage_coefficient.hex()) for job in jobs)
+    record_of_job = {row: record for record, rows in enumerate(places.values()) for row in rows}
+    return [jobs[rows[0]] for rows in places.values()], [record_of_job[row] for row in range(len(jobs))]
 
 
 def analysed_alike(jobs: Sequence[Job]) -> bool:
@@ -219,20 +387,16 @@ def split_jobs(jobs: Sequence[Job], workers: int, *, keeps_signals: bool = True)
 
 def _compatible_groups(jobs: Sequence[Job]) -> list[list[Job]]:
     """Jobs of the same time axis and the same shape of features; those of one record stand together."""
-    groups: dict[object, list[Job]] = {}
-    for job in jobs:
-        groups.setdefault(batch_shape(job), []).append(job)
-    return [group if analysed_alike(group) else _by_record(group) for group in groups.values()]
+    groups = [[jobs[row] for row in rows] for rows in positions_by(map(batch_shape, jobs)).values()]
+    return [group if analysed_alike(group) else _by_record(group) for group in groups]
 
 
 def _by_record(jobs: Sequence[Job]) -> list[Job]:
-    records: dict[str, list[Job]] = {}
-    for job in jobs:
-        records.setdefault(job.parameters.text(), []).append(job)
-    return [job for same in records.values() for job in same]
+    of_record = positions_by(job.parameters.text() for job in jobs)
+    return [jobs[row] for rows in of_record.values() for row in rows]
 
 
-def batch_shape(job: Job) -> object:
+def batch_shape(job: Job) -> Hashable:
     """What jobs must share so that one task can compute them and one shard can contain them."""
     wavelet = job.analysis.wavelet
     time_axis = job.parameters.record.time_axis
@@ -250,35 +414,77 @@ def _batch_size(n_job: int, largest: int, workers: int) -> int:
     return min(largest, -(-even // WIDTH) * WIDTH)
 
 
-def run_batches(
+class Recorder:
+    """What has ended of the jobs of a sweep, or of a part of one: it keeps log, failures and progress."""
+
+    def __init__(self, directory: Path, part: str, advance: Callable[[int, int], object]) -> None:
+        self._directory, self._advance = directory, advance
+        self.log = partial(write_log, directory / f"run{part}.log")
+        self._receipts: list[BatchReceipt] = []
+        self._n_lost = 0
+
+    def stored(self, receipt: BatchReceipt) -> None:
+        """A batch is stored."""
+        self._receipts.append(receipt)
+        self.log("stored", shard=receipt.shard.name, runs=receipt.n_run, failed=receipt.n_failed)
+        self._advance(receipt.n_run, receipt.n_failed)
+
+    def failed(self, job: Job, failure: TaskFailure) -> None:
+        """A job gave no result."""
+        self._n_lost += 1
+        write_failure(self._directory, Failure(job.run_id, failure.status, failure.message, failure.log))
+        self.log("failed", run=job.run_id, status=failure.status, message=failure.message)
+        self._advance(1, 1)
+
+    @property
+    def completed(self) -> int:
+        """Number of runs that have ended, with or without a result."""
+        return sum(each.n_run for each in self._receipts) + self._n_lost
+
+    @property
+    def shards(self) -> frozenset[str]:
+        """Names of the shards that are stored."""
+        return frozenset(each.shard.name for each in self._receipts)
+
+    @property
+    def costs(self) -> dict[str, float]:
+        """Label of an indicator → CPU time per record [s]."""
+        seconds: dict[str, float] = {}
+        for receipt in self._receipts:
+            for label, own in receipt.seconds.items():
+                seconds[label] = seconds.get(label, 0.0) + own
+        n_measured = sum(each.n_run for each in self._receipts)
+        return {label: total / n_measured for label, total in seconds.items()}
+
+
+def run_jobs(
     engine: Engine,
-    batches: Iterable[Batch],
+    jobs: Sequence[Job],
+    directory: Path,
+    store: StoreConfig,
     time_per_job: float | None,
-    on_done: Callable[[BatchReceipt], None],
-    on_failure: Callable[[Job, TaskFailure], None],
+    recorder: Recorder,
 ) -> None:
-    """Run batches; a batch that fails is halved until its failing jobs stand alone.
+    """Run jobs in batches; a batch that fails is halved until its failing jobs stand alone.
 
-    `time_per_job` [s] is shared by runs that lie side by side in lanes. An error of the user,
-    such as a full disk, ends all.
+    `time_per_job` [s] is shared by runs that lie side by side in lanes. Stored records are measured in this
+    process if the engine's workers do not reach the folder. An error of the user, such as a full disk, ends
+    all.
     """
-    for batch in batches:
-        engine.submit(compute_shard, batch, _time_limit(batch, time_per_job))
-    for result in engine.completed():
-        batch = result.item
-        if result.failure is None:
-            on_done(result.value)
-        elif isinstance(result.failure.error, HydrofdiError):
-            engine.cancel()
-            raise result.failure.error
-        elif len(batch.jobs) > 1:
-            middle = len(batch.jobs) // 2
-            for jobs in (batch.jobs[:middle], batch.jobs[middle:]):
-                half = replace(batch, jobs=jobs)
-                engine.submit(compute_shard, half, _time_limit(half, time_per_job))
-        else:
-            on_failure(batch.jobs[0], result.failure)
 
+    def time_limit(batch: Batch) -> float | None:
+        return None if time_per_job is None else time_per_job * -(-len(batch.jobs) // WIDTH)
 
-def _time_limit(batch: Batch, time_per_job: float | None) -> float | None:
-    return None if time_per_job is None else time_per_job * -(-len(batch.jobs) // WIDTH)
+    split = split_jobs(jobs, engine.workers, keeps_signals=store.signals != "none")
+    batches = [Batch(batch, directory, store) for batch in split]
+    here = [batch for batch in batches if batch.is_stored and not engine.reads_results]
+    there = [batch for batch in batches if batch not in here]
+    for place, work in ((InProcessEngine(), here), (engine, there)):
+        for result in run_halving(place, compute_shard, work, Batch.halves, time_limit):
+            if result.failure is None:
+                recorder.stored(result.value)
+            elif isinstance(result.failure.error, HydrofdiError):
+                place.cancel()
+                raise result.failure.error
+            else:
+                recorder.failed(result.item.jobs[0], result.failure)

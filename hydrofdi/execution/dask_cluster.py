@@ -16,7 +16,7 @@ from typing import Any, Self
 from hydrofdi.errors import ConfigError, HydrofdiError
 from hydrofdi.execution.compute import Batch, BatchReceipt, compute_shard
 from hydrofdi.execution.engine import Engine, TaskFailure, TaskResult, raised
-from hydrofdi.store.shard import store_shard_bytes
+from hydrofdi.store.shards import store_shard_bytes
 
 PATIENCE = "10s"
 """How long a scheduler may take to answer the first time."""

@@ -16,7 +16,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.monitor.sources import Position
 from hydrofdi.records.streams import State
 from hydrofdi.store.files import reason, require_regular
-from hydrofdi.store.folder.lock import file_lock
+from hydrofdi.store.folder import file_lock
 
 VERSION = 5
 """Raise it when arrays of the state get another name or meaning."""

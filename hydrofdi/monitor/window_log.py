@@ -11,7 +11,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.monitor.growing_file import found_again, place_in
 from hydrofdi.monitor.sources import Position
 from hydrofdi.store.files import open_own, reason, write_all
-from hydrofdi.store.folder.lock import take_lock
+from hydrofdi.store.folder import take_lock
 
 _OWN = b'{"line": "'
 

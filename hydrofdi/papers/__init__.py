@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from hydrofdi.report.composition import Report
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout import names
-from hydrofdi.store.shard import Columns
+from hydrofdi.store.shards import Columns
 
 if TYPE_CHECKING:
     from hydrofdi.report.table import ComposedReport

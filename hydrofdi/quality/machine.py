@@ -22,7 +22,7 @@ from hydrofdi.physics.hydraulic_mode import (
 )
 from hydrofdi.physics.steady_state import pressure_gain, rest_pressures, steady_speed
 from hydrofdi.physics.valve import worn_opening
-from hydrofdi.simulation.drive import largest_opening, largest_travel, no_load_speed
+from hydrofdi.simulation.inputs import largest_opening, largest_travel, no_load_speed
 
 Distinct = Callable[..., Iterable[RunRequest]]
 """Gives one run for each combination of some sections, given by their names, that occurs in an experiment."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
-from hydrofdi.config.run_table.runs import spread
+from hydrofdi.config.runs import spread
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.responses import AGAINST, Axis, Feature, ResponseStudy
 from hydrofdi.report.runs import Array

@@ -14,7 +14,7 @@ from hydrofdi.config import expand_runs
 from hydrofdi.config.experiment import INTERNAL_LEAKAGE_FORMS
 from hydrofdi.config.request import parameter_names, parameter_unit
 from hydrofdi.config.shown_values import shown_parameter
-from hydrofdi.config.sweeps.points import count_points
+from hydrofdi.config.sweep import count_points
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.report.indicators import MeasuredIndicator
 from hydrofdi.report.runs import Array, baseline_changes

@@ -62,6 +62,8 @@ class SI:
         Limits of what is allowed, in the unit.
     usual : tuple of (str, str), optional
         Generous limits of usual values; a nonzero size beyond them is probably a slip.
+    symbols : str
+        Symbols in equations and papers, with spaces between; exactly as written, because K_v and k_v differ.
     """
 
     unit: str
@@ -69,6 +71,7 @@ class SI:
     least: float | None = None
     most: float | None = None
     usual: tuple[str, str] | None = None
+    symbols: str = ""
 
     @cached_property
     def usual_range(self) -> tuple[float, float]:

@@ -2,17 +2,272 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
-from functools import lru_cache
-from typing import NamedTuple, Protocol, TypeVar
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from functools import cache, lru_cache
+from operator import attrgetter
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hydrofdi.config import RunParameters
+from hydrofdi.config.sections.csv_input import parse_rows
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.config.sections.machine import LoadConfig
-from hydrofdi.simulation.drive import Drive, Spools, position_reference, random_levels
+from hydrofdi.physics.valve import control_flow
+from hydrofdi.simulation.balances import Trajectory
+from hydrofdi.simulation.kernels.kernel import advance_spools
+from hydrofdi.simulation.kernels.lanes import SPOOL_PARAMETERS, SPOOLS, WIDTH, positions_by
+
+_spool_of = attrgetter(*SPOOL_PARAMETERS.values())
+
+_STEP_ROUNDING = 1e-6
+"""Rounding tolerance in steps: a time this close before a step belongs to that step."""
+
+
+class Drive(NamedTuple):
+    """What determines the motion of a spool; runs with equal drives share one spool.
+
+    Attributes
+    ----------
+    spool : tuple of float
+        `SPOOL_PARAMETERS` in SI.
+    choices : tuple of (True or None)
+        Whether position or speed of the spool saturates, and whether there is hysteresis.
+    """
+
+    input: InputConfig
+    spool: tuple[float, ...]
+    choices: tuple[bool, bool]
+
+    @classmethod
+    def of(cls, run: RunParameters) -> Drive:
+        """Drive of a run."""
+        return cls(run.input, _spool_of(run), (run.valve.is_limited, run.valve.hysteresis > 0.0))
+
+
+def input_voltage(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Voltage held over the given steps.
+
+    Parameters
+    ----------
+    record : RecordConfig
+        Its step divides half the period of a square wave, and the period of steps.
+    steps : ndarray of int, shape (n,)
+        Step numbers, counted from the start of the record.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        u [V].
+    """
+    match drive.shape:
+        case "square":
+            # (u1) in whole steps: time over period would be rounded, and an edge could come a step late.
+            half_period = round(drive.period / (2.0 * record.step))
+            return np.where((steps // half_period) % 2 == 0, drive.amplitude, -drive.amplitude)
+        case "steps":
+            return drive.amplitude * random_levels(drive.seed, drive.period, record, steps)
+        case "csv":
+            return _held_rows(drive, record, steps)
+    return drive.amplitude * _wave(drive, record, steps * record.step)
+
+
+def _wave(drive: InputConfig, record: RecordConfig, time: NDArray[Any]) -> NDArray[np.float64]:
+    """A smooth input with amplitude 1."""
+    wave: NDArray[np.float64]
+    match drive.shape:
+        case "sine":
+            wave = np.sin(2.0 * np.pi * time / drive.period)  # (u2)
+        case "sweep":
+            # (u2): the phase is the integral of the frequency, so its rise over the record counts half.
+            rise = (drive.end_frequency - 1.0 / drive.period) / (2.0 * record.duration)
+            wave = np.sin(2.0 * np.pi * time * (1.0 / drive.period + rise * time))
+        case _:
+            wave = _multisine(time / drive.period, drive.harmonics) / _peak(drive.harmonics)
+    return wave
+
+
+def position_reference(
+    drive: InputConfig, amplitude: float, record: RecordConfig, steps: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Position reference at the given steps, in the shape of an input [m], shape (n,).
+
+    Values from a file are positions and are not scaled by the amplitude.
+    """
+    factor = 1.0 if drive.shape == "csv" else amplitude
+    return factor * input_voltage(drive.model_copy(update={"amplitude": 1.0}), record, steps)
+
+
+@lru_cache(maxsize=1024)
+def largest_voltage(drive: InputConfig, record: RecordConfig) -> float:
+    """Largest possible abs(u) of an input in a record [V]."""
+    if drive.shape not in ("steps", "csv"):
+        return abs(drive.amplitude)
+    return float(np.abs(input_voltage(drive, record, np.arange(record.n_step))).max())
+
+
+def _held_rows(drive: InputConfig, record: RecordConfig, steps: NDArray[np.int64]) -> NDArray[np.float64]:
+    rows = parse_rows(drive.file or "")
+    # (u4): a time that is a step but for rounding does not wait for the next step.
+    first_steps = np.ceil(rows.times / record.step - _STEP_ROUNDING)
+    # The last row that has begun; of rows that begin in the same step, the later one.
+    return rows.values[np.searchsorted(first_steps, steps, side="right") - 1]
+
+
+def _multisine(phase: NDArray[np.float64], harmonics: int) -> NDArray[np.float64]:
+    """Multisine with Schroeder phases −πk(k−1)/n, for a low crest factor; `phase` in periods."""
+    total = np.zeros_like(phase)
+    for k in range(1, harmonics + 1):
+        total += np.sin(2.0 * np.pi * k * phase - np.pi * k * (k - 1) / harmonics)  # (u3)
+    return total
+
+
+@cache
+def _peak(harmonics: int) -> float:
+    # 64 points per period of the highest harmonic find the peak to about 0.1 %.
+    return float(np.abs(_multisine(np.arange(64 * harmonics) / (64 * harmonics), harmonics)).max())
+
+
+class Spools:
+    """Spools of several drives, advanced together chunk by chunk.
+
+    Parameters
+    ----------
+    drives : sequence of Drive
+        One spool each.
+    record : RecordConfig
+        Step and length of the record.
+
+    Attributes
+    ----------
+    columns : ndarray of int, shape (n_drive,)
+        Column of each drive in the arrays that `advance` returns.
+    """
+
+    def __init__(self, drives: Sequence[Drive], record: RecordConfig) -> None:
+        self._record = record
+        self._groups = list(_groups_of_spools(drives))
+        order = [k for group in self._groups for k in group]
+        # The inverse of the order by groups.
+        self.columns = np.argsort(order)
+        # Inputs that differ in amplitude only are computed once, with amplitude 1.
+        units = [drives[k].input.model_copy(update={"amplitude": 1.0}) for k in order]
+        places = {unit: place for place, unit in enumerate(dict.fromkeys(units))}
+        self._units, self._unit_of_drive = list(places), np.array([places[unit] for unit in units], dtype=int)
+        self._amplitude = np.array([drives[k].input.factor for k in order])
+        self._stages = np.empty((0, 4, len(order)))
+        self._spools = np.zeros(len(self._groups), SPOOLS)
+        for spool, group in zip(self._spools, self._groups, strict=True):
+            for place, field in enumerate(SPOOL_PARAMETERS):
+                # Unused spools repeat the others: a gain of zero would be divided by.
+                spool[field] = np.resize([drives[k].spool[place] for k in group], WIDTH)
+        self._choices = [drives[group[0]].choices for group in self._groups]
+
+    def advance(self, first: int, n_step: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Advance all spools from step `first` on.
+
+        Returns
+        -------
+        voltage : ndarray, shape (n_step, n_drive)
+            Input of each step [V].
+        stages : ndarray, shape (n_step, 4, n_drive)
+            Spool position at the four Runge-Kutta stages of each step [m]; valid until the next call.
+        """
+        steps = np.arange(first, first + n_step)
+        units = np.empty((n_step, len(self._units)))
+        for column, unit in enumerate(self._units):
+            units[:, column] = input_voltage(unit, self._record, steps)
+        voltage = self._amplitude * units[:, self._unit_of_drive]
+        if len(self._stages) < n_step:
+            self._stages = np.empty((n_step, 4, voltage.shape[1]))
+        stages, first_drive = self._stages[:n_step], 0
+        for spool, group in enumerate(self._groups):
+            advance_spools(
+                self._spools[spool : spool + 1], voltage, self._record.step, first_drive, len(group), stages,
+                *self._choices[spool],
+            )  # fmt: skip
+            first_drive += len(group)
+        return voltage, stages
+
+
+def _groups_of_spools(drives: Sequence[Drive]) -> Iterator[list[int]]:
+    """Positions of drives that are advanced together: at most WIDTH, with the same options."""
+    for members in positions_by(drive.choices for drive in drives).values():
+        for first in range(0, len(members), WIDTH):
+            yield members[first : first + WIDTH]
+
+
+def random_levels(
+    seed: int | Sequence[int], period: float, record: RecordConfig, steps: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Levels at the given steps.
+
+    Parameters
+    ----------
+    period : float
+        Holding time of a level, a multiple of the step [s].
+    steps : ndarray of int, shape (n,)
+        Step numbers, counted from the start of the record.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Levels, uniformly distributed in −1 … 1 [-].
+    """
+    hold = round(period / record.step)
+    # All levels of the record each time, so that they do not depend on where a chunk begins.
+    levels = np.random.default_rng(seed).uniform(-1.0, 1.0, -(-record.n_step // hold))
+    return levels[steps // hold]
+
+
+def no_load_flow(parameters: RunParameters, opening: float | None = None) -> float:
+    """Control flow without load at a given opening [m], by default the largest [m³/s].
+
+    With equal areas at equal chamber pressures; with unequal ones a bound, as if all of the supply drove it.
+    """
+    valve, supply = parameters.valve, parameters.supply
+    gain = max(edge.flow_gain for edge in parameters.edges)
+    # With equal areas both open edges take half of the drop each.
+    share = 0.5 if parameters.actuator.area_2 == parameters.actuator.piston_area else 1.0
+    drop = share * (supply.pressure - supply.return_pressure)
+    most = largest_opening(parameters) if opening is None else opening
+    # Factor 1 + g y of (7d) at the largest opening.
+    gain *= 1.0 + max(valve.gain_slope, 0.0) * most
+    return float(control_flow(most, drop, gain, valve.area_gradient))
+
+
+def largest_leakage_flows(runs: Sequence[RunParameters], trajectory: Trajectory) -> NDArray[np.float64]:
+    """Upper bound of the mean leakage flow of a record, shape (n_run,) [m³/s].
+
+    By continuity, it is the no-load flow at the mean opening plus the flow displaced by the piston.
+    """
+    openings = np.mean(np.abs(trajectory.spool_position), axis=1)
+    speeds = np.mean(np.abs(trajectory.piston_velocity), axis=1)
+    return np.array([
+        no_load_flow(run, opening + run.largest_opening_at_rest) + max(run.actuator.areas) * speed
+        for run, opening, speed in zip(runs, openings, speeds, strict=True)
+    ])  # fmt: skip
+
+
+def no_load_speed(parameters: RunParameters) -> float:
+    """No-load speed of the piston [m/s]; with unequal areas a bound of both directions."""
+    return no_load_flow(parameters) / min(parameters.actuator.areas)
+
+
+def largest_opening(parameters: RunParameters) -> float:
+    """Largest edge opening that input or controller can command [m]."""
+    return largest_travel(parameters) + parameters.largest_opening_at_rest
+
+
+def largest_travel(parameters: RunParameters) -> float:
+    """Largest spool position that input or controller can command [m]."""
+    control, valve = parameters.control, parameters.valve
+    voltage = control.voltage_limit
+    if not control.is_closed:
+        voltage = largest_voltage(parameters.input, parameters.record)
+    return min(valve.spool_gain * voltage, valve.position_limit)
+
 
 SignalByName = Callable[[str], NDArray[np.float64]]
 """Function from the name of a signal to its values, shape (n_step, n_lane); only the first lanes are used."""

@@ -16,12 +16,18 @@ from hydrofdi.config.experiment import DWT, Indicators
 from hydrofdi.errors import StoreError
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.files import open_for_reading
-from hydrofdi.store.folder.provenance import Failure
-from hydrofdi.store.index import ShardIndex, StoredRun
+from hydrofdi.store.folder import Failure
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable
-from hydrofdi.store.shard import read_rows
-from hydrofdi.store.signals import Block, FileSignals, lacking_blocks, read_blocks
+from hydrofdi.store.shards import (
+    Block,
+    FileSignals,
+    ShardIndex,
+    StoredRun,
+    lacking_blocks,
+    read_blocks,
+    read_rows,
+)
 
 if TYPE_CHECKING:
     import h5py

@@ -22,11 +22,10 @@ from hydrofdi.indicators.faults import CHANNELS, OUTPUTS, AbsentIndicator
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.store.experiment_data import MISSING, ExperimentData, ShardResults
 from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file
-from hydrofdi.store.folder.provenance import stored_experiment
+from hydrofdi.store.folder import stored_experiment
 from hydrofdi.store.layout import names
 from hydrofdi.store.layout.names import Variable
-from hydrofdi.store.shard import values_in
-from hydrofdi.store.signals import FileSignals, create_signal, write_block
+from hydrofdi.store.shards import FileSignals, create_signal, values_in, write_block
 
 if TYPE_CHECKING:
     import h5py

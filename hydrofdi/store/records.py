@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.run_table.expansion import study_roles
+from hydrofdi.config.runs import study_roles
 from hydrofdi.config.sections.drive import InputConfig
 from hydrofdi.errors import Issue, StoreError
 from hydrofdi.records import Array, Channel, RecordBatch, RejectedRecord

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hydrofdi.config.run_table.expansion import study_roles
-from hydrofdi.config.run_table.roles import StudyTable
-from hydrofdi.config.study import DetectionConfig
+from hydrofdi.config.runs import study_roles
+from hydrofdi.config.study import DetectionConfig, StudyTable
 from hydrofdi.detectors.registry import make_score, score_kind
 from hydrofdi.detectors.scores.configuration import CHANGE, ScoreConfig, belongs, combined_numbers
 from hydrofdi.detectors.scores.contract import EXTRA, Score, cross_fitted_scores, has_extra, known_numbers
@@ -23,7 +22,7 @@ from hydrofdi.physics.leakage import REFERENCE_DROP, internal_leakage_flow
 from hydrofdi.records import Channel
 from hydrofdi.settings.messages import counted
 from hydrofdi.store.experiment_data import MISSING, ExperimentData
-from hydrofdi.store.folder.provenance import read_costs
+from hydrofdi.store.folder import read_costs
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, OBSTACLE, STATUS
 from hydrofdi.store.records import SIGNAL_OF_CHANNEL
 from hydrofdi.studies.records import Scored, StudyDesign, StudyRecords

@@ -9,7 +9,7 @@ import pytest
 import hydrofdi
 from hydrofdi.api.starting import sheet_text
 from hydrofdi.config import load_experiment
-from hydrofdi.config.data_sheet import DataSheet
+from hydrofdi.config.data_sheet import CylinderSheet
 from hydrofdi.errors import ConfigError
 from hydrofdi.physics.steady_state import steady_speed
 from hydrofdi.settings.ready import ready_folder, ready_names
@@ -109,7 +109,7 @@ def test_a_ready_machine_is_what_its_own_command_writes(name):
     for key, word in pairwise(words):
         if not word.startswith("--"):
             given[key[2:].replace("-", "_")] = word
-    given = {key: value for key, value in given.items() if key in DataSheet.model_fields}
+    given = {key: value for key, value in given.items() if key in CylinderSheet.model_fields}
     assert stated == name.removeprefix("machines/")
     assert body == sheet_text(stated, given)
 

@@ -20,7 +20,7 @@ from hydrofdi.config import load_experiment
 from hydrofdi.config.plausibility import seeds_of, shown_seeds
 from hydrofdi.physics import PHYSICS_VERSION
 from hydrofdi.report.table import Column, Table
-from hydrofdi.store.shard import content_digest
+from hydrofdi.store.shards import content_digest
 from tests.commands import run, run_hydrofdi, run_json
 from tests.conftest import sweep_in
 

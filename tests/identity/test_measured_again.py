@@ -20,8 +20,8 @@ from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.indicators.record_measures import measure_sources
 from hydrofdi.indicators.selection import TAKEN, of_machine
 from hydrofdi.records import Channel, RecordBatch
-from hydrofdi.store.index import read_index
 from hydrofdi.store.layout import names
+from hydrofdi.store.shards import read_index
 from tests.commands import run_json
 from tests.conftest import sweep_in
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from hydrofdi.config import RunParameters, expand_runs, load_experiment
-from hydrofdi.config.run_table.runs import run_identity
+from hydrofdi.config.runs import run_identity
 from hydrofdi.config.sections.csv_input import held_text
 from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.drive import input_voltage, largest_voltage
+from hydrofdi.simulation.inputs import input_voltage, largest_voltage
 from tests.conftest import Command
 
 RUN = RecordConfig(duration=2.0)
@@ -79,6 +79,7 @@ def test_identity_depends_on_the_contents_alone(tmp_path: Path) -> None:
 def test_files_vary_in_every_kind_of_block(tmp_path: Path) -> None:
     _folder(tmp_path, "a.csv")
     _folder(tmp_path, "b.csv", text="0,1\n")
+    _folder(tmp_path, "same.csv", text="0,1\n")
     config = tmp_path / "experiment.yaml"
     nominal = "record: {duration: 2 s}\ninput: {shape: csv, file: a.csv}\n"
     blocks = {
@@ -86,6 +87,7 @@ def test_files_vary_in_every_kind_of_block(tmp_path: Path) -> None:
         "sweep: {union: [{grid: {input.file: [b.csv]}}, {grid: {input.file: [a.csv]}}]}": 2,
         "ensemble: {grid: {input.file: [a.csv, b.csv]}}\nsweep: {grid: {actuator.mass: [10 kg, 11 kg]}}": 4,
         "sweep: {grid: {actuator.mass: [10 kg, 11 kg]}}\nbaseline: {input.file: b.csv}": 4,
+        "sweep: {grid: {input.file: [b.csv, same.csv, a.csv]}}": 2,
     }
     for block, n_run in blocks.items():
         config.write_text(nominal + block + "\n")

@@ -9,7 +9,7 @@ from hydrofdi.config.sections.drive import InputConfig, RecordConfig
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.drive import input_voltage
+from hydrofdi.simulation.inputs import input_voltage
 from hydrofdi.transforms.wavelet import detail_rms
 from tests.second_solver import simulate_with_solver
 

@@ -17,7 +17,7 @@ from test_second_solver import VARIANTS
 from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.physics.equation import NEGLIGIBLE, settled
 from hydrofdi.sensing import Measurement
-from hydrofdi.simulation import batch, drive
+from hydrofdi.simulation import batch, inputs
 from hydrofdi.simulation.balances import Trajectory, balance_residuals
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.kernels.lanes import HIDDEN
@@ -101,7 +101,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> set[str]:
     """What becomes subnormal in the kernels, by name."""
     names: set[str] = set()
     monkeypatch.setattr(batch, "advance_lanes", watched(batch.advance_lanes, names))
-    monkeypatch.setattr(drive, "advance_spools", watched(drive.advance_spools, names))
+    monkeypatch.setattr(inputs, "advance_spools", watched(inputs.advance_spools, names))
     return names
 
 

@@ -20,7 +20,7 @@ from hydrofdi.physics.valve import (
 from hydrofdi.quality.machine import step_limits
 from hydrofdi.quality.measures import hydraulic_mode
 from hydrofdi.simulation.batch import simulate_batch
-from hydrofdi.simulation.drive import Drive, Spools, largest_opening
+from hydrofdi.simulation.inputs import Drive, Spools, largest_opening
 from tests.machines import LOOP, RIG, machine
 
 

@@ -12,7 +12,7 @@ from hydrofdi.papers.maddahi2015.report import StudyReport
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.experiment_file import requested_columns
 from hydrofdi.store.layout import names
-from hydrofdi.store.signals import FileSignals
+from hydrofdi.store.shards import FileSignals
 
 MADE_UP = """\
 name: made_up

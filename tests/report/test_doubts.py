@@ -13,7 +13,7 @@ from hydrofdi.papers import make_report
 from hydrofdi.report.composition import Report
 from hydrofdi.report.figures import draw_all, write_figure
 from hydrofdi.report.forms.page import render_json, write_all_forms
-from hydrofdi.store.folder.provenance import write_request
+from hydrofdi.store.folder import write_request
 from tests.commands import run_hydrofdi, run_json
 from tests.conftest import SMALL, sweep_in
 

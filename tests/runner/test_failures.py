@@ -95,8 +95,8 @@ class Losing(InProcessEngine):
 
     def completed(self):
         for result in super().completed():
-            group = result.item[1] if isinstance(result.item, tuple) else ()
-            if any(abs(each.leakage.internal_flow - 5e-6) < 1e-9 for each in group):
+            group = result.item if isinstance(result.item, tuple) else ()
+            if any(abs(condition.leakage.internal_flow - 5e-6) < 1e-9 for _, condition in group):
                 result = replace(result, value=None, failure=TaskFailure("killed", "lost"))
             yield result
 

@@ -12,8 +12,7 @@ from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config.loading import load_experiment
 from hydrofdi.errors import ConfigError, StoreError
 from hydrofdi.execution import InProcessEngine
-from hydrofdi.store.folder.lock import experiment_lock
-from hydrofdi.store.folder.provenance import Failure, read_failures, read_provenance, write_failure
+from hydrofdi.store.folder import Failure, experiment_lock, read_failures, read_provenance, write_failure
 from tests.commands import run, run_json
 from tests.runner.processes import shards, start, wait_until
 

@@ -10,8 +10,7 @@ import pytest
 import hydrofdi
 from hydrofdi.api.progress import Progress
 from hydrofdi.config import RunParameters
-from hydrofdi.execution.compute import split_jobs
-from hydrofdi.execution.measuring import Job
+from hydrofdi.execution.compute import Job, split_jobs
 from tests.commands import COMMAND, run
 
 DRIFTING = """\

@@ -8,7 +8,7 @@ import sys
 import h5py
 import pytest
 
-from hydrofdi.store.shard import content_digest
+from hydrofdi.store.shards import content_digest
 from tests.commands import run, run_json
 from tests.runner.processes import shards
 

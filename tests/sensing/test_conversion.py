@@ -3,14 +3,17 @@
 import numpy as np
 import pytest
 
-from hydrofdi.sensing import Measurement, quantisation_noise
-from hydrofdi.sensing.measurement import feedback_noise, quantised, saturated
-from hydrofdi.sensing.noise import gaussian_noise
-from hydrofdi.sensing.sampling import (
+from hydrofdi.sensing import (
     LagLanes,
+    Measurement,
+    feedback_noise,
     first_order_lag,
+    gaussian_noise,
     interpolated_signal,
+    quantisation_noise,
+    quantised,
     sampling_instants,
+    saturated,
     second_order_lag,
 )
 from hydrofdi.simulation.batch import simulate_batch

@@ -12,10 +12,15 @@ from hydrofdi.config.request import SENSING, parameter_unit
 from hydrofdi.errors import ConfigError
 from hydrofdi.execution import Job, compute_columns
 from hydrofdi.report.runs import run_table
-from hydrofdi.sensing import CHANNELS, Measurement
-from hydrofdi.sensing.measurement import sensor_reading
-from hydrofdi.sensing.noise import CLOCK, random_generator
-from hydrofdi.sensing.sampling import interpolated_signal, sampling_instants
+from hydrofdi.sensing import (
+    CHANNELS,
+    CLOCK,
+    Measurement,
+    interpolated_signal,
+    random_generator,
+    sampling_instants,
+    sensor_reading,
+)
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.store.layout.names import stored_variables
 from tests.commands import run_hydrofdi

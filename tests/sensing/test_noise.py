@@ -6,7 +6,7 @@ from scipy import integrate, signal
 
 from hydrofdi.config import RunSpec, load_experiment
 from hydrofdi.execution import Job, compute_columns
-from hydrofdi.sensing.noise import filtered_noise_autocovariance, gaussian_noise, noise_autocovariance
+from hydrofdi.sensing import filtered_noise_autocovariance, gaussian_noise, noise_autocovariance
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.wavelet import detail_rms, noise_rms
 

@@ -13,7 +13,7 @@ from hydrofdi.config import RunParameters, load_experiment
 from hydrofdi.simulation.balances import Trajectory
 from hydrofdi.simulation.batch import simulate_batch
 from hydrofdi.simulation.calibration import solve_leakage_coefficients
-from hydrofdi.simulation.drive import Drive, Spools, input_voltage
+from hydrofdi.simulation.inputs import Drive, Spools, input_voltage
 from hydrofdi.simulation.kernels.hydraulics import State, hydraulic_rates, lane_parameters
 from hydrofdi.simulation.kernels.kernel import keep_state, state_of, take_sample
 from hydrofdi.simulation.kernels.lanes import (

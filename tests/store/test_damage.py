@@ -20,9 +20,9 @@ from hydrofdi.errors import StoreError
 from hydrofdi.report.composition import Report
 from hydrofdi.report.runs import run_table
 from hydrofdi.store.experiment_file import read_experiment
-from hydrofdi.store.folder.lock import experiment_lock
-from hydrofdi.store.index import read_index
+from hydrofdi.store.folder import experiment_lock
 from hydrofdi.store.layout import names
+from hydrofdi.store.shards import read_index
 from tests.commands import run, run_json
 from tests.conftest import sweep_in
 
@@ -31,7 +31,7 @@ import sys
 from pathlib import Path
 import numpy as np
 from hydrofdi.config.experiment import StoreConfig
-from hydrofdi.store.shard import write_shard
+from hydrofdi.store.shards import write_shard
 from hydrofdi.store.layout import names
 
 n_run, n_time = 16, 40_000

@@ -13,10 +13,10 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import collect
 from hydrofdi.config import ExperimentConfig, expand_runs, load_experiment
 from hydrofdi.config.experiment import StoreConfig
-from hydrofdi.config.run_table.runs import run_identity
+from hydrofdi.config.runs import run_identity
 from hydrofdi.execution import Batch, Job, compute_columns
 from hydrofdi.execution.compute import compute_shard
-from hydrofdi.store.folder.provenance import write_request
+from hydrofdi.store.folder import write_request
 from hydrofdi.store.layout import names
 from hydrofdi.store.records import StoredRecords
 from hydrofdi.transforms.wavelet import detail_rms

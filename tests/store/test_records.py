@@ -21,7 +21,7 @@ from hydrofdi.errors import StoreError
 from hydrofdi.indicators import make_indicators, measure
 from hydrofdi.records import Channel, RecordBatch, RecordSource
 from hydrofdi.store import records
-from hydrofdi.store.folder.lock import file_lock
+from hydrofdi.store.folder import file_lock
 from hydrofdi.store.records import StoredRecords
 from tests.conftest import sweep_in
 

@@ -5,7 +5,7 @@ import pytest
 
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.evaluation.scores import NOTHING, Kind
-from hydrofdi.store.folder.provenance import stored_experiment
+from hydrofdi.store.folder import stored_experiment
 
 POPULATION = "{seed: 3, over: {fluid.bulk_modulus: {uniform: ±20 %}, friction.viscous: {uniform: ±30 %}}}"
 STUDY = [
@@ -237,5 +237,5 @@ def test_every_record_has_noise_of_its_own_and_a_whole_seal(table):
 def test_a_design_takes_what_it_says(table, tmp_path):
     without = alone_expanded(tmp_path, sensitivity="")
     assert len(table.runs) == len(without.runs) + (3 + 1) * 50
-    ids = list(without.runs.record_digests())
-    assert list(table.runs.record_digests())[: len(ids)] == ids
+    ids = list(without.runs.record_texts())
+    assert list(table.runs.record_texts())[: len(ids)] == ids

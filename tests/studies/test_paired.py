@@ -7,7 +7,7 @@ import hydrofdi
 from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import load_experiment
-from hydrofdi.config.run_table.expansion import expand_runs
+from hydrofdi.config.runs import expand_runs
 from hydrofdi.detectors.rules import Rules
 from hydrofdi.evaluation.scores import Direction, Kind, Population
 from hydrofdi.execution import InProcessEngine

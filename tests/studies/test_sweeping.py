@@ -12,7 +12,7 @@ from hydrofdi.api.stored import read_results
 from hydrofdi.api.sweep import run_sweep
 from hydrofdi.config import expand_runs, load_experiment
 from hydrofdi.execution import InProcessEngine, Job, compute_columns
-from hydrofdi.execution.measuring import measured_columns
+from hydrofdi.execution.compute import measured_columns
 from hydrofdi.report.run_lengths import estimates_block
 from hydrofdi.store.layout.names import ANALYSIS_ID, LEAKAGE_COEFFICIENT, STATUS
 from hydrofdi.studies.reading import read_study

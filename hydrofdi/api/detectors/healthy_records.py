@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hydrofdi.api.simulated import SimulatedRecords
 from hydrofdi.config import ExperimentConfig
-from hydrofdi.config.run_table.expansion import study_roles
+from hydrofdi.config.runs import study_roles
 from hydrofdi.errors import ConfigError
 from hydrofdi.evaluation.scores import Kind
 from hydrofdi.indicators.record_measures import samples_digest

@@ -23,10 +23,10 @@ class InputConfig(Section):
     ``multisine``: the first ``harmonics`` of 1/period with Schroeder's phases, its peak at ±amplitude.
     ``csv``: the rows of ``file``, which no amplitude scales."""
 
-    amplitude: Annotated[float, SI("V", usual=("1 mV", "100 V"))] = 2.0
+    amplitude: Annotated[float, SI("V", usual=("1 mV", "100 V"), symbols="U")] = 2.0
     """Amplitude [V]. Axis ticks of Figure 2; 1 V is admissible."""
 
-    period: Annotated[float, SI("s", above=0, usual=("1 ms", "1 h"))] = 2.0
+    period: Annotated[float, SI("s", above=0, usual=("1 ms", "1 h"), symbols="T")] = 2.0
     """Period [s]. A choice; 0.5, 1, 4 and 5 s are admissible."""
 
     end_frequency: Annotated[float, SI("Hz", above=0, usual=("0.01 Hz", "1 kHz"))] = 20.0
@@ -87,7 +87,9 @@ class ControlConfig(Section):
     amplitude: Annotated[float, SI("m", usual=usual.POSITION)] = 20e-3
     """Amplitude of the position reference [m]; its shape and period are those of the input. A choice."""
 
-    proportional_gain: Annotated[float, SI("V/m", least=0, usual=("0.01 V/m", "1000000 V/m"))] = 100.0
+    proportional_gain: Annotated[
+        float, SI("V/m", least=0, usual=("0.01 V/m", "1000000 V/m"), symbols="K_p")
+    ] = 100.0
     """Gain K_p [V/m]. A choice: a crossover near 1 Hz, well below the hydraulic mode."""
 
     integral_gain: Annotated[float, SI("V/(m*s)", least=0, usual=("0.01 V/(m*s)", "1e7 V/(m*s)"))] = 100.0
@@ -139,11 +141,11 @@ class RecordConfig(Section):
     duration: Annotated[float, SI("s", above=0, usual=("10 ms", "24 h"))] = 20.0
     """Length of the record [s]."""
 
-    step: Annotated[float, SI("s", above=0, usual=("0.1 µs", "10 ms"))] = 1e-4
+    step: Annotated[float, SI("s", above=0, usual=("0.1 µs", "10 ms"), symbols="h dt")] = 1e-4
     """Runge-Kutta step [s]. Legible as ".1 seconds", read as 0.1 ms: 1 ms is unstable in the friction's
     linear zone."""
 
-    sampling_frequency: Annotated[float, SI("Hz", above=0, usual=("1 Hz", "1 MHz"))] = 500.0
+    sampling_frequency: Annotated[float, SI("Hz", above=0, usual=("1 Hz", "1 MHz"), symbols="f_s fs")] = 500.0
     """Sampling frequency of the record [Hz]. Caption of Figure 2, legible as "5"; 250 Hz is admissible."""
 
     @model_validator(mode="after")

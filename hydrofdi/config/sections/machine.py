@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, Self
 
@@ -23,29 +24,36 @@ else:
     LawName = Literal[tuple(FRICTION_LAWS)]
 
 
-Conductance = Annotated[float, SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))]
+CONDUCTANCE = SI("m^3/(s*Pa)", least=0, usual=("1e-18 m^3/(s*Pa)", "1e-8 m^3/(s*Pa)"))
+Conductance = Annotated[float, CONDUCTANCE]
 """Flow per pressure of clearances and external leakage [m³/(s·Pa)]."""
 
 
 class ActuatorConfig(Section):
     """Cylinder with one rod or two that moves a mass against a spring; by default both areas are equal."""
 
-    mass: Annotated[float, SI("kg", above=0, usual=("10 g", "100000 kg"))] = 12.3
+    mass: Annotated[float, SI("kg", above=0, usual=("10 g", "100000 kg"), symbols="m M")] = 12.3
     """Mass m of piston and load [kg]. Table 1 of the paper, legible as "1.3"."""
 
-    piston_area: Annotated[float, SI("m^2", above=0, usual=("1 mm^2", "1 m^2"))] = 633e-6
+    piston_area: Annotated[float, SI("m^2", above=0, usual=("1 mm^2", "1 m^2"), symbols="A A_1 A1")] = 633e-6
     """Piston area A_1 of chamber 1 [m²], which grows if the rod extends: with a single rod the area of the
     bore. Bore 38.1 mm and rods of 25.4 mm on both sides of the test rig."""
 
-    piston_area_2: Annotated[float, SI("m^2", above=0, usual=("1 mm^2", "1 m^2"))] | None = None
+    piston_area_2: (
+        Annotated[float, SI("m^2", above=0, usual=("1 mm^2", "1 m^2"), symbols="A_2 A2")] | None
+    ) = None
     """Piston area A_2 of chamber 2 [m²]: with a single rod the bore less the rod. By default A_1, as with two
     equal rods (paper)."""
 
-    chamber_volume: Annotated[float, SI("m^3", above=0, usual=("0.1 cm^3", "1 m^3"))] = 280e-6
+    chamber_volume: Annotated[float, SI("m^3", above=0, usual=("0.1 cm^3", "1 m^3"), symbols="V V_1 V1")] = (
+        280e-6
+    )
     """Fluid volume V_1 of chamber 1 with the piston centred [m³]. Low confidence: constrained only by the
     paper's statements; 160 to 470 cm³ are admissible."""
 
-    chamber_volume_2: Annotated[float, SI("m^3", above=0, usual=("0.1 cm^3", "1 m^3"))] | None = None
+    chamber_volume_2: (
+        Annotated[float, SI("m^3", above=0, usual=("0.1 cm^3", "1 m^3"), symbols="V_2 V2")] | None
+    ) = None
     """Fluid volume V_2 of chamber 2 with the piston centred [m³]; by default V_1 A_2/A_1."""
 
     stroke: Annotated[float, SI("m", above=0, usual=("1 mm", "20 m"))] | None = None
@@ -56,7 +64,7 @@ class ActuatorConfig(Section):
     """Angle of the axis above the horizontal [rad]; write ``90 deg`` if the rod extends upwards, ``-90 deg``
     if it points down. The weight of the mass acts along the axis. Horizontal in the paper."""
 
-    load_stiffness: Annotated[float, SI("N/m", least=0, usual=("1 N/m", "10 GN/m"))] = 150e3
+    load_stiffness: Annotated[float, SI("N/m", least=0, usual=("1 N/m", "10 GN/m"), symbols="K_ex")] = 150e3
     """Stiffness K_ex of the environment spring [N/m]. Table 1, legible as "15"."""
 
     end_stops: Literal["none", "elastic"] = "none"
@@ -165,7 +173,9 @@ class ActuatorConfig(Section):
 class FluidConfig(Section):
     """Fluid in the chambers."""
 
-    bulk_modulus: Annotated[float, SI("Pa", above=0, usual=("200 MPa", "4 GPa"))] = 551e6
+    bulk_modulus: Annotated[
+        float, SI("Pa", above=0, usual=("200 MPa", "4 GPa"), symbols="EBM ebm beta beta_e β")
+    ] = 551e6
     """Effective bulk modulus β (EBM) [Pa]. 551 MPa = 80 kpsi is the paper's normal value."""
 
     bulk_modulus_pressure_slope: Annotated[float, SI("1", least=0, most=100, usual=("1", "20"))] = 0.0
@@ -238,16 +248,16 @@ class FluidConfig(Section):
 class FrictionConfig(Section):
     """Friction between the piston, its seals and the cylinder."""
 
-    coulomb: Annotated[float, SI("N", least=0, usual=("0.01 N", "1 MN"))] = 200.0
+    coulomb: Annotated[float, SI("N", least=0, usual=("0.01 N", "1 MN"), symbols="F_c")] = 200.0
     """Coulomb friction force F_c [N]. Table 1 lost all digits."""
 
-    breakaway: Annotated[float, SI("N", least=0, usual=("0.01 N", "1 MN"))] = 250.0
+    breakaway: Annotated[float, SI("N", least=0, usual=("0.01 N", "1 MN"), symbols="F_brk")] = 250.0
     """Breakaway friction force F_brk [N]. Table 1, legible as "5"."""
 
-    viscous: Annotated[float, SI("N*s/m", least=0, usual=("0.01 N*s/m", "10 MN*s/m"))] = 50.0
+    viscous: Annotated[float, SI("N*s/m", least=0, usual=("0.01 N*s/m", "10 MN*s/m"), symbols="f")] = 50.0
     """Viscous friction coefficient f [N·s/m]. Table 1, legible as "5"; low confidence."""
 
-    transition: Annotated[float, SI("s/m", least=0, usual=("0.01 s/m", "100000 s/m"))] = 40.0
+    transition: Annotated[float, SI("s/m", least=0, usual=("0.01 s/m", "100000 s/m"), symbols="c_v")] = 40.0
     """Transition coefficient c_v from breakaway to Coulomb friction [s/m]. Table 1, legible as "4"."""
 
     scale: Annotated[float, SI("1", least=0, usual=("0.001", "1000"))] = 1.0
@@ -259,7 +269,7 @@ class FrictionConfig(Section):
     ``smooth``: the sign of the velocity becomes tanh(v_p/v_th), without a kink. ``lugre``: bristles that
     bend before they slide; in steady motion the same Stribeck force."""
 
-    velocity_threshold: Annotated[float, SI("m/s", above=0, usual=("1 µm/s", "1 m/s"))] = 1e-3
+    velocity_threshold: Annotated[float, SI("m/s", above=0, usual=("1 µm/s", "1 m/s"), symbols="v_th")] = 1e-3
     """Speed v_th below which friction is linear in velocity [m/s]. Table 1."""
 
     bristle_stiffness: Annotated[float, SI("N/m", above=0, usual=("1 N/m", "100 GN/m"))] = 5e6
@@ -308,15 +318,20 @@ class LeakageConfig(Section):
     """Leakage; the internal leakage is given by its coefficient or by the mean flow that it should cause."""
 
     internal_coefficient: (
-        Annotated[float, SI("m^3.5/kg^0.5", least=0, usual=("1e-13 m^3.5/kg^0.5", "1e-5 m^3.5/kg^0.5"))]
+        Annotated[
+            float,
+            SI("m^3.5/kg^0.5", least=0, usual=("1e-13 m^3.5/kg^0.5", "1e-5 m^3.5/kg^0.5"), symbols="K_i Ki"),
+        ]
         | None
     ) = None
     """Coefficient K_i of the internal leakage [m³/s/√Pa], in base units m^3.5/kg^0.5."""
 
-    internal_flow: Annotated[float, SI("m^3/s", least=0, usual=("0.01 mL/min", "1000 L/min"))] | None = None
+    internal_flow: (
+        Annotated[float, SI("m^3/s", least=0, usual=("0.01 mL/min", "1000 L/min"), symbols="q_il q_i")] | None
+    ) = None
     """Mean of abs(q_il) over the record [m³/s], from which K_i is solved under the baseline's conditions."""
 
-    external_coefficient: Conductance = 0.0
+    external_coefficient: Annotated[float, replace(CONDUCTANCE, symbols="K_e Ke")] = 0.0
     """Coefficient K_e of the external leakage of either chamber [m³/(s·Pa)]."""
 
     external_coefficient_1: Conductance | None = None
@@ -428,10 +443,12 @@ class LoadConfig(Section):
 class SupplyConfig(Section):
     """Supply and return pressures."""
 
-    pressure: Annotated[float, SI("Pa", above=0, usual=usual.SUPPLY_PRESSURE)] = 17.2e6
+    pressure: Annotated[float, SI("Pa", above=0, usual=usual.SUPPLY_PRESSURE, symbols="P_s Ps p_s")] = 17.2e6
     """Supply pressure P_s [Pa]. 2500 psi on the test rig."""
 
-    return_pressure: Annotated[float, SI("Pa", least=0, usual=usual.RETURN_PRESSURE)] = 0.0
+    return_pressure: Annotated[
+        float, SI("Pa", least=0, usual=usual.RETURN_PRESSURE, symbols="P_r Pr p_r")
+    ] = 0.0
     """Return pressure P_r [Pa]."""
 
     droop: Literal["none", "first_order"] = "none"
@@ -524,20 +541,20 @@ class ValveConfig(Section):
     """Servovalve."""
 
     flow_gain: Annotated[
-        float, SI("m^1.5/kg^0.5", above=0, usual=("0.001 m^1.5/kg^0.5", "0.5 m^1.5/kg^0.5"))
+        float, SI("m^1.5/kg^0.5", above=0, usual=("0.001 m^1.5/kg^0.5", "0.5 m^1.5/kg^0.5"), symbols="K_v")
     ] = 0.0292
     """Flow gain K_v [m^1.5/kg^0.5], 0.6 √(2/ρ) with ρ = 847 kg/m³. Table 1, legible as ".9"."""
 
-    area_gradient: Annotated[float, SI("m", above=0, usual=("0.1 mm", "1 m"))] = 20.75e-3
+    area_gradient: Annotated[float, SI("m", above=0, usual=("0.1 mm", "1 m"), symbols="w")] = 20.75e-3
     """Orifice area gradient w [m]. Low confidence: lost in Table 1, from sister works."""
 
-    spool_gain: Annotated[float, SI("m/V", above=0, usual=("10 nm/V", "10 mm/V"))] = 22e-6
+    spool_gain: Annotated[float, SI("m/V", above=0, usual=("10 nm/V", "10 mm/V"), symbols="k_v")] = 22e-6
     """Spool position gain k_v [m/V]. Medium confidence; 27.9 and 40.6 µm/V are admissible."""
 
-    natural_frequency: Annotated[float, SI("Hz", above=0, usual=("1 Hz", "10 kHz"))] = 175.0
+    natural_frequency: Annotated[float, SI("Hz", above=0, usual=("1 Hz", "10 kHz"), symbols="f_v")] = 175.0
     """Undamped natural frequency of the spool [Hz]; ω_v = 2π times it. Table 1, legible as "175"."""
 
-    damping_ratio: Annotated[float, SI("1", above=0, usual=("0.05", "5"))] = 0.7
+    damping_ratio: Annotated[float, SI("1", above=0, usual=("0.05", "5"), symbols="xi ξ")] = 0.7
     """Damping ratio ξ of the spool [-]. Table 1, legible as ".7"."""
 
     largest_opening: Annotated[float, SI("m", above=0, usual=usual.SPOOL_POSITION)] | None = None
@@ -592,6 +609,11 @@ class ValveConfig(Section):
     def is_worn(self) -> bool:
         """Whether the edges are rounded, or their gain changes over the stroke."""
         return self.edge_rounding != 0.0 or self.gain_slope != 0.0
+
+    @property
+    def needs_edges(self) -> bool:
+        """Whether it needs the model with four edges: for laps, clearances, and wear of single edges."""
+        return self.lap != 0.0 or self.lap_leakage != 0.0 or self.is_worn
 
     @property
     def is_shifted(self) -> bool:

@@ -22,7 +22,7 @@ from hydrofdi.report.sections import answers, document_of, provenance_block
 from hydrofdi.report.table import Block, Document, FigureKind
 from hydrofdi.store.experiment_data import ExperimentData
 from hydrofdi.store.layout.names import LEAKAGE_COEFFICIENT, MEAN_LEAKAGE_FLOW, STATUS
-from hydrofdi.store.shard import Columns
+from hydrofdi.store.shards import Columns
 from hydrofdi.studies.charts import judge_charts
 from hydrofdi.studies.detecting import judge_study, winner
 from hydrofdi.studies.reading import asks_for_extra

@@ -24,7 +24,7 @@ from hydrofdi.report.figures.style import (
     time_axis,
 )
 from hydrofdi.store.layout import names
-from hydrofdi.store.shard import Columns
+from hydrofdi.store.shards import Columns
 from hydrofdi.transforms.configuration import WaveletConfig
 from hydrofdi.transforms.spectrum import power_spectrum
 from hydrofdi.transforms.wavelet import detail_coefficients, level_bands

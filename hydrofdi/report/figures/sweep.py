@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from hydrofdi.config.run_table.runs import spread
+from hydrofdi.config.runs import spread
 from hydrofdi.report.figures.style import BLUE, INK, log_axis
 from hydrofdi.report.plane import Plane
 from hydrofdi.report.responses import AGAINST, RANGES, Axis, AxisResponses, Feature, ResponseStudy

@@ -7,9 +7,10 @@ constant offsets in one record, so that the compiler can prove that they do not 
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Sequence
+from collections import namedtuple
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from operator import attrgetter
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,38 +189,51 @@ def pack_singles(parameters: Sequence[RunParameters], leakage_coefficients: Sequ
     return np.ascontiguousarray(values, dtype=np.float64).view(SINGLE)[:, 0]
 
 
-class ModelOptions(NamedTuple):
-    """Options of the model beyond that of the paper; each combination has machine code of its own."""
+OPTIONS: dict[str, Callable[[RunParameters], bool]] = {
+    "laminar_leakage": lambda run: run.leakage.law == "laminar",
+    "blended_leakage": lambda run: run.leakage.law == "blended",
+    "dragged_leakage": lambda run: run.leakage.drag > 0.0,
+    "scored_bore": lambda run: run.leakage.scored_width is not None,
+    "ramped_leakage": lambda run: run.leakage.onset in {"step", "ramp"},
+    "intermittent_leakage": lambda run: run.leakage.onset == "intermittent",
+    "unequal_chambers": lambda run: run.actuator.has_unequal_chambers,
+    "inclined": lambda run: run.actuator.inclination != 0.0,
+    "bristles": lambda run: FRICTION_LAWS[run.friction.law].has_bristles,
+    "uneven_friction": lambda run: run.friction.is_uneven,
+    "warm_oil": lambda run: run.fluid.is_warm,
+    "stiffening": lambda run: run.fluid.bulk_modulus_pressure_slope > 0.0,
+    "free_air": lambda run: run.fluid.law == "free_air",
+    "clamped_cavitation": lambda run: run.fluid.cavitation == "clamped",
+    "limited_spool": lambda run: run.valve.is_limited,
+    "hysteresis": lambda run: run.valve.hysteresis > 0.0,
+    "lapped_valve": lambda run: run.has_unequal_edges or run.valve.needs_edges,
+    "worn_edges": lambda run: run.valve.is_worn,
+    "shifted_null": lambda run: run.valve.is_shifted,
+    "end_stops": lambda run: run.actuator.end_stops == "elastic",
+    "foundation": lambda run: run.actuator.foundation_stiffness is not None,
+    "hoses": lambda run: run.actuator.hose_volume > 0.0,
+    "load_force": lambda run: run.load.is_present,
+    # A ripple makes P_s a state as well.
+    "moving_supply": lambda run: run.supply.droop == "first_order" or run.supply.ripple > 0.0,
+    "supply_ripple": lambda run: run.supply.ripple > 0.0,
+    "return_line": lambda run: run.supply.return_resistance > 0.0,
+    "closed_loop": lambda run: run.control.is_closed,
+    "measured_feedback": lambda run: run.control.is_measured,
+}
+"""Option of the model beyond that of the paper → whether a run needs it."""
 
-    laminar_leakage: bool = False
-    blended_leakage: bool = False
-    dragged_leakage: bool = False
-    scored_bore: bool = False
-    ramped_leakage: bool = False
-    intermittent_leakage: bool = False
-    unequal_chambers: bool = False
-    inclined: bool = False
-    bristles: bool = False
-    uneven_friction: bool = False
-    warm_oil: bool = False
-    stiffening: bool = False
-    free_air: bool = False
-    clamped_cavitation: bool = False
-    limited_spool: bool = False
-    hysteresis: bool = False
-    lapped_valve: bool = False
-    worn_edges: bool = False
-    shifted_null: bool = False
-    end_stops: bool = False
-    foundation: bool = False
-    hoses: bool = False
-    load_force: bool = False
-    moving_supply: bool = False
-    supply_ripple: bool = False
-    return_line: bool = False
-    closed_loop: bool = False
-    measured_feedback: bool = False
-    friction_law: str = LAWS[0].name
+if TYPE_CHECKING:
+    _Options = Any
+else:
+    _Options = namedtuple(
+        "_Options", (*OPTIONS, "friction_law"), defaults=(*[False] * len(OPTIONS), LAWS[0].name)
+    )
+
+
+class ModelOptions(_Options):  # type: ignore[misc]
+    """The `OPTIONS` of a run and its friction law; each combination has machine code of its own."""
+
+    __slots__ = ()
 
     @property
     def samples_more(self) -> bool:
@@ -229,41 +243,7 @@ class ModelOptions(NamedTuple):
     @classmethod
     def of(cls, run: RunParameters) -> ModelOptions:
         """Options of a run."""
-        leakage, valve, supply = run.leakage, run.valve, run.supply
-        laps = valve.lap != 0.0 or valve.lap_leakage != 0.0 or run.has_unequal_edges
-        return cls(
-            laminar_leakage=leakage.law == "laminar",
-            blended_leakage=leakage.law == "blended",
-            dragged_leakage=leakage.drag > 0.0,
-            scored_bore=leakage.scored_width is not None,
-            ramped_leakage=leakage.onset in {"step", "ramp"},
-            intermittent_leakage=leakage.onset == "intermittent",
-            unequal_chambers=run.actuator.has_unequal_chambers,
-            inclined=run.actuator.inclination != 0.0,
-            bristles=FRICTION_LAWS[run.friction.law].has_bristles,
-            uneven_friction=run.friction.is_uneven,
-            warm_oil=run.fluid.is_warm,
-            stiffening=run.fluid.bulk_modulus_pressure_slope > 0.0,
-            free_air=run.fluid.law == "free_air",
-            clamped_cavitation=run.fluid.cavitation == "clamped",
-            limited_spool=valve.is_limited,
-            hysteresis=valve.hysteresis > 0.0,
-            # Wear belongs to single edges, so it needs the model with four.
-            lapped_valve=laps or valve.is_worn,
-            worn_edges=valve.is_worn,
-            shifted_null=valve.is_shifted,
-            end_stops=run.actuator.end_stops == "elastic",
-            foundation=run.actuator.foundation_stiffness is not None,
-            hoses=run.actuator.hose_volume > 0.0,
-            load_force=run.load.is_present,
-            # A ripple makes P_s a state as well.
-            moving_supply=supply.droop == "first_order" or supply.ripple > 0.0,
-            supply_ripple=supply.ripple > 0.0,
-            return_line=supply.return_resistance > 0.0,
-            closed_loop=run.control.is_closed,
-            measured_feedback=run.control.is_measured,
-            friction_law=run.friction.law,
-        )
+        return cls(*(is_needed(run) for is_needed in OPTIONS.values()), run.friction.law)
 
 
 Key = TypeVar("Key", bound=Hashable)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.config.experiment import DWT, NAMED, Indicators
 from hydrofdi.config.experiment import SIGNALS as SIGNALS
-from hydrofdi.config.names import short_name
-from hydrofdi.config.run_table.runs import Runs
+from hydrofdi.config.request import short_name
+from hydrofdi.config.runs import Runs
 from hydrofdi.transforms.wavelet import n_phase
 
 FORMAT_VERSION = 4

@@ -12,7 +12,7 @@ from hydrofdi.config import load_experiment
 from hydrofdi.execution import InProcessEngine
 from hydrofdi.papers import make_report
 from hydrofdi.report.figures import draw_figure
-from hydrofdi.store.folder.provenance import write_request
+from hydrofdi.store.folder import write_request
 from hydrofdi.store.records import StoredRecords
 from tests.commands import run_json
 from tests.conftest import sweep_in

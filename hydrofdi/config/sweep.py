@@ -1,22 +1,130 @@
-"""The sweep block and the samples; distributions and their quantiles."""
+"""The sweep block: conditions, axes, distributions and their quantiles, and the points that follow from them.
+
+A condition, such as ``friction.coulomb > 0 and fluid.bulk_modulus < '900 MPa'``, is Python; only the
+constructs that are listed here are computed.
+"""
 
 from __future__ import annotations
 
+import ast
 import math
 import warnings
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import lru_cache, reduce
+from itertools import pairwise
+from math import prod
+from types import CodeType
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema, model_validator
 
-from hydrofdi.config.names import meant
-from hydrofdi.config.request import parameter_names, parameter_unit
-from hydrofdi.config.sweeps.condition import parse_condition
-from hydrofdi.settings.messages import nearest
+from hydrofdi.config.request import (
+    full_name,
+    meant,
+    parameter_names,
+    parameter_quantity,
+    parameter_unit,
+    validate_parameter,
+)
+from hydrofdi.errors import ConfigError, Issue
+from hydrofdi.settings.messages import counted, first_reason, nearest
 from hydrofdi.settings.quantities import Section
-from hydrofdi.units import parse_quantity
+from hydrofdi.units import parse_quantity, parse_si
+
+_ALLOWED = (
+    ast.BoolOp, ast.UnaryOp, ast.BinOp, ast.Compare, ast.Name, ast.Load, ast.And, ast.Or, ast.Not, ast.USub,
+    ast.UAdd, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A parsed condition: its code, the parameters in it, and those compared with quoted quantities."""
+
+    code: CodeType
+    names: frozenset[str]
+    compared: tuple[tuple[str, str], ...]
+
+    def holds(self, values: Mapping[str, Any]) -> bool:
+        """Whether the condition holds for parameter values in SI; None counts as NaN."""
+        # a whole number times a text would repeat it, without limit
+        real = {name: float(value) if isinstance(value, int) else value for name, value in values.items()}
+        known = {name: math.nan if value is None else value for name, value in real.items()}
+        return bool(eval(self.code, {"__builtins__": {}}, known))
+
+
+@lru_cache(maxsize=64)
+def parse_condition(text: str) -> Condition:
+    """The condition that a text states."""
+    try:
+        written = _Named().visit(ast.parse(text.strip(), mode="eval").body)
+        compared = tuple(_compared(written))
+        tree = _InSi().visit(written)
+        code = compile(ast.fix_missing_locations(ast.Expression(tree)), "<condition>", "eval")
+    except SyntaxError as error:
+        raise ValueError(f"condition {text!r}: {_place(error)}") from None
+    except (RecursionError, MemoryError):
+        raise ValueError(f"condition of {counted(len(text), 'character')} is nested too deeply") from None
+    except (ValueError, OverflowError) as error:
+        raise ValueError(f"condition {text!r}: {error}") from None
+    names = frozenset(node.id for node in ast.walk(tree) if isinstance(node, ast.Name))
+    return Condition(code, names, compared)
+
+
+class _Named(ast.NodeTransformer):
+    """Names, symbols and dotted names as full names."""
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return ast.Name(full_name(node.id), ast.Load())
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        owner = self.visit(node.value)
+        if isinstance(owner, ast.Name):
+            return ast.Name(full_name(f"{owner.id}.{node.attr}"), ast.Load())
+        return node
+
+
+class _InSi(ast.NodeTransformer):
+    """Quantities in SI; all that is not listed above is refused."""
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        if isinstance(node.value, str):
+            with suppress(ValueError):
+                return ast.Constant(parse_si(node.value))
+            return node
+        if isinstance(node.value, bool) or not isinstance(node.value, int | float):
+            raise ValueError(f"unexpected {ast.unparse(node)!r}")
+        return ast.Constant(float(node.value))
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        if isinstance(node.op, ast.Div):  # what is divided by zero is NaN
+            node.right = ast.BoolOp(ast.Or(), [node.right, ast.Constant(math.nan)])
+        return node
+
+    def generic_visit(self, node: ast.AST) -> ast.AST:
+        if not isinstance(node, _ALLOWED):
+            raise ValueError(f"unexpected {ast.unparse(node) or type(node).__name__!r}")
+        return super().generic_visit(node)
+
+
+def _compared(tree: ast.expr) -> Iterator[tuple[str, str]]:
+    for node in ast.walk(tree):
+        for pair in pairwise([node.left, *node.comparators]) if isinstance(node, ast.Compare) else ():
+            match sorted(pair, key=lambda part: not isinstance(part, ast.Name)):
+                case ast.Name(id=name), ast.Constant(value=str(text)):
+                    yield name, text
+
+
+def _place(error: SyntaxError) -> str:
+    return (
+        f"cannot read {error.text[error.offset - 1 :]!r}" if error.text and error.offset else "ends too early"
+    )
+
 
 _LARGEST_KEY = 2**62
 
@@ -42,9 +150,11 @@ def distinct_rows(
 Quantiles = Callable[..., NDArray[Any]]
 
 
-def argument_values(distribution: dict[Any, list[Any]]) -> list[Any]:
-    """The arguments of a distribution that are values of its parameter."""
-    ((kind, arguments),) = distribution.items()
+def argument_values(stated: Any) -> list[Any]:
+    """The values of a parameter that are stated: one, those of an axis, or arguments of a distribution."""
+    if not isinstance(stated, Mapping):
+        return stated if isinstance(stated, list) else [stated]
+    ((kind, arguments),) = stated.items()
     roles = LAWS[kind].arguments if kind in LAWS else ("value",) * len(arguments)
     return [
         value for role, value in zip(roles, arguments, strict=False) if role not in ("deviation", "factor")
@@ -285,28 +395,31 @@ class SweepConfig(Section):
         return self
 
     def _groups(self) -> list[set[str]]:
-        over = set(self.sample.over) if self.sample else set[str]()
         in_union = {name for block in self.union for name in block.names}
-        return [set(self.grid), set(self.zip), over, in_union]
+        return [set(self.grid), set(self.zip), set(self.sample.over if self.sample else ()), in_union]
 
     @property
     def names_throughout(self) -> set[str]:
         """Parameters that vary in every point of the block, so that their nominal values are not used."""
-        return {*self.grid, *self.zip, *(self.sample.over if self.sample else ())}
+        return set().union(*self._groups()[:-1])
+
+    def axes(self) -> Iterator[tuple[str, list[Any] | Distribution]]:
+        """Each parameter that varies, in the order of the file, with its values or its distribution."""
+        yield from self.grid.items()
+        yield from self.zip.items()
+        yield from self.sample.over.items() if self.sample else ()
+        for block in self.union:
+            yield from block.axes()
 
     @property
     def names(self) -> list[str]:
         """All parameters that vary in the block, in the order of the file."""
-        over = self.sample.over if self.sample else {}
-        in_union = [name for block in self.union for name in block.names]
-        return list(dict.fromkeys([*self.grid, *self.zip, *over, *in_union]))
+        return list(dict.fromkeys(name for name, _ in self.axes()))
 
     @property
     def drawn(self) -> set[str]:
         """Parameters that are drawn from a range."""
-        over = self.sample.over if self.sample else {}
-        own = {name for name, distribution in over.items() if "choice" not in distribution}
-        return own.union(*(block.drawn for block in self.union))
+        return {name for name, stated in self.axes() if isinstance(stated, dict) and "choice" not in stated}
 
 
 Method = Literal["sobol", "lhs", "random"]
@@ -341,3 +454,128 @@ def correlated(
     depending = unit.copy()
     depending[:, axes] = ndtr(normal @ np.linalg.cholesky(np.array(correlation.matrix)).T)
     return depending
+
+
+NOMINAL = -1
+"""Index of a point that does not set the parameter."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """The values of one parameter [SI], and the index of each point's; ``NOMINAL`` if the point sets none."""
+
+    values: Sequence[Any]
+    index: NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points of a sweep: dotted parameter → its column, each of length `n_point`."""
+
+    n_point: int
+    columns: dict[str, Column]
+
+    def at(self, positions: NDArray[np.intp]) -> Points:
+        """Some of the points."""
+        columns = self.columns.items()
+        return Points(
+            len(positions), {name: Column(each.values, each.index[positions]) for name, each in columns}
+        )
+
+    def values(self, point: int) -> dict[str, Any]:
+        """The values in SI that a point sets, by parameter."""
+        return {
+            name: column.values[column.index[point]]
+            for name, column in self.columns.items()
+            if column.index[point] != NOMINAL
+        }
+
+
+def count_points(block: SweepConfig) -> int:
+    """Number of points of a block, before conditions remove any."""
+    lengths = [len(values) for values in block.grid.values()]
+    lengths += [len(values) for values in list(block.zip.values())[:1]]
+    lengths += [block.sample.count] if block.sample else []
+    lengths += [sum(count_points(part) for part in block.union)] if block.union else []
+    return prod(lengths)
+
+
+def sweep_points(block: SweepConfig, nominal: Callable[[str], Any], path: str) -> Points:
+    """The points of a block, in order."""
+    factors = [
+        Points(len(values), {name: Column(values, np.arange(len(values), dtype=np.int32))})
+        for name, values in block.grid.items()
+    ]
+    if block.zip:
+        n_value = len(next(iter(block.zip.values())))
+        index = np.arange(n_value, dtype=np.int32)
+        factors.append(Points(n_value, {name: Column(values, index) for name, values in block.zip.items()}))
+    if sample := block.sample:
+        cube = unit_cube(sample.method, sample.count, len(sample.over), sample.seed)
+        unit, index = (
+            correlated(cube, [*sample.over], sample.correlation),
+            np.arange(sample.count, dtype=np.int32),
+        )
+        columns = {
+            name: Column(drawn(name, law, unit[:, axis], f"{path}.sample.over.{name}"), index)
+            for axis, (name, law) in enumerate(sample.over.items())
+        }
+        factors.append(Points(sample.count, columns))
+    if block.union:
+        parts = [
+            sweep_points(part, nominal, f"{path}.union[{position}]")
+            for position, part in enumerate(block.union)
+        ]
+        factors.append(one_after_the_other(parts))
+    points = reduce(multiplied, factors, Points(1, {}))
+    return points if block.where is None else _fulfilling(block.where, points, nominal, f"{path}.where")
+
+
+def multiplied(first: Points, second: Points) -> Points:
+    """All combinations of two sets of points; the second varies fastest."""
+    slow = np.repeat(np.arange(first.n_point), second.n_point)
+    fast = np.tile(np.arange(second.n_point), first.n_point)
+    return Points(len(slow), first.at(slow).columns | second.at(fast).columns)
+
+
+def one_after_the_other(parts: Sequence[Points]) -> Points:
+    """The points of several blocks; a point does not set the parameters that only other blocks set."""
+    columns = {}
+    for name in dict.fromkeys(name for part in parts for name in part.columns):
+        values: list[Any] = []
+        indices = []
+        for part in parts:
+            column = part.columns.get(name, Column((), np.full(part.n_point, NOMINAL, dtype=np.int32)))
+            indices.append(np.where(column.index == NOMINAL, NOMINAL, column.index + np.int32(len(values))))
+            values += column.values
+        columns[name] = Column(values, np.concatenate(indices, dtype=np.int32))
+    return Points(sum(part.n_point for part in parts), columns)
+
+
+def _fulfilling(text: str, points: Points, nominal: Callable[[str], Any], path: str) -> Points:
+    condition = parse_condition(text)
+    constants = {name: nominal(name) for name in condition.names}
+    named = Points(points.n_point, {k: v for k, v in points.columns.items() if k in condition.names})
+    first, inverse = distinct_rows([column.index for column in named.columns.values()], points.n_point)
+    try:
+        holds = [condition.holds(constants | named.values(point)) for point in first.tolist()]
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ConfigError([Issue(f"condition {text!r}: {error}", path)]) from None
+    return points.at(np.flatnonzero(np.array(holds, dtype=bool)[inverse]))
+
+
+def drawn(name: str, distribution: dict[Any, list[Any]], unit: NDArray[np.float64], path: str) -> list[Any]:
+    """Values of a parameter at probabilities."""
+    values = quantiles(distribution, unit)
+    is_quantity = parameter_quantity(name) is not None and "choice" not in distribution
+    ends = (min(values), max(values)) if is_quantity else values  # valid quantities form an interval
+    for value in ends:
+        try:
+            validate_parameter(name, value)
+        except ValidationError as error:
+            remedy = "; truncated_normal: [mean, deviation, low, high] stays within limits"
+            reason = f"draws an invalid value: {first_reason(error)}"
+            raise ConfigError(
+                [Issue(reason + (remedy if is_unbounded(distribution) else ""), path)]
+            ) from None
+    return values

@@ -1,1 +1,0 @@
-"""The runs that an experiment expands to."""

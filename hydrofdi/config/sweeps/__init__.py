@@ -1,1 +1,0 @@
-"""What an experiment varies: grids, samples and conditions."""

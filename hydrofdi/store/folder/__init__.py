@@ -1,1 +1,0 @@
-"""Contents of an experiment's folder besides its results."""

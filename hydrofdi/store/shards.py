@@ -1,0 +1,371 @@
+"""Shards: the results of one batch of runs, written atomically and named by a hash of their content.
+
+The index of an experiment's shards says where each run is; it is rebuilt from new and changed shards.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hydrofdi.config.experiment import StoreConfig
+from hydrofdi.errors import StoreError
+from hydrofdi.physics import PHYSICS_VERSION
+from hydrofdi.store.files import LIBRARY_VERSIONS, open_for_reading, whole_file, write_whole_text
+from hydrofdi.store.layout import names
+from hydrofdi.store.layout.names import TIME, Variable, stored_signals
+
+if TYPE_CHECKING:
+    import h5py
+
+_BLOCK_BYTES = 1_000_000
+"""Approximate size of a block in memory, so that it fits the processor cache [bytes]."""
+
+
+class Chunk(NamedTuple):
+    """One row of a signal as stored in a file, compressed or not."""
+
+    filter_mask: int
+    content: bytes
+
+
+Block = NDArray[Any] | Chunk
+"""Rows of a signal that are being copied: an array of shape (n_row, n_time), or one stored row."""
+
+
+def create_signal(
+    file: h5py.File, name: str, shape: tuple[int, int], store: StoreConfig, still: float | None = None
+) -> h5py.Dataset:
+    """Create a signal of shape (n_run, n_time); rows that are constant at `still` take no space."""
+    options: dict[str, Any] = {}
+    if still is not None:
+        options = {"chunks": (1, shape[1]), "fillvalue": still}
+    if store.compression != "none":
+        options |= {"chunks": (1, shape[1]), "compression": store.compression, "shuffle": True}
+    if store.compression == "gzip":
+        options["compression_opts"] = 4
+    return file.create_dataset(name, shape, store.dtype, **options)
+
+
+def read_blocks(source: h5py.Dataset, row: int, n_row: int, target: h5py.Dataset) -> Iterator[Block]:
+    """Rows of a signal, compressed if the target has its layout; write each block before the next."""
+    if _laid_out_alike(source, target):
+        for k in range(row, row + n_row):
+            yield _read_chunk(source, k)
+        return
+    n_time = source.shape[1]
+    buffer = np.empty((_rows_per_block(n_time), n_time), target.dtype)
+    for first in range(row, row + n_row, len(buffer)):
+        block = buffer[: min(len(buffer), row + n_row - first)]
+        source.read_direct(block, np.s_[first : first + len(block)])
+        yield block
+    _drop_from_page_cache(source, row, n_row)
+
+
+def lacking_blocks(n_row: int, target: h5py.Dataset) -> Iterator[Block]:
+    """Blocks of NaN for missing rows of a signal."""
+    n_time = target.shape[1]
+    block = np.full((_rows_per_block(n_time), n_time), np.nan, target.dtype)
+    for first in range(0, n_row, len(block)):
+        yield block[: n_row - first]
+
+
+def write_block(target: h5py.Dataset, row: int, block: Block) -> int:
+    """Write a block, but for rows at the fill value, from a row on, and return its number of rows."""
+    import h5py
+
+    if isinstance(block, Chunk):
+        if block.content:
+            target.id.write_direct_chunk((row, 0), block.content, block.filter_mask)
+        return 1
+    rows = block.astype(target.dtype, copy=False)
+    if target.id.get_create_plist().fill_value_defined() != h5py.h5d.FILL_VALUE_USER_DEFINED:
+        target[row : row + len(rows)] = rows
+        return len(rows)
+    stands = np.isnan(rows) if np.isnan(target.fillvalue) else rows == target.fillvalue
+    for moving in np.flatnonzero(~stands.all(axis=1)):
+        target[row + moving] = rows[moving]
+    return len(rows)
+
+
+def _rows_per_block(n_time: int) -> int:
+    return max(1, _BLOCK_BYTES // (8 * n_time))
+
+
+def _laid_out_alike(source: h5py.Dataset, target: h5py.Dataset) -> bool:
+    layouts = [
+        (data.chunks, data.dtype, data.compression, data.compression_opts) for data in (source, target)
+    ]
+    same_fill = np.array_equal(source.fillvalue, target.fillvalue, equal_nan=True)
+    return target.chunks is not None and layouts[0] == layouts[1] and same_fill
+
+
+def _read_chunk(source: h5py.Dataset, row: int) -> Chunk:
+    """A row as stored in the file; empty if it is constant at the fill value."""
+    if source.id.get_chunk_info_by_coord((row, 0)).byte_offset is None:
+        return Chunk(0, b"")
+    return Chunk(*source.id.read_direct_chunk((row, 0)))
+
+
+def _drop_from_page_cache(source: h5py.Dataset, row: int, n_row: int) -> None:
+    offset = source.id.get_offset()
+    if offset is not None and hasattr(os, "posix_fadvise"):
+        size = source.dtype.itemsize * source.shape[1]
+        handle = source.file.id.get_vfd_handle()
+        os.posix_fadvise(handle, offset + row * size, n_row * size, os.POSIX_FADV_DONTNEED)
+
+
+@dataclass(frozen=True)
+class FileSignals:
+    """Signals in an experiment file."""
+
+    path: Path
+
+    def time(self) -> NDArray[np.float64] | None:
+        """Sampling instants [s]; None if no signals are stored."""
+        with open_for_reading(self.path) as file:
+            return np.asarray(file[TIME][:]) if TIME in file else None
+
+    def rows(self, names: Sequence[str], positions: Sequence[int]) -> dict[str, NDArray[np.float64]]:
+        """Signals of some runs by name; signals that the file lacks are omitted."""
+        with open_for_reading(self.path) as file:
+            return {name: _signal_rows(file[name], positions) for name in names if name in file}
+
+
+def _signal_rows(signal: h5py.Dataset, rows: Sequence[int]) -> NDArray[np.float64]:
+    """Rows of a signal in double precision, (n_row, n_time); a shared signal is repeated."""
+    if signal.ndim == 1:
+        return np.tile(np.asarray(signal[:], dtype=float), (len(rows), 1))
+    first = min(rows)
+    block: NDArray[np.float64] = np.asarray(signal[first : max(rows) + 1], dtype=float)
+    return block if len(block) == len(rows) == 1 else np.take(block, np.asarray(rows) - first, axis=0)
+
+
+Columns = Mapping[str, NDArray[Any]]
+"""Variable name → array with one row per run; ``time`` → sampling instants [s]."""
+
+SHARDS = "shards"
+"""Folder of the shards within an experiment's folder."""
+
+
+def write_shard(directory: Path, columns: Columns, store: StoreConfig) -> Path:
+    """Write the results of a batch atomically into an experiment's folder."""
+    return _place_shard(directory, lambda aside: _write_file(aside, columns, store))
+
+
+def store_shard_bytes(directory: Path, content: bytes) -> Path:
+    """Store the content of a shard that was made elsewhere, and return its path."""
+    return _place_shard(directory, lambda aside: aside.write_bytes(content))
+
+
+def _place_shard(directory: Path, write: Callable[[Path], object]) -> Path:
+    path = directory / SHARDS / "new.h5"
+    with whole_file(path, lambda: path) as aside:
+        write(aside)
+        path = path.with_name(f"{content_digest(aside)}.h5")
+    return path
+
+
+def _write_file(path: Path, columns: Columns, store: StoreConfig) -> None:
+    import h5py
+
+    has_phases = names.SETTLED_PHASE_DETAIL_RMS in columns
+    with h5py.File(path, "w", libver=LIBRARY_VERSIONS) as file:
+        file.attrs["format_version"] = names.FORMAT_VERSION
+        file.attrs["physics_version"] = PHYSICS_VERSION
+        file.attrs["signals"] = store.signals
+        file.attrs["dtype"] = store.dtype
+        outputs = [
+            Variable(name, (names.RUN,), "", "")
+            for name, values in columns.items()
+            if "." in name and not names.is_needless(name, values)
+        ]
+        for variable in (*names.stored_variables(store.signals, phases=has_phases), *outputs):
+            if variable.name == names.OIL_TEMPERATURE and variable.name not in columns:
+                continue
+            values = columns[variable.name]
+            if variable.is_text:
+                texts = [str(text) for text in values]
+                file.create_dataset(variable.name, data=texts, dtype=h5py.string_dtype())
+            elif variable.is_signal:
+                still = values[0, 0] if variable.is_mostly_still else None
+                write_block(create_signal(file, variable.name, values.shape, store, still), 0, values)
+            else:
+                file.create_dataset(variable.name, data=values)
+        if store.signals != "none":
+            file.create_dataset(names.TIME, data=columns[names.TIME])
+
+
+def content_digest(path: Path) -> str:
+    """The first 32 hexadecimal digits of the SHA-256 of a file."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:32]
+
+
+def read_content(path: Path, *, check: bool = True) -> dict[str, Any]:
+    """What a shard contains, as the index has it, after checking it against its name if `check` is true."""
+    if check and content_digest(path) != path.stem:
+        raise StoreError(f"{path}: is damaged: its content does not match its name")
+    with open_for_reading(path) as file:
+        if file.attrs["format_version"] != names.FORMAT_VERSION:
+            raise StoreError(f"{path}: has format version {file.attrs['format_version']}")
+        columns = {"run_ids": names.RUN_ID, "record_ids": names.RECORD_ID, "statuses": names.STATUS}
+        return {
+            **{key: values_in(file, name).tolist() for key, name in columns.items()},
+            "signals": str(file.attrs["signals"]),
+            "dtype": str(file.attrs["dtype"]),
+            "physics_version": int(file.attrs["physics_version"]),
+        }
+
+
+def values_in(file: h5py.File, name: str, rows: slice = np.s_[:]) -> NDArray[Any]:
+    """Rows of a variable."""
+    import h5py
+
+    dataset = file[name]
+    if not isinstance(dataset, h5py.Dataset) or not dataset.shape:
+        raise KeyError(f"{name} is not a variable with one row per run")
+    is_text = h5py.check_string_dtype(dataset.dtype)
+    return np.asarray(dataset.asstr()[rows] if is_text else dataset[rows])
+
+
+def read_rows(path: Path, variables: Iterable[str], rows: Sequence[int]) -> dict[str, NDArray[Any]]:
+    """Rows of those of some variables that a shard contains, by name."""
+    first, inside = min(rows), slice(min(rows), max(rows) + 1)
+    with open_for_reading(path) as file:
+        return {
+            name: values_in(file, name, inside)[np.asarray(rows) - first]
+            for name in variables
+            if name in file
+        }
+
+
+_FILE = "index.json"
+_FORMAT = 2
+
+
+class StoredRun(NamedTuple):
+    """Location and kind of the results of a run; a tuple to save memory."""
+
+    shard: Path
+    row: int
+    status: str
+    signals: str
+    dtype: str
+    record_id: str
+
+
+class ShardIndex:
+    """All shards in an experiment's folder.
+
+    Attributes
+    ----------
+    runs, records : dict
+        Identity of a run, or of a record → where most of its signals are stored.
+    damaged : dict
+        Damaged shard → description of the damage.
+    lost : set of str
+        Runs that the index lists in shards that are damaged or missing.
+    """
+
+    def __init__(
+        self, directory: Path, entries: dict[str, dict[str, Any]], damaged: dict[Path, str], lost: set[str]
+    ) -> None:
+        self._directory = directory
+        self._entries = entries
+        self.damaged = damaged
+        self.runs: dict[str, StoredRun] = {}
+        self.records: dict[str, StoredRun] = {}
+        self.physics_versions: set[int] = set()
+        for name in sorted(entries):
+            self._add(directory / SHARDS / name, entries[name])
+        self.lost = lost - self.runs.keys()
+
+    def _add(self, shard: Path, entry: dict[str, Any]) -> None:
+        signals, dtype = entry["signals"], entry["dtype"]
+        self.physics_versions.add(entry["physics_version"])
+        columns = zip(entry["run_ids"], entry["record_ids"], entry["statuses"], strict=True)
+        for row, (run_id, record_id, status) in enumerate(columns):
+            stored = StoredRun(shard, row, status, signals, dtype, record_id)
+            _keep_more_complete(self.runs, run_id, stored)
+            if record_id:
+                _keep_more_complete(self.records, record_id, stored)
+
+    @property
+    def n_run_of_earlier_physics(self) -> int:
+        """Number of runs in shards of earlier physics versions."""
+        earlier = (entry for entry in self._entries.values() if entry["physics_version"] < PHYSICS_VERSION)
+        return sum(len(entry["run_ids"]) for entry in earlier)
+
+    def signals_of(self, run: StoredRun) -> StoredRun:
+        """Location of the signals of a run's record: its own shard, or one that stores more signals."""
+        record = self.records.get(run.record_id, run)
+        return record if _completeness(record) > _completeness(run) else run
+
+    def save(self) -> None:
+        """Save the index, so that unchanged shards need not be read again."""
+        write_whole_text(
+            self._directory / _FILE,
+            json.dumps({"format": _FORMAT, "shards": self._entries}, separators=(",", ":")),
+        )
+
+
+def read_index(
+    directory: Path, *, trust: bool = True, check: bool = True, fresh: frozenset[str] = frozenset()
+) -> ShardIndex:
+    """Read the index of the shards in a folder, and check those that are neither known nor fresh."""
+    remembered = _from_index(directory / _FILE)
+    entries: dict[str, dict[str, Any]] = {}
+    damaged: dict[Path, str] = {}
+    for path in sorted((directory / SHARDS).glob("*.h5")):
+        if path.name.startswith("."):
+            continue
+        stat = path.stat()
+        mark = {"size": stat.st_size, "mtime_ns": stat.st_mtime_ns}
+        known = remembered.get(path.name, {})
+        if trust and known.items() >= mark.items():
+            entries[path.name] = known
+            continue
+        try:
+            entries[path.name] = read_content(path, check=check and path.name not in fresh) | mark
+        except StoreError as error:
+            damaged[path] = str(error)
+    lost = {run_id for name in remembered.keys() - entries.keys() for run_id in remembered[name]["run_ids"]}
+    return ShardIndex(directory, entries, damaged, lost)
+
+
+def _from_index(path: Path) -> dict[str, Any]:
+    try:
+        index = json.loads(path.read_text())
+        return dict(index["shards"]) if index["format"] == _FORMAT else {}
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}
+
+
+def _keep_more_complete(places: dict[str, StoredRun], identity: str, stored: StoredRun) -> None:
+    known = places.setdefault(identity, stored)
+    if known is not stored and _completeness(known) < _completeness(stored):
+        places[identity] = stored
+
+
+_DTYPES = ("float32", "float64")
+
+
+def _completeness(stored: StoredRun) -> tuple[int, int]:
+    return len(stored_signals(stored.signals)), _DTYPES.index(stored.dtype)
+
+
+def holds_enough(stored: StoredRun, signals: str, dtype: str) -> bool:
+    """Whether a stored run has the requested signals in at least the requested precision."""
+    if signals == "none":
+        return True
+    has_signals = stored_signals(stored.signals) >= stored_signals(signals)
+    return has_signals and _DTYPES.index(stored.dtype) >= _DTYPES.index(dtype)

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from hydrofdi.api.measuring import assumed_plants, of_machine
 from hydrofdi.api.records.sources import Said, sources_of
-from hydrofdi.detectors.trained.conditions import TEMPERATURE
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
+from hydrofdi.detectors.trained.measuring import TEMPERATURE
 from hydrofdi.errors import ConfigError, DataError
 from hydrofdi.evaluation.scores import comparable
 from hydrofdi.indicators import measure

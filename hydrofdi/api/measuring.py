@@ -13,7 +13,7 @@ from hydrofdi.api.records.sources import Said, sources_of
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.indicators import Indicator
 from hydrofdi.indicators.faults import summaries
-from hydrofdi.indicators.nominal_actuator import constants_not_given, plant_constants
+from hydrofdi.indicators.nominal_actuator import assumption_text, constants_not_given
 from hydrofdi.indicators.record_measures import Column, RecordMeasures, measure_sources, used_channels
 from hydrofdi.indicators.registry import Description, describe, indicator_names, shadows
 from hydrofdi.indicators.selection import load_indicators, make_indicators, with_data_sheet
@@ -21,8 +21,6 @@ from hydrofdi.records import Channel, RecordSource
 from hydrofdi.report.forms.measures import measures_table
 from hydrofdi.report.table import Table
 from hydrofdi.settings.messages import brief, counted
-from hydrofdi.settings.quantities import Section
-from hydrofdi.settings.readable import shown_quantity
 from hydrofdi.settings.yaml_source import plain
 
 Indicators = str | PathLike[str] | Sequence[str] | Mapping[str, Any]
@@ -218,24 +216,6 @@ def assumed_plants(indicators: Mapping[str, Indicator[Any]]) -> tuple[str, ...]:
         if names := constants_not_given(indicator.options):
             labels.setdefault(names, []).append(label)
     return tuple(assumption_text(", ".join(of), names) for names, of in labels.items())
-
-
-def assumption_text(label: str, names: Sequence[str]) -> str:
-    """The sentence that names constants which nobody gave."""
-    return (
-        f"{label}: not given: {', '.join(names)}; the nominal actuator of the paper is assumed, so the"
-        " numbers may be wrong for yours; state yours under 'actuator:' of the description"
-        f" (docs/measured.md), or as options of {label}"
-    )
-
-
-def constants_text(options: Section) -> str:
-    """The constants of the plant with their values, ``piston_area = 633 mm^2``; empty if there are none."""
-    return ", ".join(
-        f"{name} = {shown_quantity(getattr(options, name), unit)}"
-        for name, unit in plant_constants(options).items()
-        if getattr(options, name)
-    )
 
 
 def indicators(name: str | None = None) -> Any:

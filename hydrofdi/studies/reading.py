@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hydrofdi.config.run_table.expansion import study_roles
 from hydrofdi.config.study.study import DetectionConfig
 from hydrofdi.config.study.table import StudyTable
-from hydrofdi.detectors.registry import make_score, score_kind
+from hydrofdi.detectors.rules import make_score, score_kind
 from hydrofdi.detectors.scores.configuration import CHANGE, ScoreConfig, belongs, combined_numbers
 from hydrofdi.detectors.scores.contract import EXTRA, Score, cross_fitted_scores, has_extra, known_numbers
 from hydrofdi.errors import NotStatedError, ReportError

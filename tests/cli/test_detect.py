@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from hydrofdi.detectors.trained.configuration import TimedChart
+from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import ChartLimit, detector_text, load_detector
-from hydrofdi.monitor.lines import WindowLine, line_record
-from hydrofdi.monitor.watch import Watch
+from hydrofdi.detectors.trained.lines import WindowLine, line_record
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from tests.commands import run_hydrofdi
@@ -40,7 +40,7 @@ def test_rows_are_those_of_a_monitor_on_the_same_stream(trained, tmp_path):
     samples = pressure(12, leaking=[7])
     samples[3000:3005] = np.nan
     ended, found = detected(trained, written(tmp_path / "long.csv", samples))
-    watch, lines = Watch(load_detector(trained)), []
+    watch, lines = Detector(load_detector(trained)), []
     state = watch.start()
     for first in range(0, samples.size, 777):
         part = slice(first, first + 777)

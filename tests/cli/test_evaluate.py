@@ -9,8 +9,7 @@ import pytest
 from scipy.signal import lfilter
 
 from hydrofdi.api.evaluation import ranked_by_control
-from hydrofdi.detectors.registry import make_score
-from hydrofdi.detectors.rules import Rules
+from hydrofdi.detectors.rules import Rules, make_score
 from hydrofdi.evaluation.rates import healthy_against_healthy
 from hydrofdi.evaluation.roc import area_under_curve
 from hydrofdi.evaluation.scores import Direction, Kind, Population

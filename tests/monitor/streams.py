@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hydrofdi.detectors.trained.configuration import TimedChart
+from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import ChartLimit
-from hydrofdi.detectors.trained.measuring import Judge
 from hydrofdi.monitor.configuration import MonitorConfig
 from hydrofdi.monitor.loop import single_monitor
 from hydrofdi.monitor.machines import Kind
@@ -28,7 +28,7 @@ LEAK = 5.0
 def made_detector(every=1.0, chart=None, **more):
     """A threshold just above healthy scores of one-second windows; with a chart of this name on request."""
     healthy = [window(number, 100 + number) for number in range(20)]
-    scores = [verdict.score for verdict in Judge(detector()).judge(healthy)]
+    scores = [verdict.score for verdict in Detector(detector()).score(healthy)]
     high, scale = 1.1 * max(scores), (float(np.median(scores)), float(np.std(scores)))
     config = {"direction": "rising", "window": {"duration": "1 s", "every": every}} | more
     file = detector(limits=(None, high), scale=scale, **config)

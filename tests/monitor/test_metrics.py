@@ -10,10 +10,10 @@ from prometheus_client.openmetrics.parser import text_string_to_metric_families 
 from prometheus_client.parser import text_string_to_metric_families
 
 from hydrofdi.detectors.trained.file import ChartLimit
-from hydrofdi.detectors.trained.measuring import Verdict
+from hydrofdi.detectors.trained.lines import ChartReading, Condition, WindowLine
+from hydrofdi.detectors.trained.verdicts import Verdict
 from hydrofdi.errors import ConfigError, Issue
 from hydrofdi.monitor import metrics
-from hydrofdi.monitor.lines import ChartReading, Condition, WindowLine
 from hydrofdi.monitor.metrics import MetricsServer, MetricsSink
 from hydrofdi.records.streams import Chunk, Event, EventKind
 from tests.detectors.trained.made import detector

@@ -3,8 +3,9 @@
 import numpy as np
 
 from hydrofdi.detectors.trained.configuration import DetectorConfig, feature_of
+from hydrofdi.detectors.trained.detector import Detector
 from hydrofdi.detectors.trained.file import Basis, DetectorFile, Limits, Made, Scale, detector_text
-from hydrofdi.detectors.trained.measuring import Judge, channel_facts, learned_range
+from hydrofdi.detectors.trained.verdicts import channel_facts, learned_range
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Window
 
@@ -78,7 +79,7 @@ def detector(indicator="dwt", limits=(None, np.inf), scale=(0.0, 1.0), scores=No
 def noise_detector(folder, **config):
     """The file of a detector of the noise of P1."""
     healthy = [window(number, 100 + number) for number in range(20)]
-    scores = [verdict.score for verdict in Judge(detector(ranges=healthy, **config)).judge(healthy)]
+    scores = [verdict.score for verdict in Detector(detector(ranges=healthy, **config)).score(healthy)]
     scale = (float(np.median(scores)), float(np.std(scores)))
     file = detector(limits=(None, 1.2 * max(scores)), scale=scale, ranges=healthy, **config)
     path = folder / "detector.json"

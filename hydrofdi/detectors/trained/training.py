@@ -5,41 +5,42 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from itertools import chain
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from hydrofdi.detectors.rules import make_chart, make_score
-from hydrofdi.detectors.run_lengths import FalseAlarms
+from hydrofdi.detectors.rules import make_score
 from hydrofdi.detectors.scores.configuration import ScoreConfig
-from hydrofdi.detectors.scores.contract import cross_fitted_scores, healthy_scale, known_numbers, plain_data
+from hydrofdi.detectors.scores.contract import cross_fitted_scores, known_numbers, plain_data
 from hydrofdi.detectors.trained.configuration import (
     DetectorConfig,
-    TimedChart,
     WindowConfig,
     direction_of,
     feature_of,
     stated_indicators,
 )
-from hydrofdi.detectors.trained.file import Basis, ChartLimit, DetectorFile, Limits, Made, Scale, TrainedScore
-from hydrofdi.detectors.trained.fleet import fleet_limits, fleet_of
+from hydrofdi.detectors.trained.file import Basis, DetectorFile, Made, TrainedScore
+from hydrofdi.detectors.trained.limits import (
+    N_PIECE,
+    chart_limit,
+    chart_of,
+    fleet_limits,
+    fleet_of,
+    limits_of,
+    scale_of,
+    with_allowance,
+)
 from hydrofdi.detectors.trained.measuring import TEMPERATURE
 from hydrofdi.detectors.trained.scoring import HealthyScores
 from hydrofdi.detectors.trained.verdicts import learned_range, standardised
 from hydrofdi.errors import DataError, NotStatedError
-from hydrofdi.evaluation.rates import alarm_rate, left_out_outcomes
-from hydrofdi.evaluation.roc import FEWEST_GROUPS
-from hydrofdi.evaluation.scores import Direction, comparable
-from hydrofdi.evaluation.threshold import Threshold
+from hydrofdi.evaluation.scores import Direction
 from hydrofdi.indicators.faults import CAUSES
 from hydrofdi.indicators.measuring import output_unit
 from hydrofdi.indicators.nominal_actuator import constants_not_given, sheet_constants
 from hydrofdi.records import Array, Channel, RecordBatch, RecordSource
 from hydrofdi.records.stuck import found_period
 from hydrofdi.settings.readable import time_text
-
-_MOST_FOLDS = 25
-"""Maximum number of cross-validation folds; with more groups, several are left out at a time."""
 
 
 def train(
@@ -104,13 +105,13 @@ def train(
         teachers.read(faulty.batches(labels=True))
     trained = _learn(found, teachers, None if fleet is None else fleet.score)
     _require_scores(found, healthy.name)
-    chart = _chart(found, direction)
+    chart = chart_of(found, direction)
     others = ""
     try:
         limits = limits_of(found, direction, has_chart=chart is not None)
-        own = _scale(found.scores)
+        own = scale_of(found.scores)
         if is_measured and TEMPERATURE not in found.channels and config.compensate and config.score is None:
-            limits = _with_allowance(limits, found, feature.described.unit)
+            limits = with_allowance(limits, found, feature.described.unit)
     except NotStatedError:
         if fleet is None or fleet.fleet is None or config.threshold != "quantile":
             raise
@@ -149,7 +150,7 @@ def train(
         fleet=fleet_of(found.scores, found.of_scores),
         healthy=own,
         limits=limits,
-        chart=None if chart is None else _chart_limit(found, chart, own, direction),
+        chart=None if chart is None else chart_limit(found, chart, own, direction),
         ranges={channel: learned_range(channel, facts) for channel, facts in found.facts.items()},
         conditions=dict(sorted(found.conditions.items())),
         positive=tuple(
@@ -190,10 +191,6 @@ def _drive(healthy: RecordSource, channel: Channel) -> tuple[float, float]:
     return low, high
 
 
-_N_PIECE = 20
-"""Pieces of a single record by which a score is cross-fitted, and of few records for the limit of a chart."""
-
-
 def _learn(
     found: HealthyScores, teachers: HealthyScores | None, learned: TrainedScore | None
 ) -> TrainedScore | None:
@@ -224,7 +221,7 @@ def _learn(
         groups += [each.own_groups[record] or f"record {first + record:09d}" for record in each.record]
         first += len(each.durations)
     if len(set(groups)) == 1:
-        groups = [f"piece {_N_PIECE * place // n_healthy}" for place in range(n_healthy)]
+        groups = [f"piece {N_PIECE * place // n_healthy}" for place in range(n_healthy)]
     used = np.ascontiguousarray(values[:, kept])
     found.all_scores = cross_fitted_scores(score, used, is_faulty, groups, is_fit=is_fit)[:n_healthy]
     fitted = score.fit(used[is_fit], is_faulty[is_fit])
@@ -236,75 +233,12 @@ def _learn(
     )
 
 
-def _chart(found: HealthyScores, direction: Direction) -> TimedChart | None:
-    """The chart that is asked for, with all options; the usual one if the records carry its promise.
-
-    Its direction refers to scores that rise with leakage.
-    """
-    config, chart, usual = found.config, found.config.chart, TimedChart()
-    if "chart" not in config.model_fields_set and comparable(found.hours * 3600.0) >= usual.false_alarm_every:
-        chart = usual
-    if chart is None:
-        return None
-    turned = Direction.BOTH if direction is Direction.BOTH else Direction.RISING
-    made = make_chart(chart.chart, {"direction": turned, **chart.options})
-    return chart.model_copy(update={"options": made.options.model_dump(mode="json")})
-
-
 def _window_in_full(found: HealthyScores) -> WindowConfig:
     window = found.config.window
     if not found.n_sample:
         return window
     every = window.every or (found.duration if window.by == "time" else None)
     return window.model_copy(update={"duration": found.duration, "every": every})
-
-
-def _chart_limit(found: HealthyScores, chart: TimedChart, healthy: Scale, direction: Direction) -> ChartLimit:
-    """Limit that healthy scores, in time order, reach once within the required time on average."""
-    starts = np.searchsorted(found.record, range(1, len(found.durations)))
-    lines = np.split(standardised(found.all_scores, healthy, direction), starts)
-    groups: list[str] | None = None
-    rests_on: Literal["pieces", "records", "groups"] = "pieces"
-    if len(set(found.groups)) >= FEWEST_GROUPS:
-        groups, rests_on = found.groups, "groups" if found.has_groups else "records"
-    else:
-        length = max(1, sum(line.size for line in lines) // _N_PIECE)
-        lines = [line[first : first + length] for line in lines for first in range(0, line.size, length)]
-    streams = np.full((len(lines), max(line.size for line in lines)), np.nan)
-    for row, line in enumerate(lines):
-        streams[row, : line.size] = line
-    alarms = FalseAlarms(
-        make_chart(chart.chart, chart.options), streams, found.interval, groups=groups
-    ).limit(chart.false_alarm_every, confidence=found.config.confidence)
-    return ChartLimit(
-        limit=alarms.value,
-        mean_time=_finite(alarms.mean_time),
-        interval=(alarms.low, _finite(alarms.high)),
-        hours=alarms.duration / 3600.0,
-        rests_on=rests_on,
-    )
-
-
-_WARMER = 0.6
-"""Growth of the flow through clearances with oil that is 15 K warmer, at 3 % less viscosity per kelvin."""
-
-
-def _with_allowance(limits: Limits, found: HealthyScores, unit: str) -> Limits:
-    """The limits of a flow, which contains that of the valve clearances, with an allowance for warmer oil."""
-    allowance = _WARMER * float(np.nanmedian(found.clearances))
-    if unit != "m^3/s" or limits.high is None or limits.low is not None or not allowance > 0.0:
-        return limits
-    return limits.model_copy(update={"high": limits.high + allowance, "allowance": allowance})
-
-
-def _scale(scores: Array) -> Scale:
-    centre, spread = healthy_scale(scores)
-    return Scale(centre=centre, spread=spread, range=(float(scores.min()), float(scores.max())))
-
-
-def _finite(value: float) -> float | None:
-    """The value; None if it is infinite."""
-    return value if np.isfinite(value) else None
 
 
 def _no_score(found: HealthyScores, label: str) -> NotStatedError:
@@ -353,62 +287,4 @@ def _basis(
         fleet=fleet,
         outlying=dict(Counter(found.names[record] for record, is_far in far if is_far)),
         drive_period=drive_period,
-    )
-
-
-def limits_of(found: HealthyScores, direction: Direction, *, has_chart: bool = False) -> Limits:
-    """Set the limits of a score.
-
-    If records or groups have several windows each, the interval of the false-alarm rate is cross-validated:
-    each record or group is tested with the limits of the others. Otherwise, or if too few windows remain
-    without a record, windows are assumed independent and the interval follows from order statistics. If
-    groups are stated, windows of a group are dependent, and too few groups are an error. With a chart, which
-    alarms in place of the limits, too few windows are none: then the extreme healthy scores are the limits.
-    """
-
-    config = found.config
-
-    def rule(scores: Array) -> Threshold:
-        try:
-            return config.set_threshold(scores, direction)
-        except NotStatedError as refusal:
-            if (needed := refusal.records_needed) is None:
-                raise
-            what = "windows that do not overlap" if found.n_sample else "estimates"
-            total = needed + found.scores.size - scores.size
-            raise NotStatedError(
-                f"{str(refusal).partition(' needs ')[0]} needs {needed:,} healthy {what}"
-                f" ({time_text(needed * found.duration)}), and there are {scores.size:,}"
-                f"{'' if total == needed else f' without one of the groups, so {total:,} in all'}",
-                needed,
-            ) from None
-
-    try:
-        threshold = rule(found.scores)
-    except NotStatedError:
-        if not has_chart:
-            raise
-        least = direction.n_side / (found.scores.size + 1)
-        config = config.model_copy(update={"false_alarm_rate": least, "threshold": "quantile"})
-        threshold = rule(found.scores)
-    groups = found.of_scores
-    rests_on: Literal["windows", "records", "groups"] = "windows"
-    interval = threshold.interval
-    if 1 < np.unique(groups).size < groups.size:
-        names: Any = groups
-        try:
-            outcomes = left_out_outcomes(found.scores, names % _MOST_FOLDS, rule)
-            rate = alarm_rate(outcomes, groups=names, confidence=threshold.confidence)
-            rests_on, interval = "groups" if found.has_groups else "records", (rate.low, rate.high)
-        except NotStatedError:
-            if found.has_groups and not has_chart:
-                raise
-    return Limits(
-        low=_finite(threshold.low),
-        high=_finite(threshold.high),
-        false_alarm_rate=config.false_alarm_rate,
-        interval=interval,
-        confidence=config.confidence,
-        method=threshold.method,
-        interval_rests_on=rests_on,
     )

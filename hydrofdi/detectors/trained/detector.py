@@ -82,7 +82,18 @@ class Detector:
         self._chart = None if chart is None else make_chart(chart.chart, chart.options)
 
     def score(self, windows: Sequence[Window]) -> list[Verdict]:
-        """A verdict on each window, in order."""
+        """Judge windows by themselves.
+
+        Parameters
+        ----------
+        windows : sequence of Window
+            With all channels of the detector.
+
+        Returns
+        -------
+        list of Verdict
+            In order.
+        """
         file, sound = self.file, [window for window in windows if window.fault is None]
         judged: Iterator[Verdict] = iter(())
         if sound:
@@ -94,7 +105,7 @@ class Detector:
         return [Verdict(fault=each.fault) if each.fault else next(judged) for each in windows]
 
     def start(self) -> State:
-        """The state before the first sample: arrays alone."""
+        """The state before the first sample of a stream: a mapping of arrays."""
         judging, is_followed = self._judging.start(), isinstance(self._judging, Estimator)
         if is_followed:
             none = np.empty((1 + len(self.file.channels), 0))
@@ -116,7 +127,22 @@ class Detector:
         return _flat({**parts, "stream": self._stream.resumed(parts["stream"], may_repeat=may_repeat)})
 
     def step(self, state: State, chunk: Chunk) -> tuple[State, list[Line]]:
-        """The state after a chunk, and its lines; the old state does not change."""
+        """Judge the next samples of a stream.
+
+        Parameters
+        ----------
+        state : mapping of str to ndarray
+            From `start`, or from the step before; it does not change.
+        chunk : Chunk
+            Samples of any number; they need not be evenly spaced.
+
+        Returns
+        -------
+        state : mapping of str to ndarray
+            For the next step.
+        lines : list of WindowLine and Event
+            A line for each window that ended, and for each event.
+        """
         parts = _parts(state)
         stepped = self._stream.step(parts["stream"], chunk)
         if not stepped[2] and not parts["defects"]["waiting"].any():

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hydrofdi.detectors.rules import make_chart
-from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, TimedChart, feature_of
+from hydrofdi.detectors.trained.configuration import DetectorConfig, Feature, feature_of
 from hydrofdi.detectors.trained.detector import Detector
-from hydrofdi.detectors.trained.file import ChartLimit, Made
+from hydrofdi.detectors.trained.file import Made
 from hydrofdi.detectors.trained.lines import WindowLine
 from hydrofdi.detectors.trained.measuring import Estimator, records_of
 from hydrofdi.detectors.trained.training import train
@@ -21,7 +21,7 @@ from hydrofdi.indicators.recursive import RecursiveIndicator, Trace
 from hydrofdi.records import Channel
 from hydrofdi.records.streams import Chunk
 from tests.detectors.trained.healthy import Records
-from tests.detectors.trained.made import FREQUENCY, detector, signals, window
+from tests.detectors.trained.made import FREQUENCY, detector, signals, window, with_chart
 
 HEALTHY = [window(number, seed) for number, seed in enumerate(range(20))]
 P1 = Channel.CHAMBER_1_PRESSURE
@@ -138,13 +138,10 @@ SCORES = 10.0 + 2.0 * np.random.default_rng(5).standard_normal(60) + np.repeat([
 OPTIONS = {"direction": "rising"}
 
 
-def charted(direction="rising", limit=6.0, name="cusum"):
+def charted(direction="rising", limit=6.0):
     bound = {"rising": (None, 1e9), "falling": (-1e9, None)}[direction]
     file = detector(limits=bound, scale=(10.0, 2.0), direction=direction)
-    chart = TimedChart(chart=name, options=OPTIONS)
-    limits = ChartLimit(limit=limit, mean_time=None, interval=(0.0, None), hours=1.0)
-    config = file.config.model_copy(update={"chart": chart})
-    return file.model_copy(update={"config": config, "chart": limits})
+    return with_chart(file, limit=limit, **OPTIONS)
 
 
 def readings(file, verdicts):

@@ -67,17 +67,15 @@ class Detector:
 
     def __init__(self, file: DetectorFile) -> None:
         self.file = file
-        frequency, channels, window, n_every = (
-            file.sampling_frequency, file.channels, file.config.window, file.n_every
-        )  # fmt: skip
+        frequency, channels, window = file.sampling_frequency, file.channels, file.config.window
         self._stream = EvenStream(frequency, channels)
         self._judging: Estimator | Windower
         if window.by == "estimate":
             self._judging = Estimator(file.feature, channels, frequency, file.fits)
-            self._patience = max(PATIENCE, round(PATIENCE * frequency / n_every))
+            self._patience = max(PATIENCE, round(PATIENCE * frequency / file.n_every))
         else:
             self._judging = window.windower(file.n_sample, channels, frequency, file.drive)
-            self._patience = PATIENCE * math.ceil(file.n_sample / n_every)
+            self._patience = PATIENCE * math.ceil(file.n_sample / file.n_every)
         chart = file.config.chart
         self._chart = None if chart is None else make_chart(chart.chart, chart.options)
 
@@ -106,8 +104,8 @@ class Detector:
 
     def start(self) -> State:
         """The state before the first sample of a stream: a mapping of arrays."""
-        judging, is_followed = self._judging.start(), isinstance(self._judging, Estimator)
-        if is_followed:
+        judging = self._judging.start()
+        if isinstance(self._judging, Estimator):
             none = np.empty((1 + len(self.file.channels), 0))
             judging = {"held": none, **judging, "number": np.array(0)}
         return _flat(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from hydrofdi.detectors.trained.file import DetectorFile
@@ -69,15 +69,14 @@ class Consequence:
 
     def to_dict(self) -> dict[str, Any]:
         """All of it for JSON, with units in the names."""
-        record = asdict(self)
         return {
-            "windows_judged": record["windows_judged"],
-            "alarms": record["alarms"],
-            "false_alarms_expected": record["false_alarms_expected"],
+            "windows_judged": self.windows_judged,
+            "alarms": self.alarms,
+            "false_alarms_expected": self.false_alarms_expected,
             "flow_L_per_min": None if self.flow is None else convert(self.flow, "L/min"),
             "pressure_difference_MPa": self.pressure_difference and self.pressure_difference / 1e6,
             "drift_mm_per_min": None if self.drift is None else 6e4 * self.drift,
-            "recommendation": record["recommendation"],
+            "recommendation": self.recommendation,
         }
 
 
@@ -99,16 +98,12 @@ def consequence(
             pressure = _constant(file, "supply_pressure", is_stated=True) or stated
             flow *= math.sqrt(pressure / stated)
         drift = flow / area if area else None
-    expected = windows_judged * false_alarms_per_window(file)
+    expected, chart = windows_judged * file.limits.false_alarm_rate, file.config.chart
+    if chart is not None:
+        # at least those of the chart itself
+        expected = windows_judged * (file.n_every / file.sampling_frequency / chart.false_alarm_every)
     advice = _advice(file, alarms, expected, margin, doubt)
     return Consequence(windows_judged, alarms, expected, flow, pressure, drift, advice)
-
-
-def false_alarms_per_window(file: DetectorFile) -> float:
-    """Expected alarms of a healthy machine for each window or estimate; with a chart, at least its own."""
-    if file.chart is None or file.config.chart is None:
-        return file.limits.false_alarm_rate
-    return file.n_every / file.sampling_frequency / file.config.chart.false_alarm_every
 
 
 def _constant(file: DetectorFile, name: str, *, is_stated: bool = False) -> float | None:

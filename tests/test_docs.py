@@ -99,31 +99,6 @@ def test_the_array_of_jobs_runs(tmp_path):
     assert "80 runs, 0 missing" in done.stderr
 
 
-@pytest.mark.long
-def test_the_five_minutes_of_monitoring_find_the_leak(tmp_path):
-    block, _ = shell_blocks(ROOT / "docs" / "monitoring.md")
-    raised, conditions = monitored(block.replace("2kHz", "max"), tmp_path)
-    assert 40.0 < raised[-1] < 46.0
-    assert conditions[-1] == "alarm"
-
-
-@pytest.mark.long
-def test_the_replay_of_a_leak_raises_one_alarm_with_the_first_window_that_leaks(tmp_path):
-    _, block = shell_blocks(ROOT / "docs" / "monitoring.md")
-    raised, conditions = monitored(block.replace("5kHz", "max"), tmp_path)
-    assert raised == [63.998]
-    assert set(conditions[:15]) == {"healthy"}
-
-
-def monitored(script, folder):
-    """When alarms were raised, and the conditions, that a script with a monitor writes."""
-    done = run_shell(script, folder)
-    assert done.returncode == 0, done.stderr
-    lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith('{"line"')]
-    raised = [line["time"] for line in lines if line.get("event") == "alarm_raised"]
-    return raised, [line["condition"] for line in lines if line["line"] == "window"]
-
-
 def test_every_command_has_help_and_stands_in_the_documentation():
     help_text = run("--help", check=0).stdout
     for code in ("0 done", "1 done, but runs failed", "2 an error", "3 a bug", "130 interrupted"):

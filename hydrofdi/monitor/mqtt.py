@@ -9,13 +9,13 @@ import socket
 import ssl
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from threading import Event as Signal
 from typing import Any, NamedTuple
 
 from paho.mqtt.client import Client
-from paho.mqtt.enums import CallbackAPIVersion, MessageType, MQTTErrorCode, MQTTProtocolVersion
+from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
@@ -38,8 +38,6 @@ class MqttConnection(Connection):
     Certificates and password are read anew for each client, so that they can be renewed. `prepare`,
     `connected` and `serve` are for subclasses.
     """
-
-    client_class: type[Client] = Client
 
     def __init__(
         self,
@@ -115,7 +113,7 @@ class MqttConnection(Connection):
             yield f"the password goes to {address.host} without encryption; use mqtts://"
 
     def _new_client(self) -> Client:
-        client = self.client_class(
+        client = Client(
             CallbackAPIVersion.VERSION2,
             self.client_id,
             protocol=MQTTProtocolVersion.MQTTv5,
@@ -160,10 +158,6 @@ def _tls_context(config: MqttConfig) -> ssl.SSLContext:
     return context
 
 
-_BLOCK = 1 << 17
-"""Bytes that are read from the network at once."""
-
-
 class Message(NamedTuple):
     """A message; `number` identifies it to the broker until it is acknowledged."""
 
@@ -172,52 +166,6 @@ class Message(NamedTuple):
     number: int
     qos: int
     is_repeated: bool
-
-
-class Reader(Client):
-    """A client that reads many messages at once, and makes plain ones of them.
-
-    To unpack properties, which nobody needs, and to make a lock for each message costs most of the time of
-    paho. To wait for the network several times for each message costs more if another thread computes.
-    """
-
-    received: Callable[[Reader, Message], None]
-
-    _data, _at = b"", 0
-
-    def acknowledge(self, numbers: Iterable[int]) -> None:
-        """Acknowledge messages, in this order, by one writing to the network."""
-        packets = b"".join(b"\x40\2" + number.to_bytes(2, "big") for number in numbers)
-        self._packet_queue(MessageType.PUBACK, packets, 0, 0)
-
-    def loop_read(self, max_packets: int = 1) -> MQTTErrorCode:
-        """Take all messages that were read from the network."""
-        while not (code := super().loop_read(max_packets)) and self._at < len(self._data):
-            pass
-        return code
-
-    def _sock_recv(self, bufsize: int) -> bytes:
-        if self._at == len(self._data):
-            self._data, self._at = super()._sock_recv(_BLOCK), 0
-        part = self._data[self._at : self._at + bufsize]
-        self._at += len(part)
-        return part
-
-    def _handle_publish(self) -> MQTTErrorCode:
-        head, packet = self._in_packet["command"], bytes(self._in_packet["packet"])
-        qos, at = (head >> 1) & 3, 2 + int.from_bytes(packet[:2], "big")
-        topic, number = packet[2:at], 0
-        if qos:
-            number, at = int.from_bytes(packet[at : at + 2], "big"), at + 2
-        length, shift = 0, 0
-        for byte in packet[at : at + 4]:  # the length of the properties, seven bits a byte
-            length, shift, at = length | (byte & 127) << shift, shift + 7, at + 1
-            if byte < 128:
-                break
-        text = topic.decode(errors="replace")
-        message = Message(text, packet[at + length :], number, qos, bool(head & 8))
-        self.received(self, message)
-        return MQTTErrorCode.MQTT_ERR_SUCCESS
 
 
 def client_id_of(file: Path, *more: str) -> str:

@@ -5,20 +5,19 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Collection
-from itertools import groupby, islice, takewhile
-from operator import attrgetter
+from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 from zlib import crc32
 
-from paho.mqtt.client import Client
+from paho.mqtt.client import Client, MQTTMessage
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from hydrofdi.monitor.configuration import Address, MonitorConfig
 from hydrofdi.monitor.connections import Inbox
 from hydrofdi.monitor.fleet_configuration import FleetConfig, Pattern
 from hydrofdi.monitor.machines import SourceOf
-from hydrofdi.monitor.mqtt import Message, MqttConnection, Reader, client_id_of
+from hydrofdi.monitor.mqtt import Message, MqttConnection, client_id_of
 from hydrofdi.monitor.payload import PayloadReader
 from hydrofdi.monitor.sources import Position, StreamSource
 from hydrofdi.records.batch import Channel
@@ -62,7 +61,7 @@ class TopicSource(StreamSource):
         self.address = address
         self._reader = PayloadReader(config, needed=needed)
         self._arrived: list[Message] = []
-        self._client: Reader | None = None
+        self._client: Client | None = None
         self._known, self._seen, self._n_open = deque[int](), deque[int](), 0
         self._newest = self.stored = -1
 
@@ -70,7 +69,7 @@ class TopicSource(StreamSource):
         """Begin; the position has the checksums of messages in the state that the broker may send again."""
         self._known = deque(position.get("seen", ()))
 
-    def take(self, number: int, client: Reader, message: Message) -> None:
+    def take(self, number: int, client: Client, message: Message) -> None:
         """Let a message wait; numbers increase."""
         if client is not self._client:
             if self._client is not None:
@@ -118,7 +117,7 @@ class _Open(NamedTuple):
     """A message that is not acknowledged; without a source, nobody needs it."""
 
     place: int
-    client: Reader
+    client: Client
     number: int
     source: TopicSource | None
 
@@ -132,8 +131,6 @@ class Topics(MqttConnection):
     of its machine is stored. A state is best stored at the end of a window, when it is small: until then the
     broker keeps the messages.
     """
-
-    client_class = Reader
 
     def __init__(
         self,
@@ -150,7 +147,7 @@ class Topics(MqttConnection):
         named = client_id_of(file, *names, *([] if is_single else [own]))
         self._least_size = LEAST_OF_ONE if is_single else _LEAST_SIZE
         self._most_kept = _MOST_OF_ONE if is_single else MOST_KEPT
-        self._inbox: Inbox[tuple[Reader, Message]] = Inbox(CAPACITY)
+        self._inbox: Inbox[tuple[Client, Message]] = Inbox(CAPACITY)
         super().__init__(
             address,
             config.mqtt,
@@ -175,8 +172,7 @@ class Topics(MqttConnection):
 
     def prepare(self, client: Client) -> None:
         """Take messages."""
-        assert isinstance(client, Reader)
-        client.received, client.on_subscribe = self._received, self._subscribed
+        client.on_message, client.on_subscribe = self._received, self._subscribed
 
     def connected(self, client: Client, had_session: bool) -> None:
         """Subscribe to new messages, without an earlier retained one."""
@@ -195,9 +191,14 @@ class Topics(MqttConnection):
         lossy = "; it grants only quality of service 0, so messages can be lost" if is_lossy else ""
         self.report_connected(self._remark + lossy)
 
-    def _received(self, client: Reader, message: Message) -> None:
+    def _received(self, client: Client, _: Any, message: MQTTMessage) -> None:
+        try:
+            topic = message.topic
+        except UnicodeDecodeError:
+            topic = ""  # of no machine
         size = max(len(message.payload), self._least_size)
-        self._inbox.put((client, message), size, waits=bool(message.qos))
+        plain = Message(topic, bytes(message.payload), message.mid, message.qos, message.dup)
+        self._inbox.put((client, plain), size, waits=bool(message.qos))
 
     def dispatch(self, source_of: SourceOf, timeout: float = 0.0) -> None:
         """Hand the messages that have arrived, or of a single machine arrive within `timeout` seconds, to the
@@ -236,8 +237,7 @@ class Topics(MqttConnection):
             self._open.popleft()
             if each.source is not None:
                 each.source.acknowledged()
-        for client, some in groupby(done, attrgetter("client")):
-            client.acknowledge(each.number for each in some)
+            each.client.ack(each.number, 1)
 
     def _source(self, topic: str, source_of: SourceOf) -> TopicSource | None:
         name = next(filter(None, (pattern.name_in(topic) for pattern in self._patterns)), None)
